@@ -1,4 +1,4 @@
-# The service alone, on simulated devices or those that are handed in: docs/reach.md has the line.
+# The service alone, on simulated devices or those that are handed in: docs/connecting.md has the line.
 FROM python:3.13-slim AS needed
 COPY hashes.txt /tmp/hashes.txt
 RUN pip install --no-cache-dir --require-hashes -r /tmp/hashes.txt && rm /tmp/hashes.txt

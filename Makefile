@@ -55,7 +55,7 @@ fuzz: $(VENV)/.dev
 	$(BIN)/hapticvlm measure invariants --minutes 10
 	PYTHONPATH=tests:tests/support $(BIN)/python tests/fuzz/run.py
 
-# Every picture of README and docs; `make pictures NAMES=dashboard.png` makes one.
+# Every picture of README and docs that has a recipe; `make pictures NAMES=dashboard.png` draws one.
 pictures: $(VENV)/.dev toolchains
 	$(BIN)/python -m hapticvlm_lab.bench.pictures $(NAMES)
 

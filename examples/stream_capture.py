@@ -1,4 +1,4 @@
-"""Streams a recorded headset capture and prints each decision: your own tool in a few lines.
+"""Streams a recorded headset capture and prints each decision: a tool in a few lines.
 
 `hapticvlm stream CAPTURE` does the same with a progress bar. Needs a running `hapticvlm serve`.
 """
@@ -15,7 +15,7 @@ from hapticvlm.client.stream import describe
 
 
 def show(line: captures.Line, answer: Message) -> None:
-    """Print what came back for one line of the capture."""
+    """Print the answer to one line of the capture."""
     if answer["type"] == "decision":
         print(f"{line.t_s:6.2f} s  {describe(answer)}  (truth: {line.truth})")
 

@@ -1,4 +1,4 @@
-"""The smallest scene: say what the objects are, touch them, see what they will feel like.
+"""A minimal scene: describes objects, touches them, and prints the decisions.
 
 Needs only `pip install websockets msgpack` and a running service (`hapticvlm serve`).
 """
@@ -21,7 +21,7 @@ OBJECTS: list[dict[str, Any]] = [
 
 
 class Service:
-    """Sends requests and waits for their answers; prints the decisions that come meanwhile."""
+    """Sends requests and waits for their answers; prints decisions that arrive meanwhile."""
 
     def __init__(self, socket: websockets.ClientConnection) -> None:
         self.socket = socket
@@ -37,7 +37,7 @@ class Service:
                 show(answer)
             if answer["type"] == "error" and answer["id"] == id:
                 raise SystemExit(f"refused: {answer['text']}")
-            if answer["type"] == "error":  # news of a device or a model, no answer
+            if answer["type"] == "error":  # an event of a device or model, not an answer
                 print("  the service reports:", answer["text"])
             if answer["id"] == id:
                 return answer
@@ -49,7 +49,7 @@ class Service:
 
 
 def show(decision: dict[str, Any]) -> None:
-    """Print what an object was decided to be."""
+    """Print the decision about an object."""
     what = f"{decision['material']} ({decision['confidence']:.0%}, from its {decision['source']})"
     print(f"  {decision['object_id']}: {what}, plate to {decision['setpoint_c']:.1f} degC")
 
@@ -66,7 +66,7 @@ async def main(url: str = "ws://127.0.0.1:8790/") -> None:
             await service.touch("approach", object_id, 0.3)
             await asyncio.sleep(0.2)
             await service.touch("contact", object_id, 0.3)
-            for _ in range(10):  # renew at 20 Hz: without it the lease ends after 250 ms
+            for _ in range(10):  # renew at 20 Hz; otherwise the lease ends after 250 ms
                 await asyncio.sleep(0.05)
                 await service.touch("slide", object_id, 0.1)
             await service.touch("release", object_id, 0.0)

@@ -1,7 +1,8 @@
-"""The schema of each message, part of one and choice of words, in draft-07; knows no document.
+"""Builds the draft-07 schema of each message, nested type and choice of values.
 
-msgspec derives it from the types of messages.py. Here choices get their names, every field what it
-means (meanings.py), and what only the service sends may have fields that a client does not know.
+msgspec derives the schema from the types of messages.py. This module adds names to choices and
+descriptions to fields (meanings.py). It allows unknown fields in types that only the service sends,
+so that clients accept a newer minor version.
 """
 
 from __future__ import annotations
@@ -18,9 +19,9 @@ Json = dict[str, Any]
 
 
 def of_messages(template: str) -> Json:
-    """Return the schema of every message, part and choice of words, by name.
+    """Return the schema of every message, nested type and choice of values, by name.
 
-    `template` is what a reference to one begins with.
+    `template` is the prefix of a reference.
     """
     kinds = [*get_args(ClientMessage), *get_args(ServiceMessage)]
     _, found = msgspec.json.schema_components(kinds, ref_template=template + "{name}")
@@ -43,7 +44,7 @@ def of_messages(template: str) -> Json:
 
 
 def _describe(components: Json) -> None:
-    """Add what is said of messages and fields; a `$ref` stands alone, as draft-07 wants it."""
+    """Add descriptions to messages and fields; draft-07 requires that a `$ref` has none."""
     kinds, fields = meanings.of_messages(), meanings.of_fields()
     for name, component in components.items():
         component["description"] = kinds[name]
@@ -53,9 +54,9 @@ def _describe(components: Json) -> None:
 
 
 def _with_names(schema: Any, template: str) -> Any:
-    """Refer to each choice of words by its name, and write a tag as a constant.
+    """Refer to each choice of values by its name, and write a tag as a constant.
 
-    Whoever generates types from this gets `Phase`, once, and not a nameless choice at every place.
+    Type generators then emit `Phase` once instead of a nameless choice at every use.
     """
     if isinstance(schema, list):
         return [_with_names(item, template) for item in schema]
@@ -82,7 +83,7 @@ def _reachable(kinds: tuple[type, ...], components: Json) -> set[str]:
 
 
 def _as_draft_7(schema: Any) -> Any:
-    """Translate what msgspec writes for 2020-12 and OpenAPI into draft-07."""
+    """Translate msgspec's output for 2020-12 and OpenAPI into draft-07."""
     if isinstance(schema, list):
         return [_as_draft_7(item) for item in schema]
     if not isinstance(schema, dict):

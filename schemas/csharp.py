@@ -1,9 +1,9 @@
-"""C# message types for the Unity client, from the JSON Schema of the wire.
+"""Generates the C# message types of the Unity client from the JSON Schema of the wire.
 
-Client messages and nested types become structs (values, built per call without allocation), service
-messages sealed classes that are read into again and again. Optional fields are nullable; a missing
-required field, a wrong type and an unwritable value raise WireException. Enums start with `Other`:
-a value of a newer minor version. Knows only the forms of schema that messages.py produces.
+Client messages and nested types become structs (values, built per call without allocation). Service
+messages become sealed classes that are reused for each message. Optional fields are nullable. A
+missing required field, a wrong type or an unwritable value raises WireException. Enums start with
+`Other`, for a value of a newer minor version. Supports only the schemas that messages.py produces.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class Field:
 
     @property
     def type(self) -> str:
-        """The C# type, nullable where nothing may stand."""
+        """The C# type, nullable if the value may be missing."""
         is_value = self.shape.kind not in ("string", "list", "map", "bin")
         absent = self.nullable or not self.required
         return self.shape.type + ("?" if absent and is_value else "")
@@ -117,7 +117,7 @@ internal static class {name}Wire
 def _kinds() -> str:
     kinds = [kind.__name__ for kind in (*get_args(ClientMessage), *get_args(ServiceMessage))]
     texts = ",\n".join(f'        MsgPackWriter.Encoded("{kind.lower()}")' for kind in kinds)
-    return f"""/// <summary>What a message is.</summary>
+    return f"""/// <summary>Type of a message.</summary>
 public enum Kind {{ Other, {", ".join(kinds)} }}
 
 public static class Protocol

@@ -1,7 +1,7 @@
-"""What messages.py says of each message, each field and each choice of words; knows no schema.
+"""Reads the descriptions of messages, fields and choices of values from messages.py.
 
-Python keeps the docstring of a class and throws away the text below a field or an assignment, so
-that text is read from the source.
+Python keeps the docstring of a class but discards the text below a field or an assignment, so this
+module reads that text from the source.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from hapticvlm import messages
 
 
 def choices() -> dict[str, tuple[str, ...]]:
-    """Return every choice of words by its name, in the order of the declaration."""
+    """Return every choice of values by its name, in the order of declaration."""
     return {
         name: get_args(value)
         for name, value in vars(messages).items()
@@ -26,7 +26,7 @@ def choices() -> dict[str, tuple[str, ...]]:
 
 
 def of_messages() -> dict[str, str]:
-    """Return what is said of each message and each type nested in one."""
+    """Return the description of each message and nested type."""
     return {
         name: inspect.cleandoc(kind.__doc__)
         for name, kind in vars(messages).items()
@@ -35,12 +35,12 @@ def of_messages() -> dict[str, str]:
 
 
 def of_choices() -> dict[str, str]:
-    """Return what is said of each choice of words."""
+    """Return the description of each choice of values."""
     return _below(_source().body)
 
 
 def of_fields() -> dict[str, dict[str, str]]:
-    """Return what is said of each field: type -> field -> text."""
+    """Return the description of each field: type -> field -> text."""
     return {
         node.name: _below(node.body) for node in _source().body if isinstance(node, ast.ClassDef)
     }
@@ -51,7 +51,7 @@ def _source() -> ast.Module:
 
 
 def _below(body: list[ast.stmt]) -> dict[str, str]:
-    """Find the texts that stand right below an assignment or a declared field."""
+    """Return the text directly below each assignment or declared field."""
     found = {}
     for above, node in pairwise(body):
         match above, node:

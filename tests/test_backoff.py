@@ -1,11 +1,11 @@
-"""Back-off and circuit breaker, by a clock that is an argument."""
+"""Tests back-off and circuit breaker, with the time as an argument."""
 
 import pytest
 
 from hapticvlm.backoff import (
     FIRST_REST_S,
     JITTER,
-    MOST_REST_S,
+    MAX_REST_S,
     OPEN_S,
     TRIP,
     Breaker,
@@ -14,11 +14,11 @@ from hapticvlm.backoff import (
 
 
 def after(failures: int, dice: float = 0.0) -> Breaker:
-    """Fail so often, each time at the second the rest before it ended; start at 100 s."""
+    """Fail so many times, each as soon as the last rest has ended, from 100 s on."""
     breaker, now = Breaker(), 100.0
     for _ in range(failures):
         now += breaker.rest_s(now)
-        breaker = breaker.failed(now, "down", dice=dice, asked_s=None)
+        breaker = breaker.failed(now, "down", dice=dice, requested_s=None)
     return breaker
 
 
@@ -61,15 +61,15 @@ def test_a_failure_of_the_one_let_through_opens_the_circuit_again() -> None:
 def test_an_answer_closes_the_circuit_and_forgets() -> None:
     healed = after(TRIP).succeeded()
     assert healed == Breaker()
-    assert healed.failed(0.0, "down", dice=0.0, asked_s=None).rest_s(0.0) == FIRST_REST_S
+    assert healed.failed(0.0, "down", dice=0.0, requested_s=None).rest_s(0.0) == FIRST_REST_S
 
 
 def test_an_endpoint_is_given_the_rest_it_asks_for_within_reason() -> None:
-    polite = Breaker().failed(0.0, "busy", dice=0.0, asked_s=12.0)
+    polite = Breaker().failed(0.0, "busy", dice=0.0, requested_s=12.0)
     assert polite.rest_s(0.0) == 12.0
-    greedy = Breaker().failed(0.0, "busy", dice=0.0, asked_s=1e9)
-    assert greedy.rest_s(0.0) == MOST_REST_S
-    assert Breaker().failed(0.0, "busy", dice=0.0, asked_s=0.0).rest_s(0.0) == FIRST_REST_S
+    greedy = Breaker().failed(0.0, "busy", dice=0.0, requested_s=1e9)
+    assert greedy.rest_s(0.0) == MAX_REST_S
+    assert Breaker().failed(0.0, "busy", dice=0.0, requested_s=0.0).rest_s(0.0) == FIRST_REST_S
 
 
 def test_pauses_double_from_the_first_to_the_longest_and_no_failure_pauses() -> None:

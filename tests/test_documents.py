@@ -1,4 +1,4 @@
-"""Files of strangers: too large, too deep, no file at all; each is an error that can be shown."""
+"""Tests that files that are too large, too deep or missing give errors that can be shown."""
 
 import os
 import sys

@@ -1,4 +1,4 @@
-"""Whoever names a file is told quickly what is wrong with it, at every door, and nothing hangs."""
+"""Tests every command that reads a file: a bad file is refused quickly, and nothing hangs."""
 
 from __future__ import annotations
 
@@ -76,20 +76,20 @@ def made(kind: str, path: Path) -> Path:
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("door", DOORS)
 def test_what_is_no_file_is_refused_at_once(door: str, kind: str, tmp_path: Path) -> None:
-    found: list[BaseException | object] = []
+    outcomes: list[BaseException | object] = []
     path = made(kind, tmp_path / "given")
 
     def enter() -> None:
         try:
-            found.append(DOORS[door](path))
+            outcomes.append(DOORS[door](path))
         except BaseException as error:  # noqa: BLE001 - looked at below
-            found.append(error)
+            outcomes.append(error)
 
     thread = threading.Thread(target=enter, daemon=True)
     thread.start()
     thread.join(SOON_S)
-    assert found, f"{door} still waits for {kind}"
-    error = found[0]
+    assert outcomes, f"{door} still waits for {kind}"
+    error = outcomes[0]
     assert isinstance(error, OSError | ValueError | HapticVLMError | argparse.ArgumentTypeError)
     assert "regular file" in str(error) or "a folder" in str(error), error
 
@@ -119,6 +119,6 @@ def test_a_disk_too_slow_is_named_with_what_came(
     path = tmp_path / "slow"
     path.write_bytes(bytes(64))
     monkeypatch.setattr(documents, "PIECE_BYTES", 1)
-    with pytest.raises(OSError, match=r"not read within 0 s: \d+ bytes came; copy it") as caught:
-        documents.read_bytes(path, within_s=0.0)
+    with pytest.raises(OSError, match=r"only \d+ bytes were read within 0 s; copy it") as caught:
+        documents.read_bytes(path, timeout_s=0.0)
     assert caught.value.filename == str(path)

@@ -1,4 +1,4 @@
-"""The wire: golden vectors, the published schema, hostile bytes."""
+"""Tests the wire format: golden vectors, the published schema, hostile bytes."""
 
 import importlib
 import json

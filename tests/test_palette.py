@@ -1,4 +1,4 @@
-"""One set of colours for pages and figures, which colour-blind readers tell apart too."""
+"""Tests that pages and figures share one palette that colour-blind readers can distinguish."""
 
 import itertools
 import re
@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 
 from hapticvlm import palette
-from hapticvlm_lab.bench.material import curves, plots
-from hapticvlm_lab.bench.pictures import film
-from hapticvlm_lab.bench.thermal import plot as thermal_plot
+from hapticvlm_lab.bench.material import chart, stability
 
 ROOT = Path(__file__).parents[1]
 CSS = (ROOT / "service/hapticvlm/pages/palette.css").read_text(encoding="utf-8")
@@ -29,9 +27,8 @@ TO_XYZ = np.array(
 WHITE = np.array([0.95047, 1.0, 1.08883])
 APART = 10.0  # CIE 1976: several times what is just told apart side by side
 FIGURES = {
-    "chart material": [colour for colour, _ in plots.STYLE.values()],
-    "stability material": [curve[2] for curve in curves.LINES],
-    "chart thermal": [colour for colour, _ in thermal_plot.STYLE.values()],
+    "chart material": [colour for colour, _ in chart.STYLE.values()],
+    "stability material": [curve[2] for curve in stability.LINES],
 }
 
 
@@ -55,7 +52,7 @@ def lab(light: np.ndarray) -> np.ndarray:
 
 
 def apart(first: str, second: str) -> float:
-    """How far two colours lie apart for a reader without green-sensitive cones."""
+    """Distance of two colours for a reader without green-sensitive cones."""
     seen = [lab(DEUTERANOPIA @ linear(colour)) for colour in (first, second)]
     return float(np.linalg.norm(seen[0] - seen[1]))
 
@@ -78,10 +75,3 @@ def test_figures_have_the_ink_and_the_meanings_of_the_pages() -> None:
 
     for name, property_ in {**names, "WARM": "hot"}.items():
         assert getattr(palette, name) == css(property_, 0), name
-
-
-def test_the_film_has_the_colours_of_the_dark_pages() -> None:
-    names = {"GROUND": "ground", "CARD": "card", "INK": "ink", "SOFT": "soft", "LINE": "line"}
-
-    for name, property_ in {**names, "WAVE": "wave", "SETPOINT": "setpoint"}.items():
-        assert getattr(film, name) == css(property_, 1), name

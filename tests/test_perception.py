@@ -1,4 +1,4 @@
-"""Vibrotactile thresholds against the figures they were taken from."""
+"""Tests vibrotactile thresholds against their published figures."""
 
 from __future__ import annotations
 

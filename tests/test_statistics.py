@@ -1,4 +1,4 @@
-"""Intervals of shares, at their ends too."""
+"""Tests confidence intervals of shares, also at their ends."""
 
 from hapticvlm.statistics import wilson
 

@@ -1,4 +1,4 @@
-/** What is drawn of a hand: tracked joints as a glove, a controller, and the pointing hand of the mouse. */
+/** Meshes of hands: tracked joints as a glove, a controller, and the pointing hand of the mouse. */
 import * as THREE from 'three';
 import {ConvexGeometry} from 'three/addons/geometries/ConvexGeometry.js';
 import {mergeVertices} from 'three/addons/utils/BufferGeometryUtils.js';
@@ -18,7 +18,7 @@ const POINTING = {
 
 const skin = () => new THREE.MeshStandardMaterial({color: 0x93a7b5, roughness: 0.6, metalness: 0, envMapIntensity: 0.75});
 
-/** The hand of a mouse or a finger on the screen; `root` is placed at the point it touches. */
+/** The hand of the mouse or of a finger on the screen; `root` is placed at the touched point. */
 export function pointingHand() {
   const root = new THREE.Group();
   const material = skin();
@@ -33,7 +33,7 @@ export function pointingHand() {
   return root;
 }
 
-/** A tracked hand: a rigid bone from each joint to the next, built when the joints are first known. */
+/** A tracked hand: a rigid bone from each joint to the next, built when the joints are first reported. */
 export class Glove {
   root = new THREE.Group();
   #bones = []; // {joint, mesh}
@@ -68,7 +68,7 @@ export class Glove {
   }
 }
 
-/** A controller as simple as possible: grip, face, stick, trigger, and a ring that lights when it vibrates. */
+/** A simple controller: grip, face, stick, trigger, and a ring that lights up when it vibrates. */
 export class Controller {
   root = new THREE.Group();
   #ring;
@@ -101,14 +101,14 @@ export class Controller {
     this.root.quaternion.copy(pose.transform.orientation);
   }
 
-  /** `amplitude` 0..1 of what it vibrates with now. */
+  /** Shows the current amplitude of vibration, 0..1. */
   set vibration(amplitude) {
     this.#ring.material.opacity = 0.25 + 0.75 * amplitude;
     this.#ring.scale.setScalar(1 + 0.12 * amplitude);
   }
 }
 
-/** The smooth hull round spheres. */
+/** Returns the smooth hull around spheres. */
 function hull(spheres) {
   const points = spheres.flatMap(({point, radius}) => {
     const ball = new THREE.IcosahedronGeometry(radius, 3).getAttribute('position');

@@ -1,39 +1,39 @@
 /**
- * Draws the page's picture when something in it has changed. Where the processor draws, it draws only the part
- * that has: a canvas that keeps its pixels is drawn again inside a rectangle, with a camera that sees no more.
+ * Draws the page's picture when something in it has changed. On the CPU it draws only the changed
+ * part: a canvas that preserves its pixels is redrawn inside a rectangle, with a camera restricted to it.
  */
 import * as THREE from 'three';
 
-const LASTS = 3; // pictures in which a change is drawn: what ends is drawn once more without it
-const EDGE = 2; // px round a part
+const LASTS = 3; // pictures in which a change is drawn, so that its end is drawn too
+const EDGE = 2; // px around a part
 const ALL = new THREE.Box2(new THREE.Vector2(-Infinity, -Infinity), new THREE.Vector2(Infinity, Infinity));
 
 export class Drawing {
-  /** Pictures drawn. */
+  /** Number of pictures drawn. */
   count = 0;
-  /** When the newest was given to WebGL, ms. */
+  /** Time at which the newest was passed to WebGL, ms. */
   at = 0;
-  /** How much of the canvas the newest covered, 0..1. */
+  /** Share of the canvas that the newest covered, 0..1. */
   share = 1;
   #renderer;
   #scene;
   #camera;
   #inParts;
-  #now = new THREE.Box2(); // px from the lower left: what has changed since the newest picture
-  #before = Array.from({length: LASTS - 1}, () => new THREE.Box2()); // what each earlier one drew anew
+  #now = new THREE.Box2(); // px from the lower left: the part changed since the newest picture
+  #before = Array.from({length: LASTS - 1}, () => new THREE.Box2()); // the part redrawn by each earlier picture
 
-  /** `inParts`: the canvas keeps its pixels, so a picture may be of a part. */
+  /** `inParts`: the canvas preserves its pixels, so a picture may cover only a part. */
   constructor(renderer, scene, camera, {inParts}) {
     [this.#renderer, this.#scene, this.#camera, this.#inParts] = [renderer, scene, camera, inParts];
   }
 
-  /** What lies in this THREE.Box3 or Sphere of the world (m) looks other than before; without one, all may. */
+  /** Marks the content of a THREE.Box3 or Sphere of the world (m) as changed; without one, everything. */
   change(where = null) {
     const part = this.#inParts && where ? partOf(where, this.#camera, this.#renderer.getSize(new THREE.Vector2())) : null;
     this.#now.union(part ?? ALL);
   }
 
-  /** Draws what has changed, if anything has. */
+  /** Draws the changed part, if there is one. */
   step() {
     const part = this.#before.reduce((sum, one) => sum.union(one), this.#now.clone());
     this.#before = [this.#now, ...this.#before.slice(0, -1)];
@@ -44,7 +44,7 @@ export class Drawing {
     else if (part.min.x < part.max.x && part.min.y < part.max.y) this.#draw(part);
   }
 
-  /** Draws all of it: the page, or what a headset shows. */
+  /** Draws everything, for the page or a headset. */
   all() {
     this.#renderer.render(this.#scene, this.#camera);
     this.#note(1);
@@ -72,7 +72,7 @@ export class Drawing {
   }
 }
 
-/** Where a box or ball of the world is in a picture of this size: whole px from the lower left; null where it reaches behind the camera. */
+/** Returns the rectangle of a box or sphere in a picture of this size, in whole px from the lower left; null if it reaches behind the camera. */
 function partOf(where, camera, size) {
   const part = new THREE.Box2();
   if (where.isSphere && where.radius === 0) return part;
@@ -88,12 +88,12 @@ function partOf(where, camera, size) {
 
 const CORNERS = Array.from({length: 8}, (_, i) => new THREE.Vector3(i & 1, (i >> 1) & 1, i >> 2));
 
-/** As the camera sees them. */
+/** Projects points to the camera. */
 function cornersOfBox({min, max}, camera) {
   return CORNERS.map((corner) => corner.clone().multiply(max.clone().sub(min)).add(min).applyMatrix4(camera.matrixWorldInverse));
 }
 
-/** Of the cube round the ball that faces the camera. */
+/** Returns the corners of the cube around the sphere that faces the camera. */
 function cornersOfBall({center, radius}, camera) {
   const middle = center.clone().applyMatrix4(camera.matrixWorldInverse);
   return CORNERS.map((corner) => corner.clone().multiplyScalar(2).subScalar(1).multiplyScalar(radius).add(middle));

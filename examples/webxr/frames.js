@@ -1,18 +1,18 @@
-/** Frames on demand: a picture of an object from the head when a hand is at one that nobody has decided yet. */
+/** Frames on demand: pictures of undecided objects that a hand touches, taken from the position of the head. */
 import * as THREE from 'three';
 import {Camera, SIDE} from '../captures/make/page/picture.js';
 import {makeGlass} from './objects.js';
 
 const LEAST_WAIT = 500; // ms between pictures
-const LEAST_SHARE = 0.02; // of the picture; an object that shows less is not worth a frame
-const REACH = 0.2; // m: of larger things only what lies so far round the hand is in the frame
-const ROOM = 1.1; // the picture's half width over the object's radius
+const LEAST_SHARE = 0.02; // of the picture; smaller objects are not sent
+const REACH = 0.2; // m around the hand that the frame of a large object shows
+const MARGIN = 1.1; // ratio of the picture's half width to the object's radius
 const WIDEST = 80; // degrees
 
 export class FrameCamera {
   #camera;
   #objects;
-  #excluded = []; // what pictures leave out
+  #excluded = []; // meshes that pictures omit
   #send;
   #wanted = null; // {object, point}
   #shotAt = -LEAST_WAIT;
@@ -24,17 +24,17 @@ export class FrameCamera {
     this.#send = send;
   }
 
-  /** Leaves things out of the pictures that are not of the scene: hands before an object, the board. */
+  /** Excludes meshes that are not part of the scene from pictures, such as hands and the board. */
   exclude(...things) {
     this.#excluded.push(...things);
   }
 
-  /** Asks for a picture of this object, touched at `point`, at the next chance. */
+  /** Requests a picture of this object, touched at `point`, as soon as possible. */
   want(object, point) {
     this.#wanted = {object, point: new THREE.Vector3().copy(point)};
   }
 
-  /** Takes the picture that is wanted, seen from `position`; `now` in ms. */
+  /** Takes the requested picture from `position`; `now` in ms. */
   async step(position, now) {
     if (!this.#wanted || now - this.#shotAt < LEAST_WAIT) return;
     const {object, point} = this.#wanted;
@@ -45,8 +45,8 @@ export class FrameCamera {
   }
 
   /**
-   * The fields of a frame of one object as seen from `position`: the camera turns to the object and zooms until it
-   * fills the picture, for small objects show little. Null when it is hidden.
+   * Returns the fields of a frame of one object from `position`: the camera aims at the object and zooms until it
+   * fills the picture. Null when the object is hidden.
    */
   async frame(object, position, point = null) {
     const pose = aim(object.root, position, point);
@@ -61,7 +61,7 @@ export class FrameCamera {
   #shoot(pose) {
     const refracts = this.#refracts();
     const shown = this.#excluded.filter(({visible}) => visible);
-    if (!refracts) makeGlass(this.#objects, {refracts: true}); // one picture may cost what 90 a second may not
+    if (!refracts) makeGlass(this.#objects, {refracts: true}); // affordable for one picture, but not for 90 a second
     for (const thing of shown) thing.visible = false;
     const picture = this.#camera.shoot(pose);
     for (const thing of shown) thing.visible = true;
@@ -78,7 +78,7 @@ export class FrameCamera {
   }
 }
 
-/** Where the picture is taken from and how wide it is: the whole object, or the part of a large one round `point`. */
+/** Returns direction and field of view of the picture: the whole object, or the part of a large one around `point`. */
 function aim(root, from, point) {
   const position = new THREE.Vector3().copy(from);
   const ball = new THREE.Box3().setFromObject(root).getBoundingSphere(new THREE.Sphere());
@@ -86,7 +86,7 @@ function aim(root, from, point) {
   const lens = new THREE.PerspectiveCamera();
   lens.position.copy(position);
   lens.lookAt(ball.center);
-  const half = Math.asin(Math.min(1, (ROOM * ball.radius) / position.distanceTo(ball.center)));
+  const half = Math.asin(Math.min(1, (MARGIN * ball.radius) / position.distanceTo(ball.center)));
   const fieldOfView = Math.min(WIDEST, 2 * THREE.MathUtils.radToDeg(half));
   return {position, orientation: lens.quaternion, fieldOfView};
 }

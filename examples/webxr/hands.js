@@ -1,4 +1,4 @@
-/** Controllers and tracked hands of an XR session: where each fingertip is, drawn and rendered. */
+/** Controllers and tracked hands of an XR session: fingertip positions, meshes and touches. */
 import * as THREE from 'three';
 import {Controller, Glove} from './bodies.js';
 import {Toucher} from '../captures/make/page/touch.js';
@@ -11,17 +11,17 @@ export class Hands {
   #pulses;
   #known = new Map(); // input source -> {toucher, ball, body}
 
-  /** Holds what is drawn of the hands. */
+  /** Contains the meshes of the hands. */
   root = new THREE.Group();
 
-  /** `send` takes each touch, the object it is of and where; `pulses` move the controllers' motors. */
+  /** `send` receives each touch with its object and point; `pulses` drive the controllers' motors. */
   constructor(surfaces, send, pulses) {
     this.#pulses = pulses;
     this.#surfaces = surfaces;
     this.#send = send;
   }
 
-  /** Follows the hands of one XR frame; `now` and `elapsed` in s. */
+  /** Updates the hands in one XR frame; `now` and `elapsed` in s. */
   step(frame, space, now, elapsed) {
     const sources = [...frame.session.inputSources].filter(({handedness}) => handedness !== 'none');
     for (const source of this.#known.keys()) if (!sources.includes(source)) this.#forget(source);
@@ -34,7 +34,7 @@ export class Hands {
     }
   }
 
-  /** Forgets every hand, when a session ends. The service's leases end what they held. */
+  /** Removes all hands when a session ends; the service's leases end their touches. */
   clear() {
     for (const source of this.#known.keys()) this.#forget(source);
   }
@@ -52,7 +52,7 @@ export class Hands {
   #meet(source) {
     const shape = new THREE.SphereGeometry(TIP_RADIUS, 24, 16);
     const ball = new THREE.Mesh(shape, new THREE.MeshBasicMaterial({color: 0x45ffe0, transparent: true, opacity: 0.55}));
-    ball.visible = !source.hand; // a finger is its own tip
+    ball.visible = !source.hand; // a tracked finger shows its own tip
     const body = source.hand ? new Glove() : new Controller();
     this.root.add(ball, body.root);
     const known = {toucher: new Toucher(source.handedness, this.#surfaces), ball, body};
@@ -67,7 +67,7 @@ export class Hands {
   }
 }
 
-/** The fingertip of a tracked hand, or the front of a controller; null while not tracked. */
+/** Returns the fingertip of a tracked hand, or the front of a controller; null while not tracked. */
 function tipOf(source, frame, space) {
   const joint = source.hand?.get(FINGERTIP);
   const pose = joint ? frame.getJointPose(joint, space) : frame.getPose(source.targetRaySpace, space);

@@ -1,9 +1,9 @@
-/** An emulated headset (iwer's Quest 3), for `?emulate`: VR without a headset, and the tests. */
+/** An emulated headset (iwer's Quest 3) for `?emulate` and the tests: VR without a headset. */
 import {XRDevice, metaQuest3} from 'iwer';
 
 const LOOKS_DOWN = 0.6; // rad, at the table
 
-/** Moves only on request: `device.position`, `device.controllers.right.position`, ... */
+/** Creates a headset that moves only on request: `device.position`, `device.controllers.right.position`, ... */
 export const device = new XRDevice(metaQuest3, {stereoEnabled: true});
 device.installRuntime({forceInstall: true});
 device.position.set(0, 1.35, 0.5);

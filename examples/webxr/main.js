@@ -1,4 +1,4 @@
-/** Puts the example together: scene, hands, frames, the service, and how a touch is shown and heard. */
+/** Combines the parts of the example: scene, hands, frames, the service, and the display and sound of touches. */
 import * as THREE from 'three';
 import {Haptics, Pulses} from 'hapticvlm';
 import {offerSound, startWithTouch} from '/hear.js';
@@ -18,19 +18,19 @@ import {TouchLight} from './touchlight.js';
 
 const LONGEST_STEP = 0.1; // s, of one animation frame
 const PANEL_WAIT = 200; // ms between updates of the panel
-const PLAIN_WAIT = 100; // ms between paintings of the card where the processor draws it
+const PLAIN_WAIT = 100; // ms between updates of the card when the CPU draws it
 
-// All that the things on the table can be made of: recognition considers no other.
+// The materials of the objects on the table; recognition is restricted to them.
 const MATERIALS = ['wood', 'glass', 'fabric', 'metal'];
 const query = new URLSearchParams(location.search);
 const part = (id) => document.getElementById(id);
 
-/** The emulated headset when the address says `?emulate`, else null. */
+/** The emulated headset if the address contains `?emulate`, else null. */
 export const headset = query.has('emulate') ? (await import('./headset.js')).device : null;
 export const objects = buildObjects();
 if (isPlain) makeGlass(objects, {refracts: false});
 document.body.classList.toggle('plain', isPlain);
-/** The newest decision on each object, by object id. */
+/** The newest decision for each object id. */
 export const decisions = new Map();
 
 const renderer = new THREE.WebGLRenderer({canvas: part('view'), antialias: !headset && !isPlain, preserveDrawingBuffer: isPlain});
@@ -44,7 +44,7 @@ renderer.xr.setReferenceSpaceType('local-floor');
 const scene = buildScene(renderer, objects);
 /** The page's own view. */
 export const camera = new THREE.PerspectiveCamera(38, 1, 0.05, 20);
-/** What the page has drawn: how many pictures, when the newest and how much of it. */
+/** The drawing of the page, with counts and times of its pictures. */
 export const drawn = new Drawing(renderer, scene, camera, {inParts: isPlain});
 const board = new Board(scene);
 const readout = new Readout(part('overlay'), isPlain ? PLAIN_WAIT : 0);
@@ -52,31 +52,31 @@ const light = new TouchLight(objects);
 const cursor = pointingHand();
 cursor.visible = false;
 scene.add(readout.mesh, cursor);
-/** What controllers and phones vibrate with. */
+/** The vibration of controllers and phones. */
 export const pulses = new Pulses();
-/** Takes the pictures; `frameCamera.frame` also gives one on request. */
+/** Takes the pictures; `frameCamera.frame` also takes one on request. */
 export const frameCamera = new FrameCamera(renderer, scene, objects, (fields) => haptics.frame(fields));
-/** What is drawn and rendered of controllers and tracked hands. */
+/** Meshes and touches of controllers and tracked hands. */
 export const hands = new Hands(objects.map((object) => new Surface(object)), touched, pulses);
 scene.add(hands.root);
 frameCamera.exclude(hands.root, board.mesh, readout.mesh, cursor, light);
 const pointer = new Pointer(renderer.domElement, camera, objects, touched);
 resize();
 drawn.step();
-/** Connects last: what came before kept the page busy for seconds, and a service waits ten for a hello. */
+/** Connects last, because the set-up above blocks the page for seconds and a service waits ten for a hello. */
 const token = query.get('token') ?? undefined;
 export const haptics = new Haptics(service(), {token});
 const stream = new Stream(service(), token);
-let devices = null; // what the service drives
+let devices = null; // the output devices of the service
 let mode = 'ids';
 let last = null; // the object touched last
 export let plate = null; // the newest telemetry
 let steppedAt = 0;
 let shownAt = 0;
 
-/** Sends all that the scene knows ('ids'), or only that there are objects ('frames'). */
-export function tell(wanted) {
-  mode = wanted;
+/** Sends the descriptions of all objects ('ids'), or only their ids ('frames'). */
+export function tell(newMode) {
+  mode = newMode;
   decisions.clear();
   for (const [index, object] of objects.entries()) object.object_id = `${mode}-${index}`;
   haptics.scene(
@@ -118,7 +118,7 @@ function touched(fields, object, point) {
   if (fields.phase !== 'release' && needsFrame(object)) frameCamera.want(object, point);
 }
 
-/** A picture is worth its cost only where nothing else names the material. */
+/** Returns whether a picture is needed because nothing else identifies the material. */
 function needsFrame({object_id}) {
   const decision = decisions.get(object_id);
   return decision ? decision.material === 'unknown' : mode === 'frames';
@@ -140,12 +140,12 @@ function animate(now, frame) {
   if (now - shownAt > PANEL_WAIT) explainLast(now);
 }
 
-/** Draws the page again although nothing has changed. */
+/** Redraws the page although nothing has changed. */
 export function redraw() {
   drawn.change();
 }
 
-/** Light, card and drawn hand of this moment. */
+/** Updates light, card and pointing hand. */
 function show(now, elapsed, viewer) {
   const level = stream.level(elapsed);
   for (const place of light.step(performance.now(), elapsed, level)) drawn.change(place);
@@ -171,7 +171,7 @@ function point(tip) {
   drawn.change(new THREE.Box3().setFromObject(cursor));
 }
 
-/** For who hears the page. */
+/** Announces a decision to screen readers. */
 function announce({key}, {material}) {
   part('said').textContent = `The ${key} is ${material}.`;
 }
@@ -191,9 +191,9 @@ function resize() {
   const {clientWidth, clientHeight} = renderer.domElement;
   const ratio = pixelRatio(clientWidth, clientHeight);
   const [width, height] = [clientWidth, clientHeight].map((side) => Math.floor(side * ratio));
-  renderer.setSize(width, height, false); // in px of the picture, so that its parts fit
+  renderer.setSize(width, height, false); // whole px, so that partial redraws align
   camera.aspect = width / height;
-  const far = Math.max(1, 1.35 / camera.aspect); // a phone held upright stands back to see the whole table
+  const far = Math.max(1, 1.35 / camera.aspect); // moves back on an upright phone to show the whole table
   camera.position.set(0, 0.78 + 0.74 * far, -0.16 + 1.22 * far);
   camera.lookAt(0, 0.79, -0.17);
   camera.updateProjectionMatrix();
@@ -201,7 +201,7 @@ function resize() {
   drawn.change();
 }
 
-/** The service that served this page, unless the address says `?service=ws://...`. */
+/** Returns the address in `?service=ws://...`, else the service that served this page. */
 function service() {
   return query.get('service') ?? `${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/`;
 }
@@ -209,7 +209,7 @@ function service() {
 function showState() {
   const {speaker, peltier} = devices;
   const outputs = speaker.simulated && peltier.simulated ? 'plate and speaker are simulated' : `plate: ${peltier.name}`;
-  part('state').textContent = `Connected; ${haptics.silence ? `nothing here is felt: ${haptics.silence}` : outputs}`;
+  part('state').textContent = `Connected; ${haptics.silence ? `nothing is felt: ${haptics.silence}` : outputs}`;
 }
 
 haptics.addEventListener('welcome', ({detail}) => {
@@ -218,7 +218,7 @@ haptics.addEventListener('welcome', ({detail}) => {
 });
 haptics.addEventListener('ownership', showState);
 haptics.addEventListener('state', ({detail}) => {
-  if (detail === 'disconnected') part('state').textContent = 'The service is gone; trying again';
+  if (detail === 'disconnected') part('state').textContent = 'Service unreachable; retrying';
 });
 haptics.addEventListener('decision', ({detail}) => {
   decisions.set(detail.object_id, detail);
@@ -250,5 +250,5 @@ part('teach-material').append(...MATERIALS.map((name) => new Option(name)));
 offerSound();
 addEventListener('resize', resize);
 tell('ids');
-if (!haptics.isConnected) part('state').textContent = 'Looking for the service';
+if (!haptics.isConnected) part('state').textContent = 'Connecting to the service';
 renderer.setAnimationLoop(animate);

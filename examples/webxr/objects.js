@@ -1,8 +1,8 @@
 /**
- * The things on the table: their appearance, their true material, and what the scene states of them.
+ * The objects on the table: their appearance, their true material, and their description for the service.
  *
- * `says` is all that the service is sent besides an id; `truth` is for the panel and for grading only. A mixed
- * thing is several objects, one for each part of another material.
+ * `says` is the description sent to the service besides an id; `truth` is only for the panel and for grading. A mixed
+ * object consists of several objects, one per material.
  */
 import * as THREE from 'three';
 import * as shapes from '../captures/make/page/shapes.js';
@@ -10,11 +10,11 @@ import * as textures from '../captures/make/page/textures.js';
 import * as surfaces from './surfaces.js';
 
 export const TABLE_TOP = 0.74; // m
-const SIMMERING = {frequency_hz: 100, level: 0.2}; // felt in the kettle, and weaker in the table under it
+const SIMMERING = {frequency_hz: 100, level: 0.2}; // felt in the kettle, and attenuated in the table under it
 
 const {group, solid} = shapes;
 
-/** Every touchable object: {key, truth, says, root}. Textures are computed, which takes seconds. */
+/** Creates all touchable objects: {key, truth, says, root}. Computing their textures takes seconds. */
 export function buildObjects() {
   const looks = cover();
   return [
@@ -56,7 +56,7 @@ function at(x, z, root, turn = 0) {
   return root;
 }
 
-/** A standard material with the maps of a surface, repeated over the mesh. */
+/** Creates a standard material with the maps of a surface, repeated over the mesh. */
 function matte(surface, {repeat = [1, 1], bump = 1, ...rest} = {}) {
   const maps = {};
   for (const [slot, map] of Object.entries(surface)) {
@@ -66,7 +66,7 @@ function matte(surface, {repeat = [1, 1], bump = 1, ...rest} = {}) {
   return new THREE.MeshStandardMaterial({...maps, roughness: 1, bumpScale: bump, ...rest});
 }
 
-/** Lays the grain along x as a saw leaves it, whatever the shape; `length` and `width` in m are the texture's. */
+/** Aligns the grain with x for any shape, as in sawn wood; `length` and `width` of the texture in m. */
 function sawn(geometry, length, width) {
   const {position, uv} = geometry.attributes;
   for (let i = 0; i < uv.count; i++) {
@@ -83,14 +83,14 @@ function clearGlass(tint) {
   });
 }
 
-/** Glass that refracts, which draws the scene again for each eye, or thin glass that only mirrors. */
+/** Switches between refracting glass, which draws the scene again for each eye, and thin glass that only mirrors. */
 export function makeGlass(objects, {refracts}) {
   for (const {root} of objects) {
     root.traverse(({material}) => {
       if (!material?.isMeshPhysicalMaterial) return;
       material.transmission = refracts ? 1 : 0;
       material.color.set(refracts ? 0xffffff : 0x000000);
-      material.blending = refracts ? THREE.NormalBlending : THREE.AdditiveBlending; // mirrored light on what is behind
+      material.blending = refracts ? THREE.NormalBlending : THREE.AdditiveBlending; // adds mirrored light to the background
       material.transparent = !refracts;
       material.depthWrite = refracts;
       material.needsUpdate = true;

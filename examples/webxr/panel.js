@@ -1,20 +1,20 @@
-/** What the service decided and why, in words: beside the page's canvas, and on a board in VR. */
+/** Explains a decision as text, beside the page's canvas and on a board in VR. */
 import * as THREE from 'three';
 
 const BOARD = {width: 0.62, height: 0.43, at: [-0.86, 1.12, -0.34], turn: 0.85}; // m, rad: beside the table, not over it
 const PIXELS = {width: 1008, height: 700, line: 52, margin: 34};
 
-/** A decision as [label, text] pairs; `plate` is the newest telemetry, or null. */
+/** Returns a decision as [label, text] pairs; `plate` is the newest telemetry, or null. */
 export function explain(decision, plate) {
   if (!decision) return [['decision', 'none yet']];
   return [
     ['material', `${decision.material}, ${percent(decision.confidence)} sure`],
-    ['decided by', decision.source + (decision.cached ? ' (remembered)' : '')],
+    ['decided by', decision.source + (decision.cached ? ' (cached)' : '')],
     ['evidence', decision.evidence.map(evidence).join('; ') || 'none'],
     ['ambient', `${range('ambient', decision)} (${decision.ambient_source})`],
     ['surface', `${range('surface', decision)} (${decision.surface_source}: ${decision.surface_why})`],
     ['setpoint', setpoint(decision)],
-    ['plate', plate ? `${celsius(plate.plate_c)}, told ${celsius(plate.setpoint_c)}` : 'no telemetry yet'],
+    ['plate', plate ? `${celsius(plate.plate_c)}, setpoint ${celsius(plate.setpoint_c)}` : 'no telemetry yet'],
     ['vibration', decision.pattern ?? 'none'],
   ];
 }
@@ -29,7 +29,7 @@ export function write(list, rows) {
   );
 }
 
-/** The same rows on a board behind the table, where a page can't be seen. */
+/** Shows the same rows on a board in VR, where the page is not visible. */
 export class Board {
   #canvas = new OffscreenCanvas(PIXELS.width, PIXELS.height);
   #shown = '';
@@ -82,7 +82,7 @@ function wrapped(pen, text, width) {
 
 function setpoint({setpoint_c, unlimited_c, limited_by, thermal_cue}) {
   const limited = limited_by ? `, ${limited_by} limit (physics: ${celsius(unlimited_c)})` : '';
-  return `${celsius(setpoint_c)}${limited}${thermal_cue ? '' : ', too close to skin to tell'}`;
+  return `${celsius(setpoint_c)}${limited}${thermal_cue ? '' : ', too close to skin temperature to feel'}`;
 }
 
 function range(name, decision) {
@@ -92,4 +92,4 @@ function range(name, decision) {
 
 const evidence = ({rung, material, confidence}) => `${rung}: ${material} ${percent(confidence)}`;
 const percent = (share) => `${Math.round(100 * share)} %`;
-const celsius = (value) => (value === null ? 'not known' : `${value.toFixed(1)} °C`);
+const celsius = (value) => (value === null ? 'unknown' : `${value.toFixed(1)} °C`);

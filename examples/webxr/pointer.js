@@ -1,16 +1,16 @@
 /**
- * The mouse or a finger on the screen as the right hand: hover is approach, press is contact (gentle with
+ * Turns the mouse or a finger on the screen into the right hand: hover is approach, press is contact (gentle with
  * Shift), drag is slide, button up is release.
  */
 import * as THREE from 'three';
 
 const STRIKE = {speed_mps: 0.6, force_n: 4, interaction: 'strike'};
 const TAP = {speed_mps: 0.25, force_n: 1.5, interaction: 'tap'};
-const HELD = 2; // N, of a fingertip that rests or slides
+const HELD = 2; // N, force of a resting or sliding fingertip
 const RENEWAL = 50; // ms between messages of a held phase; a lease lasts 250
 const STILL = 0.02; // m/s along the surface; slower is not sliding
-const HOVER = 0.028; // m, of the drawn hand over what it is not pressed to
-const OLD = 100; // ms after which a pointer that sends nothing stands still
+const HOVER = 0.028; // m, height of the hand over an object it does not touch
+const OLD = 100; // ms without events after which the pointer has no speed
 
 export class Pointer {
   #camera;
@@ -18,15 +18,15 @@ export class Pointer {
   #send;
   #ray = new THREE.Raycaster();
   #at = null; // {object, point, time} under the pointer
-  #where = null; // the last point met
+  #where = null; // the last point hit
   #speed = 0;
   #place = ''; // of the last event
-  #met = null; // what was found there
+  #met = null; // the hit at that place
   #isDown = false;
   #target = null; // the object approached or held
   #sentAt = 0;
 
-  /** `send` takes each touch, the object it is of and where. */
+  /** `send` receives each touch with its object and point. */
   constructor(canvas, camera, objects, send) {
     this.#camera = camera;
     this.#objects = objects;
@@ -39,14 +39,14 @@ export class Pointer {
     canvas.addEventListener('pointerleave', () => (this.#at = null));
   }
 
-  /** Where the drawn hand's fingertip is: {point, normal}, null when the pointer is off the canvas or on nothing. */
+  /** The fingertip of the hand: {point, normal}; null when the pointer is off the canvas or on no object. */
   get tip() {
     if (!this.#at) return null;
     const {point, normal} = this.#at;
     return {point: point.clone().addScaledVector(normal, this.#isDown ? 0.004 : HOVER), normal, isDown: this.#isDown};
   }
 
-  /** Renews what is held or approached; call it every animation frame. */
+  /** Renews the current touch or approach; call it in every animation frame. */
   step(now) {
     if (!this.#target || now - this.#sentAt < RENEWAL) return;
     if (!this.#isDown) {
@@ -100,7 +100,7 @@ export class Pointer {
     this.#send({phase, hand: 'right', ...fields}, this.#target, this.#where);
   }
 
-  /** What is under the pointer; where it has not moved, what was found before. */
+  /** Returns the hit under the pointer, cached while it does not move. */
   #meet({offsetX, offsetY, target, timeStamp}) {
     const place = `${offsetX} ${offsetY} ${target.clientWidth}`;
     if (place === this.#place && this.#met) return {...this.#met, time: timeStamp};
@@ -121,7 +121,7 @@ export class Pointer {
   }
 }
 
-/** The surface's own direction there, on the side that is looked at. */
+/** Returns the surface normal there, on the visible side. */
 function normalOf({face, object}, {ray}) {
   const normal = face.normal.clone().transformDirection(object.matrixWorld);
   return normal.dot(ray.direction) > 0 ? normal.negate() : normal;

@@ -1,15 +1,15 @@
-/** How richly the page draws: with less where WebGL runs on the processor, so that a touch is seen at once. */
+/** Chooses the drawing quality: reduced when WebGL runs on the CPU, so that a touch is visible at once. */
 
 const SOFTWARE = /llvmpipe|softpipe|swiftshader|basic render|software/i;
-const MOST_PIXELS = 200_000; // of a picture that the processor draws
+const MAX_PIXELS = 200_000; // of a picture drawn by the CPU
 
-/** Whether to leave out refraction, smooth edges and pixels; never where the address says `?quality=full`. */
+/** Whether to omit refraction, smooth edges and full resolution; never with `?quality=full` in the address. */
 export const isPlain = new URLSearchParams(location.search).get('quality') !== 'full' && drawsOnProcessor();
 
-/** Pixels of the picture for each pixel of a page of this size. */
+/** Returns the pixels of the picture per pixel of a page of this size. */
 export function pixelRatio(width, height) {
   const finest = Math.min(2, devicePixelRatio);
-  return isPlain ? Math.min(finest, Math.sqrt(MOST_PIXELS / (width * height))) : finest;
+  return isPlain ? Math.min(finest, Math.sqrt(MAX_PIXELS / (width * height))) : finest;
 }
 
 function drawsOnProcessor() {

@@ -1,32 +1,32 @@
-/** The small card at the object that is touched: what it is, how warm it is, how it vibrates. One picture for page and headset. */
+/** The card at the touched object with its material, warmth and vibration; one picture for page and headset. */
 import * as THREE from 'three';
 import {materialColour, warmthColour, warmthWord} from '/feel.js';
 
 const SIZE = {width: 264, height: 124}; // CSS px
 const SCALE = 2;
 const METRES = 0.19; // wide, in the headset
-const ABOVE = 0.13; // m over the point that is touched
+const ABOVE = 0.13; // m above the touched point
 const AWAY = {x: 58, y: -150}; // px from the point, on the page
 const EDGE = 12;
-const KEPT = 90; // of the vibration's history
+const HISTORY = 90; // values of the vibration's history
 const STAYS = 2500; // ms after the touch
 
 export class Readout {
   #canvas = Object.assign(document.createElement('canvas'), {width: SIZE.width * SCALE, height: SIZE.height * SCALE});
   #line = document.createElement('i');
-  #history = new Float32Array(KEPT);
+  #history = new Float32Array(HISTORY);
   #texture = new THREE.CanvasTexture(this.#canvas);
   #shown = null; // {object, decision, point}
   #until = 0;
-  #painted = []; // what the card shows
+  #painted = []; // the values on the card
   #paintedAt = -Infinity;
   #wait;
 
-  /** `place` is the element over the canvas that holds the card; it is painted every `wait` ms at most. */
+  /** `place` is the element over the canvas that contains the card; it is painted at most every `wait` ms. */
   constructor(place, wait) {
     this.#wait = wait;
     this.#canvas.className = 'readout';
-    this.#canvas.setAttribute('aria-hidden', 'true'); // the page says the same in words
+    this.#canvas.setAttribute('aria-hidden', 'true'); // the page contains the same text
     this.#line.className = 'leader';
     place.append(this.#line, this.#canvas);
     this.#texture.colorSpace = THREE.SRGBColorSpace;
@@ -42,7 +42,7 @@ export class Readout {
     this.#until = now + STAYS;
   }
 
-  /** Whether anything was touched yet: before that there is nothing to say. */
+  /** Whether an object has been touched yet. */
   get hasShown() {
     return this.#shown !== null;
   }
@@ -51,16 +51,16 @@ export class Readout {
     if (this.#shown?.object.object_id === decision.object_id) this.#shown.decision = decision;
   }
 
-  /** Keeps the card going; `level` 0..1 is the vibration now. Returns whether it is shown. */
+  /** Updates the card; `level` 0..1 is the current vibration. Returns whether it is shown. */
   step(now, level) {
     this.#history.copyWithin(0, 1);
-    this.#history[KEPT - 1] = level;
+    this.#history[HISTORY - 1] = level;
     const isShown = this.#shown !== null && now < this.#until;
     if (isShown && now - this.#paintedAt >= this.#wait && this.#isOld()) this.#paint(now);
     return isShown;
   }
 
-  /** Whether the card shows anything else than now is so; painting it costs the page a picture. */
+  /** Returns whether the card is out of date, since painting it costs the page a redraw. */
   #isOld() {
     const {object, decision} = this.#shown;
     const before = this.#painted;
@@ -68,7 +68,7 @@ export class Readout {
     return this.#painted[2] || this.#painted.some((part, index) => part !== before[index]);
   }
 
-  /** Places it on the page. */
+  /** Positions the card on the page. */
   onPage(isShown, camera, {clientWidth: width, clientHeight: height}) {
     this.mesh.visible = false;
     this.#canvas.hidden = this.#line.hidden = !isShown;
@@ -84,7 +84,7 @@ export class Readout {
     this.#line.style.transform = `translate(${x}px, ${y}px) rotate(${Math.atan2(toY - y, toX - x)}rad)`;
   }
 
-  /** Places it in the headset, above the hand and turned to the head. */
+  /** Positions the card in the headset, above the hand and facing the head. */
   inHeadset(isShown, head) {
     this.#canvas.hidden = this.#line.hidden = true;
     this.mesh.visible = isShown;
@@ -104,15 +104,15 @@ export class Readout {
     pen.roundRect(0, 0, SIZE.width, SIZE.height, 14);
     pen.fill();
     const {object, decision} = this.#shown;
-    const says = decision ? why(decision) : '';
-    const taken = text(pen, says, SIZE.width - 16, 23, '500 12px', '#b9c6cf', 'right');
+    const source = decision ? why(decision) : '';
+    const taken = text(pen, source, SIZE.width - 16, 23, '500 12px', '#b9c6cf', 'right');
     text(pen, clipped(pen, object.says.name ?? object.key, SIZE.width - 44 - taken), 16, 23, '500 12px', '#b9c6cf');
-    const what = decision?.material ?? 'deciding';
+    const material = decision?.material ?? 'deciding';
     pen.fillStyle = materialColour(decision?.material);
     pen.beginPath();
     pen.arc(22, 43, 6, 0, 7);
     pen.fill();
-    text(pen, what, 35, 52, '700 27px', '#fff');
+    text(pen, material, 35, 52, '700 27px', '#fff');
     this.#warmth(pen, decision);
     this.#ribbon(pen);
   }
@@ -123,17 +123,17 @@ export class Readout {
     pen.beginPath();
     pen.arc(22, 72, 6, 0, 7);
     pen.fill();
-    const words = !decision ? 'warmth not known yet' : warmth_c === null ? 'no warmth or cold to be felt' : `${warmthWord(warmth_c)}, the plate goes to ${warmth_c.toFixed(1)} °C`;
+    const words = !decision ? 'warmth unknown' : warmth_c === null ? 'no noticeable warmth or cold' : `${warmthWord(warmth_c)}, the plate goes to ${warmth_c.toFixed(1)} °C`;
     text(pen, words, 35, 76, '500 12.5px', '#e9eff3');
   }
 
-  /** The vibration's envelope, mirrored; the newest on the right. */
+  /** Draws the mirrored envelope of the vibration, the newest on the right. */
   #ribbon(pen) {
     const [left, width, middle] = [16, SIZE.width - 32, 101];
     pen.fillStyle = 'rgb(255 255 255 / 0.16)';
     pen.fillRect(left, middle, width, 1);
     pen.fillStyle = '#45d3bf';
-    const step = width / KEPT;
+    const step = width / HISTORY;
     this.#history.forEach((level, index) => {
       const half = 14 * Math.sqrt(level);
       if (half > 0.5) pen.fillRect(left + index * step, middle - half, Math.max(1, step - 0.6), 2 * half);
@@ -141,14 +141,14 @@ export class Readout {
   }
 }
 
-const SOURCES = {scene: 'the scene says so', name: 'by its name', shader: 'by its shader', encoder: 'by its picture', vlm: 'by the model', unknown: 'not sure'};
+const SOURCES = {scene: 'stated by the scene', name: 'by its name', shader: 'by its shader', encoder: 'by its picture', vlm: 'by the model', unknown: 'not sure'};
 
 function why({source, confidence, material, runner_up: next}) {
   if (material === 'unknown') return next ? `perhaps ${next}` : SOURCES.unknown;
   return `${Math.round(100 * confidence)} %, ${SOURCES[source] ?? source}`;
 }
 
-/** As many letters of a name as have room, in the font of `pen`. */
+/** Truncates a name to a width, in the font of `pen`. */
 function clipped(pen, name, width) {
   if (pen.measureText(name).width <= width) return name;
   let letters = name.length;
@@ -156,7 +156,7 @@ function clipped(pen, name, width) {
   return `${name.slice(0, letters)}…`;
 }
 
-/** Returns how wide it came out, px. */
+/** Draws text and returns its width, px. */
 function text(pen, words, x, y, font, colour, align = 'left') {
   pen.font = `${font} system-ui, sans-serif`;
   pen.fillStyle = colour;

@@ -1,4 +1,4 @@
-/** The room round the objects: light, floor, walls. */
+/** The room around the objects: light, floor, walls. */
 import * as THREE from 'three';
 import {RoomEnvironment} from 'three/addons/environments/RoomEnvironment.js';
 import {TABLE_TOP} from './objects.js';
@@ -8,9 +8,9 @@ const FLOOR = 0x6f5a48;
 const PANEL = 0x8fa09a;
 const FRAME = 0xf1efe8;
 const SKY = 0xe8f3ff;
-const BACK = -1.3; // m, where the wall is
+const BACK = -1.3; // m, position of the wall
 
-/** A scene with the objects in it, lit; metal and glass mirror a bright room. */
+/** Creates a lit scene with the objects; metal and glass mirror a bright room. */
 export function buildScene(renderer, objects) {
   const scene = new THREE.Scene();
   scene.background = new THREE.Color(WALL);
@@ -22,7 +22,7 @@ export function buildScene(renderer, objects) {
   return scene;
 }
 
-/** Floor, panelled wall and a bright window in it: something to be seen through glass. */
+/** Creates floor, panelled wall and a bright window, as a background for glass. */
 function room() {
   const floor = new THREE.Mesh(
     new THREE.PlaneGeometry(8, 8).rotateX(-Math.PI / 2),

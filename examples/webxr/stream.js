@@ -1,10 +1,10 @@
-/** What the palm speaker plays, played here and turned into light: a second connection, which only watches. */
+/** Receives the palm speaker's waveform by a second, observing connection, for sound and light in the page. */
 import {sound, speakerIs} from '/hear.js';
 import {Link} from '/link.js';
 
-const FULL = 0.35; // of the speaker's full scale: what counts as strong in a picture
-const FALLS = 9; // 1/s, of the level once it is quiet
-const LEAST = 1e-4; // of the full level: less is none
+const FULL = 0.35; // share of the speaker's full scale that is shown as strongest
+const FALLS = 9; // 1/s, decay of the level
+const LEAST = 1e-4; // share of the full level below which it is zero
 
 export class Stream {
   #level = 0;
@@ -16,14 +16,14 @@ export class Stream {
     this.link.connect();
   }
 
-  /** How strongly it vibrates now, 0..1; falls off when nothing comes. */
+  /** Returns the current strength of vibration, 0..1; it decays without new samples. */
   level(elapsed) {
     const now = this.#level;
     this.#level *= Math.exp(-FALLS * elapsed);
     return now < LEAST * FULL ? 0 : Math.min(1, now / FULL);
   }
 
-  /** At once: a stop, or no service. */
+  /** Silences at once, for a stop or a lost service. */
   silence() {
     this.#level = 0;
     sound.silence();

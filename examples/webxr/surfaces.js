@@ -1,12 +1,12 @@
-/** What the things on this table are covered with: colour, height and roughness as functions of (u, v). */
+/** Procedural surfaces of the objects on the table: colour, height and roughness as functions of (u, v). */
 import * as THREE from 'three';
 import {blend, clamp, fractal, mix, noise, step} from '../captures/make/page/noise.js';
 
 const SIDE = 512; // px
 
 /**
- * Sawn or turned timber, grain along u: bands of early and late wood that wander, fibres, pores.
- * `rings` bands over the width, `planks` boards beside each other.
+ * Sawn or turned timber with grain along u: winding bands of early and late wood, fibres, pores.
+ * `rings` is the number of bands over the width, `planks` the number of boards.
  */
 export function timber({light, dark, rings = 12, planks = 1, pores = 0.35, seed = 1}) {
   return sampled((u, v) => {
@@ -28,7 +28,7 @@ export function timber({light, dark, rings = 12, planks = 1, pores = 0.35, seed 
   });
 }
 
-/** A woven check: `threads` over the width, every `check` of them in the second colour, fuzzy as yarn is. */
+/** A woven check of fuzzy yarn: `threads` over the width, every `check` of them in the second colour. */
 export function woven({ground, stripe, threads = 48, check = 8, fuzz = 0.3, seed = 2}) {
   return sampled((u, v) => {
     const x = u * threads + (fractal(u * 11, v * 11, 2, seed) - 0.5) * 0.8;
@@ -48,7 +48,7 @@ export function woven({ground, stripe, threads = 48, check = 8, fuzz = 0.3, seed
   });
 }
 
-/** Metal with fine scratches along u; `grain` is how deep they are, `gloss` how smooth it is between. */
+/** Metal with fine scratches along u; `grain` is their depth, `gloss` the smoothness between them. */
 export function ground({color, grain = 0.25, gloss = 0.16, seed = 3}) {
   return sampled((u, v) => {
     const streak = fractal(u * 2.5, v * 190, 3, seed);

@@ -1,5 +1,5 @@
 /**
- * How a touch is shown on the objects themselves: a glow at the fingertip, the warmth round it, a ripple on a
+ * Shows a touch on the objects themselves: a glow at the fingertip, the warmth around it, a ripple on a
  * strike, and a rim round what the hand is at. Every material of the objects is given these lights once.
  */
 import * as THREE from 'three';
@@ -8,12 +8,12 @@ import {warmthRgb} from '/feel.js';
 const HANDS = 2;
 const RIPPLES = 4;
 const RIPPLE_S = 0.9;
-const WARMS_S = 0.7; // until the tint stands
-const COOLS_S = 1.6; // until it is gone after a release
-const FADES_S = 0.12; // of the glow
-const ADDED = 0.14; // of the light, on each wall
+const WARMS_S = 0.7; // until the tint is complete
+const COOLS_S = 1.6; // until it has faded after a release
+const FADES_S = 0.12; // fading time of the glow
+const ADDED = 0.14; // share of the light on each wall of glass
 const VIBRATION = new THREE.Color(0x45ffe0);
-/** How fast (m/s) and how wide (m) a ripple runs, and how soon it dies (1/s): stiff things ring, soft ones thud. */
+/** Speed (m/s), width (m) and decay (1/s) of a ripple: stiff materials ring, soft ones thud. */
 const WAVES = {
   glass: [0.75, 0.01, 2.2], metal: [0.8, 0.012, 1.8], ceramic: [0.7, 0.011, 2.6], wood: [0.5, 0.018, 4.5],
   stone: [0.6, 0.014, 5], plastic: [0.45, 0.018, 4.5], fabric: [0.22, 0.03, 6], unknown: [0.4, 0.02, 5],
@@ -61,7 +61,7 @@ export class TouchLight {
     feelWave: {value: list(RIPPLES)},
   };
   #rims = new Map(); // object -> its uniform
-  #boxes = new Map(); // object -> where it is
+  #boxes = new Map(); // object -> its bounding box
   #hands = {left: hand(0), right: hand(1)};
   #ripples = Array.from({length: RIPPLES}, () => ({at: -Infinity, material: 'unknown', strength: 0}));
   #next = 0;
@@ -81,7 +81,7 @@ export class TouchLight {
     }
   }
 
-  /** Pictures for the recogniser are taken without any of it. */
+  /** Hides all of it while pictures for the recogniser are taken. */
   get visible() {
     return this.#shared.feelShown.value > 0;
   }
@@ -90,7 +90,7 @@ export class TouchLight {
     this.#shared.feelShown.value = shown ? 1 : 0;
   }
 
-  /** A hand is at `point` of `object`; `warmth_c` is what it feels there, null for nothing. */
+  /** Updates a hand at `point` of `object`; `warmth_c` is the felt temperature, null for none. */
   touch({hand: name, phase, force_n: force, interaction}, object, point, {material = 'unknown', warmth_c = null} = {}) {
     const hand = this.#hands[name];
     const held = phase === 'contact' || phase === 'slide';
@@ -104,7 +104,7 @@ export class TouchLight {
     this.#wanted = hand.near ? object : null;
   }
 
-  /** Lets time pass; `level` (0..1) is how strongly the speaker vibrates. Returns the balls and boxes (m) in which anything changed. */
+  /** Advances time; `level` (0..1) is the strength of the vibration. Returns the changed spheres and boxes (m). */
   step(now, elapsed, level) {
     const changed = Object.values(this.#hands).flatMap((hand) => this.#follow(hand, elapsed, level));
     this.#ripples.forEach((ripple, index) => changed.push(...this.#spread(ripple, index, now)));
@@ -164,7 +164,7 @@ export class TouchLight {
   }
 }
 
-/** Glass that is drawn as light added to what is behind it would turn white, with both its walls, under all of a touch's light. */
+/** Reduces the light on additively drawn glass, whose two walls would otherwise turn white under a touch. */
 function shareOf(material) {
   return {get value() { return material.blending === THREE.AdditiveBlending ? ADDED : 1; }};
 }
@@ -173,12 +173,12 @@ function hand(index) {
   return {index, point: new THREE.Vector3(0, -9, 0), colour: new THREE.Color(), held: false, near: false, isWarm: false, glow: 0, warmth: 0, size: 0.01, lit: new Array(9).fill(0)};
 }
 
-/** Where the light of a hand is seen, by the same bells as in the shader. */
+/** Returns the visible extent of a hand's light, with the same bell curves as in the shader. */
 function glowOf([x, y, z, glow, , , , warmth, size]) {
   return ball([x, y, z], Math.max(widths(2 * glow) * Math.SQRT2 * size, widths(warmth) * Math.sqrt(0.0072)));
 }
 
-/** Widths of a bell of this height until it is 0.001, which no screen shows. */
+/** Returns the width of a bell curve of this height down to 0.001, which is invisible. */
 function widths(height) {
   return Math.sqrt(Math.max(0, Math.log(1000 * height)));
 }

@@ -12,7 +12,7 @@ namespace {
 
 const uint32_t BAUD = 250000;
 // 16 conversions of each thermistor, spread evenly over a step of 20 ms: one mains period of 50 Hz
-// averages to nothing and one of 60 Hz to a sixth. 50 ticks carry 48, each half leaves its last out.
+// averages to zero and one of 60 Hz to a sixth. Of 50 ticks 48 start a conversion; each half skips its last.
 const uint8_t TICKS = 50, HALF = TICKS / 2, CONVERSIONS = 16 * plate::PLACES;
 static_assert(TICKS * 2 / 5 == plate::STEP_MS, "a tick is 0.4 ms");
 const uint8_t CONVERTER = _BV(ADEN) | _BV(ADIE) | _BV(ADPS2) | _BV(ADPS1) | _BV(ADPS0);  // 104 us each
@@ -20,12 +20,12 @@ const uint8_t HEAT_PIN = _BV(PB1), COOL_PIN = _BV(PB2), ENABLE_PIN = _BV(PB0);  
 const uint8_t LIGHT_PIN = _BV(PB5);    // the LED marked L on an Uno or Nano
 const uint8_t CUT_OUT_PIN = _BV(PD7);  // port D, low while closed
 
-plate::Keepsake keepsake __attribute__((section(".noinit")));
+plate::PersistentState persistent_state __attribute__((section(".noinit")));
 uint8_t reset_cause __attribute__((section(".noinit")));
 
 volatile uint32_t uptime_ms;
-volatile uint16_t sums[plate::PLACES], due_sums[plate::PLACES];  // of this step so far, of the last one
-volatile uint8_t converted;                                      // conversions of this step so far
+volatile uint16_t sums[plate::PLACES], due_sums[plate::PLACES];  // sums of the current step, of the last step
+volatile uint8_t converted;                                      // conversions of the current step
 volatile bool step_is_due;
 
 // Powers of two, so that an index wraps by a mask.
@@ -39,14 +39,14 @@ void start_conversion() {
     ADCSRA = CONVERTER | _BV(ADSC);
 }
 
-// The whole of each register, at every step: what a disturbance flipped is right again 20 ms later.
-// Both pins stay outputs; without their COM bits they are the zeros of PORTB, not a pulse a period.
+// Writes all bits of each register at every step, which corrects bits flipped by a disturbance within 20 ms.
+// Both pins stay outputs; without their COM bits they follow the zeros in PORTB instead of pulsing once a period.
 void write_bridge(uint8_t enable, uint8_t com) {
     PORTB = enable | (PORTB & LIGHT_PIN);
     DDRB = ENABLE_PIN | HEAT_PIN | COOL_PIN | LIGHT_PIN;
     TCCR1A = com | _BV(WGM11);        // mode 6: fast PWM, 9 bits
     TCCR1B = _BV(WGM12) | _BV(CS10);  // 31.25 kHz
-    PORTD = CUT_OUT_PIN;              // its pull-up
+    PORTD = CUT_OUT_PIN;              // pull-up
 }
 
 void disconnect_bridge() {
@@ -59,7 +59,7 @@ void begin_sums() {
     for (uint8_t place = 0; place < plate::PLACES; place++) sums[place] = 0;
 }
 
-// Written anew at every step: a flipped bit of OCR0A alone would stretch every lease, dose and window by two.
+// Called at every step: a single flipped bit of OCR0A could double every lease, dose and window.
 void set_clock() {
     TCCR0A = _BV(WGM01);  // 2.5 kHz
     OCR0A = F_CPU / 64 / 2500 - 1;
@@ -67,14 +67,14 @@ void set_clock() {
     TCCR0B = _BV(CS01) | _BV(CS00);
 }
 
-// The other two, ADMUX and ADCSRA, are written whole at each conversion.
+// ADMUX and ADCSRA are written completely at each conversion.
 void set_converter() {
     DIDR0 = _BV(ADC0D) | _BV(ADC1D) | _BV(ADC2D);
     ADCSRB = 0;
 }
 
-// The baud rate only where it is wrong: writing it restarts the prescaler under a byte that is on its way.
-void keep_serial() {
+// Writes the baud rate only if it is wrong, because writing restarts the prescaler and would damage a byte in transit.
+void refresh_serial() {
     const uint8_t status = UCSR0A & _BV(U2X0);
     if (!status) UCSR0A = _BV(U2X0);
     if (UBRR0 != F_CPU / 8 / BAUD - 1) UBRR0 = F_CPU / 8 / BAUD - 1;
@@ -110,7 +110,7 @@ void sleep_until_interrupt() {
     cli();
     if (rx_tail == rx_head && !step_is_due) {
         sleep_enable();
-        sei();  // takes effect after the next instruction: no interrupt slips in between
+        sei();  // takes effect after the next instruction, so no interrupt can occur in between
         sleep_cpu();
         sleep_disable();
     }
@@ -119,9 +119,9 @@ void sleep_until_interrupt() {
 
 }  // namespace
 
-// Before main and before RAM is set up: keep the cause, and stop a watchdog that survived its own reset.
-extern "C" void keep_reset_cause() __attribute__((naked, used, section(".init3")));
-extern "C" void keep_reset_cause() {
+// Runs before main and before RAM is initialised: saves the reset cause and stops the watchdog, which survives its own reset.
+extern "C" void save_reset_cause() __attribute__((naked, used, section(".init3")));
+extern "C" void save_reset_cause() {
     reset_cause = MCUSR;
     MCUSR = 0;
     wdt_disable();
@@ -195,7 +195,7 @@ void hal_light(bool on) {
 }
 
 void hal_send(const uint8_t* bytes, uint8_t count) {
-    // The cast comes before the remainder: the difference is an int, and a negative int has a negative remainder.
+    // The cast precedes the remainder, because the difference is an int and a negative int has a negative remainder.
     const uint8_t room = (uint8_t)(tx_tail - tx_head - 1) % TX_ROOM;
     if (count > room) return;
     while (count--) {
@@ -209,8 +209,8 @@ bool hal_cut_out_is_open() {
     return PIND & CUT_OUT_PIN;
 }
 
-Keepsake& hal_keepsake() {
-    return keepsake;
+PersistentState& hal_persistent_state() {
+    return persistent_state;
 }
 
 void hal_feed_watchdog() {
@@ -236,7 +236,7 @@ int main() {
             step(board, taken);
             set_clock();
             set_converter();
-            keep_serial();
+            refresh_serial();
         }
         sleep_until_interrupt();
     }

@@ -45,7 +45,7 @@ void finish_return(Board& board) {
     if (arrived || board.returning_ms >= LONGEST_RETURN_MS) open_bridge(board);
 }
 
-// For who has no host at hand: steady while driving, blinking while a fault is latched.
+// Shows the state without a host: steady while driving, blinking while a fault is latched.
 void light(const Board& board) {
     const bool blink = hal_uptime_ms() / BLINK_MS % 2 == 0;
     hal_light(board.state == State::faulted ? blink : is_driving(board));
@@ -59,7 +59,7 @@ void drive(Board& board) {
     Loop& loop = board.loop;
     loop.limited = 0;
     const float sink_c = board.sensors.now[SINK].c;
-    const float goal_c = limited_setpoint(loop, board.asked_c, sink_c, heat_is_spent(board.session));
+    const float goal_c = limited_setpoint(loop, board.setpoint_c, sink_c, heat_is_spent(board.session));
     const float ceiling_a = board.plausibility.cool_ceiling_a;
     follow(loop, {goal_c, plate_c(board.sensors), sink_c, ceiling_a, pulse_a(board.pulse)});
     hal_drive(loop.counts);
@@ -74,8 +74,8 @@ uint32_t judge_drive(Board& board, bool grown) {
            watch_beads(board.pulse, board.sensors, grown, room, goal_c);
 }
 
-// One that was never seen open since the power came may be welded shut: that is said when something is to be
-// driven, and stays said until its test button, or a power cut of its supply, opened it.
+// A cut-out that was never seen open since power-on may be welded shut. The fault is raised when the plate is to
+// be driven, and persists until the cut-out opens by its test button or by a power cut of its supply.
 uint32_t untested_fault(Board& board, bool is_open) {
     if (!is_open)
         board.open_ms = 0;
@@ -86,15 +86,15 @@ uint32_t untested_fault(Board& board, bool is_open) {
     return matters && !board.memory.cut_out_tested ? bit(CUT_OUT_UNTESTED) : 0;
 }
 
-// Unsaid while nothing is driven: the cut-out is open until its button was pressed.
+// Not a fault while the plate is off: the cut-out stays open until its start button is pressed.
 uint32_t cut_out_fault(Board& board) {
     const bool is_open = hal_cut_out_is_open();
     board.cut_out_ms = is_driving(board) && is_open ? board.cut_out_ms + STEP_MS : 0;
     return untested_fault(board, is_open) | (board.cut_out_ms >= CUT_OUT_MS ? bit(CUT_OUT_OPEN) : 0);
 }
 
-void keep_all(const Board& board) {
-    keep(hal_keepsake(), {board.session, board.faults, board.memory});
+void save_state(const Board& board) {
+    save(hal_persistent_state(), {board.session, board.faults, board.memory});
 }
 
 void account(Board& board) {
@@ -102,8 +102,8 @@ void account(Board& board) {
     const float hottest_c = plate_is_known(board.sensors) ? hottest_plate_c(board.sensors) : NEUTRAL_C;
     count_step(board.session, hottest_c, heating);
     count_quiet(board.memory);
-    arm(hal_keepsake(), is_driving(board));
-    keep_all(board);
+    arm(hal_persistent_state(), is_driving(board));
+    save_state(board);
 }
 
 void report(Board& board) {
@@ -119,16 +119,16 @@ void start(Board& board) {
     board = Board();
     start_judging(board.plausibility);
     hal_drive(0);
-    Keepsake& keepsake = hal_keepsake();
+    PersistentState& persistent_state = hal_persistent_state();
     board.reset_cause = hal_reset_cause();
-    if (was_driving(keepsake)) board.reset_cause |= RESET_WHILE_DRIVING;
-    Kept kept = Kept();
-    if (!(board.reset_cause & RESET_POWER_ON)) recall(keepsake, kept);
-    board.session = kept.session;
-    board.memory = kept.memory;
-    latch(board, kept.faults | faults_of_reset(board.reset_cause));
-    arm(keepsake, false);
-    keep_all(board);
+    if (was_driving(persistent_state)) board.reset_cause |= RESET_WHILE_DRIVING;
+    Saved saved = Saved();
+    if (!(board.reset_cause & RESET_POWER_ON)) restore(persistent_state, saved);
+    board.session = saved.session;
+    board.memory = saved.memory;
+    latch(board, saved.faults | faults_of_reset(board.reset_cause));
+    arm(persistent_state, false);
+    save_state(board);
 }
 
 void step(Board& board, const uint16_t sums[PLACES]) {
@@ -146,12 +146,12 @@ void step(Board& board, const uint16_t sums[PLACES]) {
 }
 
 Answer ask(Board& board, int32_t setpoint_mc, uint16_t ttl_ms) {
-    if (!board.greeted) return NEEDS_HELLO;
+    if (!board.hello_received) return NEEDS_HELLO;
     if (setpoint_mc < SETPOINT_LOW_MC || setpoint_mc > SETPOINT_HIGH_MC) return RANGE;
     if (ttl_ms < 1 || ttl_ms > MAX_TTL_MS) return TTL;
     if (board.state == State::faulted || !plate_is_known(board.sensors)) return FAULTED;
     if (board.state == State::off) close_bridge(board);
-    board.asked_c = setpoint_mc * 0.001f;
+    board.setpoint_c = setpoint_mc * 0.001f;
     board.ttl_ms = ttl_ms;
     board.state = State::holding;
     return OK;
@@ -159,7 +159,7 @@ Answer ask(Board& board, int32_t setpoint_mc, uint16_t ttl_ms) {
 
 void rest(Board& board) {
     if (board.state != State::holding) return;
-    board.asked_c = NEUTRAL_C;
+    board.setpoint_c = NEUTRAL_C;
     board.returning_ms = 0;
     board.state = State::returning;
 }
@@ -172,7 +172,7 @@ void open_bridge(Board& board) {
 }
 
 Answer clear(Board& board, uint8_t fault) {
-    if (!board.greeted) return NEEDS_HELLO;
+    if (!board.hello_received) return NEEDS_HELLO;
     if (fault >= FAULTS_END || !(board.faults & bit(fault))) return NOT_LATCHED;
     if (board.causes & bit(fault)) return PERSISTS;
     if (!count_clear(board.memory, bit(fault))) return LOCKED;

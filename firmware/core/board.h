@@ -1,4 +1,4 @@
-// The one state of the firmware, and the three things that happen to it: start, a byte, a step.
+// The complete state of the firmware, and the three events that change it: start, a byte, a control step.
 #pragma once
 #include <stdint.h>
 
@@ -14,13 +14,13 @@ namespace plate {
 struct Board {
     State state;
     uint32_t faults;   // latched
-    uint32_t causes;   // there now
-    bool greeted;      // a HELLO of our major came since the reset
-    float asked_c;
+    uint32_t causes;   // faults whose cause is present
+    bool hello_received;  // a HELLO of this major version arrived since the reset
+    float setpoint_c;
     uint16_t ttl_ms;
     uint16_t returning_ms;
-    uint16_t cut_out_ms;  // for how long it was open while driving
-    uint8_t open_ms;      // for how long it was open, at most CUT_OUT_MS
+    uint16_t cut_out_ms;  // time that the cut-out has been open while driving
+    uint8_t open_ms;      // time that the cut-out has been open, at most CUT_OUT_MS
     Sensors sensors;
     Plausibility plausibility;
     Pulse pulse;
@@ -41,7 +41,7 @@ void receive(Board& board, uint8_t byte);
 // One control step, every STEP_MS, on the sums of 16 conversions of each thermistor.
 void step(Board& board, const uint16_t sums[PLACES]);
 
-// What messages ask for.
+// The actions of messages.
 Answer ask(Board& board, int32_t setpoint_mc, uint16_t ttl_ms);
 void rest(Board& board);
 void open_bridge(Board& board);

@@ -11,7 +11,7 @@ void restart(Decoder& decoder) {
     decoder.complete = false;
 }
 
-// Undoes COBS in place. Returns the length, 0 when it is not COBS.
+// Decodes COBS in place. Returns the length, 0 for invalid COBS.
 uint8_t unstuff(uint8_t* bytes, uint8_t count) {
     uint8_t read = 0, written = 0;
     while (read < count) {

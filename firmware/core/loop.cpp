@@ -8,12 +8,12 @@
 namespace plate {
 namespace {
 
-// Gains in A/K and A/(K s). Cooling gets more: an ampere of it does less, the more so the harder, as Joule
-// heat works against it.
+// Gains in A/K and A/(K s). Cooling has higher gains, because an ampere of cooling removes less heat than an
+// ampere of heating adds, and less still at high currents, where Joule heat works against it.
 const float HEATING_P = 1.5f, HEATING_I = 0.6f, COOLING_P = 2.5f, COOLING_I = 1.5f;
 
 const float FORWARD_A_S_K = 0.26f;  // A for each degC/s: the face holds 1 J/K, an ampere moves 3.86 W
-const float FORWARD_FROM_C_S = 4.0f;  // a touch of something cold; slower courses do without
+const float FORWARD_FROM_C_S = 4.0f;  // the slope of a touch of something cold; slower changes need no feed-forward
 const float FORWARD_SHARE = 0.33f;    // of a step: the mean slope of the last 60 ms
 const float HELD_SHARE = 0.1f;  // of a step: the mean of the last 0.2 s, without the readings' noise
 
@@ -21,19 +21,19 @@ float clamp(float value, float low, float high) {
     return fminf(fmaxf(value, low), high);
 }
 
-// How warm the sink is on its way from warm to the trip, 0 to 1.
+// Returns the position of the sink between the warm limit and the trip, 0 to 1.
 float sink_share(float sink_c) {
     return clamp((sink_c - SINK_WARM_C) / (SINK_TRIP_C - SINK_WARM_C), 0.0f, 1.0f);
 }
 
-// A target that the current cannot reach waits for the plate instead of running ahead of it.
+// A target that the current cannot reach waits for the plate instead of moving ahead of it.
 bool must_wait(const Loop& loop, float goal_c, float plate_c) {
     const int8_t side = loop.saturated;
     return side * (goal_c - loop.target_c) > 0.0f && side * (loop.target_c - plate_c) > LEAD_C;
 }
 
-// Moves the target by a step. Returns the current that the face alone needs to be cooled so fast, also where the
-// target waits: without it the loop would first have to fall behind, a tenth of a second of every cold.
+// Moves the target by one step. Returns the current that cooling the face itself at this rate requires, also while
+// the target waits. Without this feed-forward the loop would first have to lag, by a tenth of a second per cooling.
 float slew(Loop& loop, float goal_c, float plate_c) {
     const float away_c = goal_c - loop.target_c, step_c = clamp(away_c, -SLEW_COOL_C_STEP, SLEW_HEAT_C_STEP);
     loop.slope_c_s += FORWARD_SHARE * (step_c / STEP_S - loop.slope_c_s);
@@ -47,7 +47,7 @@ float slew(Loop& loop, float goal_c, float plate_c) {
     return forward_a;
 }
 
-// The integral waits while more of it would change nothing.
+// Stops the integral while the output is saturated and more of it would have no effect.
 float wanted_current(Loop& loop, float error_c, float forward_a, float most_cool_a) {
     const bool cooling = loop.current_a < 0.0f;
     const float wanted_a = (cooling ? COOLING_P : HEATING_P) * error_c + loop.integral_a + forward_a;
@@ -59,7 +59,7 @@ float wanted_current(Loop& loop, float error_c, float forward_a, float most_cool
     return given_a;
 }
 
-// Whole counts; what rounding leaves is owed to the next step, so that the mean is finer than a count.
+// Rounds to whole counts and carries the remainder over to the next step, so that the mean is finer than a count.
 int16_t dithered(Loop& loop, float current_a) {
     const float exact = current_a * COUNTS_PER_A + loop.owed;
     const float whole = clamp(floorf(exact + 0.5f), -COOL_CAP_COUNTS, HEAT_CAP_COUNTS);
@@ -71,8 +71,8 @@ float ceiling_of(float sink_c, float cool_ceiling_a) {
     return fminf(cool_ceiling_a, COOL_LIMIT_A * (1.0f - sink_share(sink_c)));
 }
 
-// While a test pulse lasts the loop stands still: it would work against the pulse.
-float asked_current(Loop& loop, const Course& course, float forward_a, float ceiling_a) {
+// Suspends the loop during a test pulse, because it would work against the pulse.
+float pulsed_current(Loop& loop, const Course& course, float forward_a, float ceiling_a) {
     if (course.pulse_a != 0.0f) return clamp(loop.held_a + course.pulse_a, -ceiling_a, HEAT_LIMIT_A);
     const float wanted_a = wanted_current(loop, loop.target_c - course.plate_c, forward_a, ceiling_a);
     loop.held_a += HELD_SHARE * (wanted_a - loop.held_a);
@@ -113,9 +113,9 @@ void follow(Loop& loop, const Course& course) {
     loop.goal_c = course.goal_c;
     const float forward_a = slew(loop, course.goal_c, course.plate_c);
     const float ceiling_a = ceiling_of(course.sink_c, course.cool_ceiling_a);
-    const float wanted_a = asked_current(loop, course, forward_a, ceiling_a);
+    const float wanted_a = pulsed_current(loop, course, forward_a, ceiling_a);
     int16_t counts = dithered(loop, wanted_a);
-    if (turns_round(loop.counts, counts)) counts = 0;  // the filter empties before the bridge turns
+    if (turns_round(loop.counts, counts)) counts = 0;  // the filter discharges before the bridge reverses
     if ((loop.limited & LIMIT_CURRENT) && wanted_a < 0.0f && ceiling_a < COOL_LIMIT_A)
         loop.limited |= LIMIT_SINK;
     loop.counts = counts;

@@ -6,12 +6,12 @@ namespace plate {
 
 struct Loop {
     float goal_c;      // the setpoint after limits
-    float target_c;    // what the plate follows now: the goal after slew
+    float target_c;    // the temperature that the plate follows: the goal after slew
     float integral_a;
     float current_a;   // applied, positive heats
     float slope_c_s;   // of the target, a short mean
-    float held_a;      // what flowed before a test pulse began
-    float owed;        // counts that rounding kept back, given in a later step
+    float held_a;      // mean current before a test pulse
+    float owed;        // remainder of rounding in counts, carried over to a later step
     int16_t counts;
     int8_t saturated;  // 1 at the heating limit, -1 at the cooling limit, 0 between
     uint8_t limited;   // Limit bits of this step
@@ -20,18 +20,18 @@ struct Loop {
 void start_loop(Loop& loop, float plate_c);
 void stop_loop(Loop& loop);
 
-// What the target may become for a setpoint, given the sink and whether the session's heat is spent.
+// Returns the setpoint after the limits of the sink and of the session's heating time.
 float limited_setpoint(Loop& loop, float setpoint_c, float sink_c, bool heat_is_spent);
 
-// What a step goes by: temperatures in degC, the most that may cool and what a test pulse adds in A.
+// Inputs of a step: temperatures in degC; the cooling limit and the current of a test pulse in A.
 struct Course {
     float goal_c, plate_c, sink_c, cool_ceiling_a, pulse_a;
 };
 
-// One step towards the goal. Leaves the output in loop.counts.
+// Controls one step towards the goal. Stores the output in loop.counts.
 void follow(Loop& loop, const Course& course);
 
-// Whether a test pulse fits between the limits of the current.
+// Returns whether a test pulse fits between the current limits.
 bool has_room(const Loop& loop, float sink_c, float cool_ceiling_a);
 
 }  // namespace plate

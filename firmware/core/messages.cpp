@@ -25,7 +25,7 @@ struct Writer {
         u16((uint16_t)(value >> 16));
     }
     void send() const {
-        uint8_t wire[1 + MAX_WIRE] = {0};  // the first zero ends what noise began
+        uint8_t wire[1 + MAX_WIRE] = {0};  // the first zero ends a frame that noise may have started
         hal_send(wire, 1 + encode_frame(bytes, count, wire + 1));
     }
 };
@@ -83,7 +83,7 @@ int32_t i32_at(const uint8_t* bytes) {
     return (int32_t)(u16_at(bytes) | (uint32_t)u16_at(bytes + 2) << 16);
 }
 
-// Payload size of a message from the host, -1 when there is no such message.
+// Returns the payload size of a message from the host, -1 for an unknown type.
 int8_t size_of(uint8_t type) {
     switch (type) {
         case HELLO: return HELLO_BYTES;
@@ -95,16 +95,16 @@ int8_t size_of(uint8_t type) {
     }
 }
 
-Answer greet(Board& board, uint8_t seq, uint8_t major) {
-    board.greeted = major == PROTOCOL_MAJOR;
-    if (!board.greeted) open_bridge(board);
+Answer answer_hello(Board& board, uint8_t seq, uint8_t major) {
+    board.hello_received = major == PROTOCOL_MAJOR;
+    if (!board.hello_received) open_bridge(board);
     send_hello(board, seq);
-    return board.greeted ? OK : VERSION;
+    return board.hello_received ? OK : VERSION;
 }
 
 Answer obey(Board& board, uint8_t type, uint8_t seq, const uint8_t* payload) {
     switch (type) {
-        case HELLO: return greet(board, seq, payload[0]);
+        case HELLO: return answer_hello(board, seq, payload[0]);
         case SETPOINT: return ask(board, i32_at(payload), u16_at(payload + 4));
         case OFF: open_bridge(board); return OK;
         case REST: rest(board); return OK;

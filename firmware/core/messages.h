@@ -1,10 +1,10 @@
-// What the frames say: taken apart, answered, and written.
+// Decodes and answers the messages of frames, and encodes telemetry.
 #pragma once
 #include "board.h"
 
 namespace plate {
 
-// Obeys the frame in board.decoder and answers it.
+// Carries out the message in board.decoder and answers it.
 void answer_frame(Board& board);
 
 void send_telemetry(Board& board);

@@ -8,14 +8,14 @@ namespace plate {
 namespace {
 
 const float KELVIN = 273.15f;
-const float HARD = 0.6f;  // of the limit: driven hard
+const float HARD = 0.6f;  // share of the limit that counts as hard driving
 
 struct Drive {
     float current_a, error_c, power_w;  // means of PROGRESS_MS
-    int8_t push;                        // what they must do to the plate
+    int8_t push;                        // direction in which they must move the plate
 };
 
-// 1 or -1 when this much heat must move the plate that way, else 0.
+// Returns 1 or -1 when this power must warm or cool the plate, else 0.
 int8_t push_of(float current_a, float power_w) {
     if (current_a >= HARD * HEAT_LIMIT_A && power_w >= PUSH_HEAT_W) return 1;
     if (current_a <= -HARD * COOL_LIMIT_A && power_w <= -PUSH_COOL_W) return -1;
@@ -27,7 +27,7 @@ bool runs_backwards(const Plausibility& state, float along_c, float late_c) {
     return along_c <= -BACKWARDS_COOL_C && late_c <= -BACKWARDS_COOL_LATE_C;
 }
 
-// A loop that holds the plate against a touch eases off every second; one that is not heard does not.
+// A loop that holds the plate against a touch reduces its current every second; a loop without effect does not.
 bool eases(const Plausibility& state) {
     return fabsf(state.past_a[0]) < EASED * fabsf(state.past_a[WINDOW]);
 }
@@ -42,7 +42,7 @@ bool stands_still(const Plausibility& state, const Sensors& sensors, const Drive
            drive.power_w * state.pushing >= STILL_HEAT_W && plate_span_c(sensors) < STILL_C;
 }
 
-// One that moves, but not along, may have been touched: it gets the time that some energy takes.
+// A plate that moves, but not in the driven direction, may have been touched: a fault needs a certain energy.
 bool has_stalled(Plausibility& state, float along_c, float power_w) {
     if (along_c >= ALONG_C || eases(state)) {
         state.stalled_j = 0.0f;
@@ -81,7 +81,7 @@ uint32_t judge_progress(Plausibility& state, const Sensors& sensors, const Drive
     return is_full ? judge_window(state, sensors, drive) : 0;
 }
 
-// Bursts too short for a window: once broken off, their energy counts until the plate follows.
+// Judges bursts too short for a window: once interrupted, their energy adds up until the plate follows.
 uint32_t judge_burst(Plausibility& state, float plate, const Drive& drive) {
     const int8_t push = drive.push;
     if (state.pushed > WINDOW) state.burst_j = 0.0f;
@@ -108,7 +108,7 @@ uint32_t strike(Plausibility& state, float current_a) {
     return ++state.strikes >= REVERSED_STRIKES ? bit(COOLING_REVERSED) : 0;
 }
 
-// More cooling current and a warmer plate, second after second: back off, in the end give up.
+// More cooling current and a warmer plate in successive seconds: reduce the current, finally raise a fault.
 uint32_t judge_sign(Plausibility& state, float plate, float current_a, float error_c) {
     state.second_ms += STEP_MS;
     if (state.second_ms < REVERSED_MS) return 0;
@@ -122,7 +122,7 @@ uint32_t judge_sign(Plausibility& state, float plate, float current_a, float err
     return 0;
 }
 
-// A sensor that does not see the sink lets it grow hot unseen.
+// Detects a sensor that came off the sink, which could then overheat unnoticed.
 uint32_t judge_sink(Plausibility& state, float power_w, float sink) {
     const float surplus_w = power_w - state.sink_usual_w;
     state.sink_usual_w += surplus_w * (STEP_S / SINK_MEMORY_S);
@@ -165,8 +165,8 @@ void pause_judging(Plausibility& state) {
 
 namespace {
 
-// The mean current of PROGRESS_MS must push, as the readings are means too, and the newest as well: a ripple
-// that the loop follows, such as mains hum, would look like another current if it were only sampled.
+// Both the mean current of PROGRESS_MS, since the readings are means too, and the newest current must push. A
+// ripple that the loop follows, such as mains hum, would look like a different current if it were only sampled.
 Drive drive_of(const Plausibility& state, float plate, float sink, float current_a, float error_c) {
     const float mean_a = state.driven_a / state.driven_steps, mean_w = plate_power_w(mean_a, plate, sink);
     const int8_t push = push_of(mean_a, mean_w);

@@ -10,7 +10,7 @@ enum : uint8_t { FIRMWARE_MAJOR = 1, FIRMWARE_MINOR = 3, FIRMWARE_PATCH = 0 };
 enum : uint8_t {
     MAX_PAYLOAD = 48,
     MAX_RAW = 2 + MAX_PAYLOAD + 2,  // type, seq, payload, CRC
-    MAX_WIRE = MAX_RAW + 2,         // COBS code byte and the ending zero
+    MAX_WIRE = MAX_RAW + 2,         // COBS code byte and the final zero
 };
 
 enum Message : uint8_t {
@@ -66,7 +66,7 @@ enum ResetCause : uint8_t {
 
 const int32_t NO_READING = INT32_MIN;
 
-// Fault numbers; telemetry shows fault n as bit n. README.md says what each means and what to do.
+// Fault numbers; fault n is bit n in telemetry. README.md explains each and its remedy.
 enum Fault : uint8_t {
     PLATE_A_OPEN = 1,
     PLATE_A_SHORT = 2,

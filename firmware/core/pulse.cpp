@@ -8,17 +8,17 @@
 namespace plate {
 namespace {
 
-// A pulse waits for a plate that has come to its goal, but not for ever: a host could keep it away.
+// A pulse waits until the plate has reached its goal, but only for a limited time: a host could keep it away.
 bool may_begin(const Pulse& pulse, const Sensors& sensors, float goal_c) {
     const bool arrived = fabsf(goal_c - plate_c(sensors)) < HELD_C;
     return pulse.quiet_ms >= (arrived ? PULSE_EVERY_MS : 2 * PULSE_EVERY_MS);
 }
 
-void remember(float* kept_c, const Sensors& sensors) {
-    for (uint8_t which = 0; which < 2; which++) kept_c[which] = sensors.past_c[which][0];
+void remember(float* readings_c, const Sensors& sensors) {
+    for (uint8_t which = 0; which < 2; which++) readings_c[which] = sensors.past_c[which][0];
 }
 
-// Both moved fast, as they do in a touch: nothing needs to be tried. What drifts is slower.
+// Both beads moved fast, as in a touch, so no pulse is needed. Drift is slower.
 bool are_alive(const Sensors& sensors) {
     if (sensors.past_known <= WINDOW) return false;
     for (uint8_t which = 0; which < 2; which++)
@@ -41,7 +41,7 @@ uint32_t judge_answer(Pulse& pulse, const Sensors& sensors) {
     return ++pulse.unanswered >= PULSES_UNANSWERED ? bit(PLATE_FROZEN) : 0;
 }
 
-// A touch need not wait for a pulse, unless touches always come when one begins.
+// A new goal cancels a pulse, so that a touch is not delayed, unless this has happened too often.
 bool breaks_off(Pulse& pulse, float goal_c) {
     if (fabsf(goal_c - pulse.goal_c) < HELD_C || pulse.broken_off >= PULSES_BROKEN_OFF) return false;
     pulse.ticks = 0;

@@ -49,7 +49,7 @@ uint32_t disagreement(Sensors& sensors) {
     return sensors.disagree_ms >= DISAGREE_MS ? bit(PLATE_DISAGREES) : 0;
 }
 
-// How far a plate reading ranged in the past window.
+// Returns the range of a plate reading in the past window.
 float span_c(const float* past_c) {
     float low = past_c[0], high = past_c[0];
     for (uint8_t i = 1; i <= WINDOW; i++) {
@@ -66,7 +66,7 @@ uint32_t freezing(const Sensors& sensors) {
     return frozen ? bit(PLATE_FROZEN) : 0;
 }
 
-// Means over PROGRESS_MS: a fifth of the noise's power.
+// Adds the means over PROGRESS_MS, which have a fifth of the noise power.
 void remember(Sensors& sensors) {
     for (uint8_t place = PLATE_A; place <= PLATE_B; place++) {
         float* past_c = sensors.past_c[place];

@@ -1,4 +1,4 @@
-// The three thermistors, and the faults that can be seen from their readings alone.
+// Reads the three thermistors and raises the faults that their readings alone reveal.
 #pragma once
 #include <stdint.h>
 
@@ -13,23 +13,23 @@ struct Sensors {
     Reading now[PLACES];
     Reading before[PLACES];            // one step earlier
     float past_c[2][WINDOW + 1];       // plate readings, one per PROGRESS_MS, newest first
-    uint8_t past_known;                // how many of them in a row
-    float summed_c[2];                 // plate readings since the newest of them
-    uint16_t progress_ms;              // since the newest of them
+    uint8_t past_known;                // number of consecutive valid ones
+    float summed_c[2];                 // sums of plate readings since the newest one
+    uint16_t progress_ms;              // time since the newest one
     uint16_t disagree_ms;
 };
 
-// Takes the readings of one step. Returns true when the past has grown by one.
+// Takes the readings of one step. Returns true when a mean was added to the history.
 bool take_readings(Sensors& sensors, const uint16_t sums[PLACES]);
 
-// Bits of the faults whose cause is there now.
+// Returns the bits of the faults whose cause is present.
 uint32_t sensor_faults(Sensors& sensors);
 
 bool plate_is_known(const Sensors& sensors);
-float plate_c(const Sensors& sensors);          // mean of both; these three only when the plate is known
+float plate_c(const Sensors& sensors);          // mean of both; this and the next two require a known plate
 float hottest_plate_c(const Sensors& sensors);
 float plate_change_c(const Sensors& sensors, uint8_t from, uint8_t to);  // of the mean, indices into the past
-float plate_span_c(const Sensors& sensors);  // how far the mean ranged in the window
+float plate_span_c(const Sensors& sensors);  // range of the mean in the window
 
 inline uint32_t bit(uint8_t fault) {
     return (uint32_t)1 << fault;

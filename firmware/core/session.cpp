@@ -10,7 +10,7 @@ namespace plate {
 namespace {
 
 const uint16_t ARMED = 0xA51C;
-const float COUNTED_FROM_C = 35.0f;  // below, a session adds less than 0.001 CEM43
+const float COUNTED_FROM_C = 35.0f;  // below it a whole session adds less than 0.001 CEM43
 
 float dose_of_step(float plate_c) {
     if (plate_c < COUNTED_FROM_C) return 0.0f;
@@ -19,10 +19,10 @@ float dose_of_step(float plate_c) {
 }
 
 uint16_t crc_of(const Record& record) {
-    uint8_t bytes[sizeof(Kept) + 1];
-    const uint8_t* kept = reinterpret_cast<const uint8_t*>(&record.kept);
-    for (uint8_t i = 0; i < sizeof(Kept); i++) bytes[i] = kept[i];
-    bytes[sizeof(Kept)] = record.turn;
+    uint8_t bytes[sizeof(Saved) + 1];
+    const uint8_t* saved = reinterpret_cast<const uint8_t*>(&record.saved);
+    for (uint8_t i = 0; i < sizeof(Saved); i++) bytes[i] = saved[i];
+    bytes[sizeof(Saved)] = record.turn;
     return crc16(bytes, sizeof bytes);
 }
 
@@ -30,12 +30,12 @@ bool is_valid(const Record& record) {
     return record.crc == crc_of(record);
 }
 
-// Index of the newest valid record, -1 when none is.
-int8_t newest(const Keepsake& keepsake) {
-    const bool first = is_valid(keepsake.records[0]), second = is_valid(keepsake.records[1]);
+// Returns the index of the newest valid record, -1 when there is none.
+int8_t newest(const PersistentState& persistent_state) {
+    const bool first = is_valid(persistent_state.records[0]), second = is_valid(persistent_state.records[1]);
     if (!first && !second) return -1;
     if (first != second) return second;
-    return (uint8_t)(keepsake.records[0].turn + 1) == keepsake.records[1].turn;
+    return (uint8_t)(persistent_state.records[0].turn + 1) == persistent_state.records[1].turn;
 }
 
 }  // namespace
@@ -59,27 +59,27 @@ bool heat_is_spent(const Session& session) {
     return !(session.heated_s < HEAT_LIMIT_S);
 }
 
-void arm(Keepsake& keepsake, bool driving) {
-    keepsake.armed = driving ? ARMED : 0;
+void arm(PersistentState& persistent_state, bool driving) {
+    persistent_state.armed = driving ? ARMED : 0;
 }
 
-bool was_driving(const Keepsake& keepsake) {
-    return keepsake.armed == ARMED;
+bool was_driving(const PersistentState& persistent_state) {
+    return persistent_state.armed == ARMED;
 }
 
-void keep(Keepsake& keepsake, const Kept& kept) {
-    const int8_t last = newest(keepsake);
-    const uint8_t turn = last < 0 ? 0 : keepsake.records[last].turn + 1;
-    Record& record = keepsake.records[last == 0];
-    record.kept = kept;
+void save(PersistentState& persistent_state, const Saved& saved) {
+    const int8_t last = newest(persistent_state);
+    const uint8_t turn = last < 0 ? 0 : persistent_state.records[last].turn + 1;
+    Record& record = persistent_state.records[last == 0];
+    record.saved = saved;
     record.turn = turn;
     record.crc = crc_of(record);
 }
 
-bool recall(const Keepsake& keepsake, Kept& kept) {
-    const int8_t last = newest(keepsake);
+bool restore(const PersistentState& persistent_state, Saved& saved) {
+    const int8_t last = newest(persistent_state);
     if (last < 0) return false;
-    kept = keepsake.records[last].kept;
+    saved = persistent_state.records[last].saved;
     return true;
 }
 

@@ -1,4 +1,4 @@
-// What the skin has had: dose and heat of a session, kept across resets together with the latched faults.
+// Thermal dose and heating time of a session, saved across resets together with the latched faults.
 #pragma once
 #include <stdint.h>
 
@@ -15,41 +15,41 @@ void count_step(Session& session, float plate_c, bool heating);
 bool dose_is_spent(const Session& session);
 bool heat_is_spent(const Session& session);
 
-// Which faults were cleared once and twice of late, for how long nothing was cleared, and whether the cut-out
-// was seen open since the power came: a relay whose contacts are welded together never is.
+// The faults cleared once and twice recently, the time since the last clearing, and whether the cut-out was
+// seen open since power-on: a relay with welded contacts never opens.
 struct Memory {
     uint32_t cleared_once, cleared_twice;
     uint16_t quiet_ms;
     uint16_t cut_out_tested;
 };
 
-// What outlives a reset.
-struct Kept {
+// The state that outlives a reset.
+struct Saved {
     Session session;
     uint32_t faults;
     Memory memory;
 };
 
 struct Record {
-    Kept kept;
-    uint8_t turn;  // the newer of two records has the turn after the other's
+    Saved saved;
+    uint8_t turn;  // sequence number: the newer of two records has the one after the other's
     uint16_t crc;
 };
 
-// Memory that a reset leaves alone. Two records, so that a reset amid writing one leaves the other;
-// the word apart from them, so that it holds whatever happens to them.
-struct Keepsake {
+// Memory that a reset does not clear. There are two records, so that a reset while one is written leaves
+// the other intact. The armed word is separate, so that damaged records do not affect it.
+struct PersistentState {
     uint16_t armed;
     Record records[2];
 };
 
-void arm(Keepsake& keepsake, bool driving);
-bool was_driving(const Keepsake& keepsake);
-void keep(Keepsake& keepsake, const Kept& kept);
-// Fills in what was kept; false when nothing valid was, and then touches nothing.
-bool recall(const Keepsake& keepsake, Kept& kept);
+void arm(PersistentState& persistent_state, bool driving);
+bool was_driving(const PersistentState& persistent_state);
+void save(PersistentState& persistent_state, const Saved& saved);
+// Reads the newest valid record; returns false and changes nothing when there is none.
+bool restore(const PersistentState& persistent_state, Saved& saved);
 
-// Counts one clearing of a fault; false when it was cleared twice of late.
+// Counts one clearing of a fault; returns false when it was cleared twice recently.
 bool count_clear(Memory& memory, uint32_t fault_bit);
 void count_quiet(Memory& memory);
 

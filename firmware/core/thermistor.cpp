@@ -7,7 +7,7 @@
 namespace plate {
 
 Reading read_thermistor(uint16_t sum) {
-    const float share = (sum + 8.0f) / READING_FULL_SCALE;  // a code stands for the middle of its step
+    const float share = (sum + 8.0f) / READING_FULL_SCALE;  // a code represents the middle of its step
     if (share < SHORT_BELOW) return {Wire::shorted, false, 0.0f};
     if (share > OPEN_ABOVE) return {Wire::open, false, 0.0f};
     const float log_ratio = logf(share / (1.0f - share));  // of the resistance to 10 kohm

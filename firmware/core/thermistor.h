@@ -1,4 +1,4 @@
-// From the sum of 16 conversions to degrees.
+// Converts the sum of 16 conversions to degrees.
 #pragma once
 #include <stdint.h>
 

@@ -1,7 +1,7 @@
 """Draws the circuit of parts.py as circuit.svg and lists it in wiring.md: `python circuit.py`.
 
 Four sheets side by side; wires end in the name of their net, so that no line crosses another.
-`--check` writes nothing and ends with 1 when a file is not current.
+`--check` writes nothing and exits with 1 when a file is not current.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def wiring() -> str:
     lines = [
         "# Parts and wiring",
         "",
-        "Made from parts.py by `python firmware/hardware/circuit.py`, which also makes the",
+        "Generated from parts.py by `python firmware/hardware/circuit.py`, which also draws the",
         "[drawing](circuit.svg).",
         "",
         "| part | value | |",

@@ -1,7 +1,7 @@
-"""Every part of the plate's circuit, its value, and the net at each of its pins.
+"""The parts of the plate's circuit, their values, and the net at each pin.
 
-The one place that holds them: `circuit.py` draws them and writes wiring.md, and a test computes
-from them what the firmware and its simulation assume. Knows no drawing.
+This is the only source of them: `circuit.py` draws them and writes wiring.md, and a test computes
+from them the values that the firmware and its simulation assume. It contains no drawing code.
 """
 
 from __future__ import annotations
@@ -58,12 +58,12 @@ PARTS = (
     Part(
         "U2",
         "MCP6001",
-        "rail-to-rail operational amplifier, or alike",
+        "rail-to-rail operational amplifier, or similar",
         {"+": "PLUS", "-": "MINUS", "out": "CTLI", "V+": "BOARD5V", "V-": "GND"},
     ),
-    # Driver, and what limits the current whatever the driver does. The driver holds
-    # V(OS1) - V(CS) = RS I at (CTLI - REF) / 10, so everything the module's current passes
-    # hangs between OS1 and OS2, and RS alone between OS1 and CS, behind the choke L1.
+    # Driver, and the limiter that works whatever the driver does. The driver holds
+    # V(OS1) - V(CS) = RS I at (CTLI - REF) / 10, so all parts that carry the module's current
+    # are between OS1 and OS2, and RS alone is between OS1 and CS, behind the choke L1.
     # CTLI above REF makes V(OS2) > V(OS1) > V(CS): the current enters the module at its minus
     # lead and leaves at its plus lead, which heats the face whose makers call it the cold one.
     Part(
@@ -121,7 +121,7 @@ PARTS = (
     Part(
         "K1",
         "5 V relay",
-        "two poles, 5 A, force-guided: the first switches, the second tells the board",
+        "two poles, 5 A, force-guided: the first switches, the second reports to the board",
         {"coil+": "COIL+", "coil-": "COIL-", "11": "+5V", "14": "SW", "21": "SENSE", "24": "GND"},
     ),
     Part("D2", "1N4001", "holds the relay by its own contact", {"A": "SW", "K": "COIL+"}),
@@ -131,14 +131,14 @@ PARTS = (
 )
 BY_NAME = {part.name: part for part in PARTS}
 
-# What a part may carry, from its data sheet or its kind: W of resistors, A and V of the others.
+# Ratings from data sheets or the type of part: W for resistors, A and V for the others.
 POWER_W = {"RS": 1.0, "R13": 25.0, "R14": 25.0}
 SMALL_POWER_W = 0.1
 CURRENT_A = {"D1": 3.0, "K1": 5.0, "F1": 3.0, "J1": 5.0, "L1": 5.0, "L2": 5.0, "U3": 3.0}
 REVERSE_V = {"D1": 40.0, "D2": 50.0, "D3": 50.0}
-# R13 and R14 shed up to 7 W between them. They sit, screwed down with paste, on an aluminium plate
-# of 100 x 100 x 2 mm of their own, upright in free air [assumption: 5 K/W], a hand's length from
-# the palm, behind a cover with holes, and never on the module's sink, which they would warm.
+# R13 and R14 dissipate up to 7 W together. They are screwed with thermal paste to their own
+# aluminium plate, 100 x 100 x 2 mm, upright in free air [assumption: 5 K/W], a hand's length from
+# the palm, behind a cover with holes. They must not be on the module's sink, which they would warm.
 RESISTORS_K_PER_W = 5.0
 TOUCHABLE_C = 70.0  # bare metal for a second (docs/physics.md 3.1)
 BEAD_BETA_K = 4267.0
@@ -153,7 +153,7 @@ def number(name: str) -> float:
 
 
 def cut_out_c() -> tuple[float, float]:
-    """Return where the window comparator opens, cold and hot, in degC."""
+    """Return the temperatures at which the window comparator opens, cold and hot, in degC."""
     ladder = number("R16") + number("R17") + number("R18")
     hot, cold = number("R18") / ladder, (number("R17") + number("R18")) / ladder
     return _bead_c(cold), _bead_c(hot)
@@ -165,7 +165,7 @@ def _bead_c(ratio: float) -> float:
 
 
 def driver_limits_a() -> tuple[float, float]:
-    """Return the most that a sound driver cools and heats with, as MAXIN and MAXIP are set.
+    """Return the limits of cooling and heating that MAXIN and MAXIP set in a working driver.
 
     A limit is the pin's share of REF times 150 mV / RS.
     """

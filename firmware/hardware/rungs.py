@@ -1,6 +1,6 @@
 """Draws the wiring of the maker's first two rungs, rung1.svg and rung2.svg: `python rungs.py`.
 
-No plate is in either; the plate's own circuit is circuit.py's. `--check` writes nothing and ends
+Neither contains the plate, whose circuit is drawn by circuit.py. `--check` writes nothing and exits
 with 1 when a file is not current.
 """
 
@@ -11,7 +11,8 @@ from pathlib import Path
 
 HERE = Path(__file__).parent
 INK, SOFT = "#1b1f24", "#6b7280"
-HOT, COLD, ON = "#d55e00", "#0072b2", "#009e73"  # told apart by colour-blind eyes, and labelled
+# Distinguishable for colour-blind eyes, and labelled.
+HOT, COLD, ON = "#d55e00", "#0072b2", "#009e73"
 LEDS = (
     ("D8", ON, "bridge enabled: the plate would be driven"),
     ("D9", HOT, "heat: the brighter, the more current"),
@@ -36,7 +37,7 @@ def main() -> int:
 def rung1() -> str:
     """Return computer, amplifier, exciter, board and palm."""
     body = [
-        _text(20, 30, "Rung 1: a sound exciter", "bold", size=15),
+        _text(20, 30, "Step 1: a sound exciter", "bold", size=15),
         *_box(20, 90, 120, 90, "computer", "audio output"),
         *_box(250, 90, 140, 90, "amplifier", "3 W, 5 V"),
         *_box(250, 240, 140, 50, "USB supply", "5 V, 1 A"),
@@ -70,7 +71,7 @@ def rung1() -> str:
 def rung2() -> str:
     """Return an Uno with six resistors, three light-emitting diodes and a bridge."""
     body = [
-        _text(20, 30, "Rung 2: the real firmware, no plate", "bold", size=15),
+        _text(20, 30, "Step 2: the real firmware, no plate", "bold", size=15),
         *_box(330, 60, 150, 370, "", ""),
         _text(405, 80, "Arduino Uno", "bold", "middle"),
         _text(405, 95, "or Nano, optiboot", anchor="middle"),

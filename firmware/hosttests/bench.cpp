@@ -7,7 +7,7 @@ using namespace plate;
 
 Bench bench;
 
-const double PULSED_C_A_S = 3.25;  // a test pulse of 0.1 A and 0.4 s moves a sound plate by 0.13 degC
+const double PULSED_C_A_S = 3.25;  // a test pulse of 0.1 A and 0.4 s moves a working plate by 0.13 degC
 
 namespace plate {
 uint32_t hal_uptime_ms() {
@@ -28,8 +28,8 @@ void hal_send(const uint8_t* bytes, uint8_t count) {
 bool hal_cut_out_is_open() {
     return bench.cut_out_is_open;
 }
-Keepsake& hal_keepsake() {
-    return bench.keepsake;
+PersistentState& hal_persistent_state() {
+    return bench.persistent_state;
 }
 void hal_feed_watchdog() {
     bench.fed++;
@@ -49,22 +49,22 @@ Telemetry parsed(const std::vector<uint8_t>& content) {
     auto u8 = [&] { return (uint8_t)read(content, at, 1); };
     auto u16 = [&] { return (uint16_t)read(content, at, 2); };
     auto u32 = [&] { return read(content, at, 4); };
-    Telemetry told{};
-    told.uptime_ms = u32();
-    told.state = u8();
-    told.faults = u32();
-    told.plate_mc = (int32_t)u32();
-    told.plate2_mc = (int32_t)u32();
-    told.sink_mc = (int32_t)u32();
-    told.setpoint_mc = (int32_t)u32();
-    told.duty = (int16_t)u16();
-    told.limited = u8();
-    told.bad_frames = u16();
-    told.refused = u16();
-    told.dose_mcem43 = u16();
-    told.heated_s = u16();
-    told.reset_cause = u8();
-    return told;
+    Telemetry telemetry{};
+    telemetry.uptime_ms = u32();
+    telemetry.state = u8();
+    telemetry.faults = u32();
+    telemetry.plate_mc = (int32_t)u32();
+    telemetry.plate2_mc = (int32_t)u32();
+    telemetry.sink_mc = (int32_t)u32();
+    telemetry.setpoint_mc = (int32_t)u32();
+    telemetry.duty = (int16_t)u16();
+    telemetry.limited = u8();
+    telemetry.bad_frames = u16();
+    telemetry.refused = u16();
+    telemetry.dose_mcem43 = u16();
+    telemetry.heated_s = u16();
+    telemetry.reset_cause = u8();
+    return telemetry;
 }
 
 }  // namespace
@@ -76,7 +76,7 @@ uint16_t sum_at(double celsius) {
 
 Rig::Rig() {
     bench = Bench();
-    std::memset(&bench.keepsake, 0xA7, sizeof bench.keepsake);  // as RAM comes up
+    std::memset(&bench.persistent_state, 0xA7, sizeof bench.persistent_state);  // uninitialised RAM
     start(board);
     test_cut_out();
 }

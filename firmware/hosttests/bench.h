@@ -1,4 +1,4 @@
-// A board on the bench: the HAL in memory, and a plate whose three temperatures the test sets.
+// A test bench: the HAL in memory, and a plate whose three temperatures the test sets.
 #pragma once
 #include <initializer_list>
 #include <vector>
@@ -9,16 +9,16 @@
 struct Bench {
     uint32_t uptime_ms = 0;
     uint8_t reset_cause = plate::RESET_POWER_ON;
-    int16_t counts = 0;  // driven now
-    unsigned fed = 0;    // times the watchdog was fed
+    int16_t counts = 0;  // current output
+    unsigned fed = 0;    // number of watchdog resets
     bool light = false;
     bool cut_out_is_open = false;
     std::vector<uint8_t> sent;
-    plate::Keepsake keepsake;
+    plate::PersistentState persistent_state;
 };
 extern Bench bench;
 
-// The sum of 16 conversions that a sound thermistor gives.
+// Returns the sum of 16 conversions of a working thermistor.
 uint16_t sum_at(double celsius);
 
 struct Telemetry {
@@ -36,29 +36,29 @@ struct Rig {
     plate::Board board;
     double a_c = 32.0, b_c = 32.0, sink_c = 25.0;
 
-    double a_answers = 1.0, b_answers = 1.0;  // share of a test pulse that a thermistor shows
-    double pulsed_c = 0.0;                    // what it has moved the plate by
+    double a_answers = 1.0, b_answers = 1.0;  // share of a test pulse that each thermistor reports
+    double pulsed_c = 0.0;                    // movement of the plate by the pulse so far
 
-    Rig();                         // switched on just now, room and plate at rest, the cut-out tested
-    void test_cut_out();           // its button: open for a moment, then started again
-    void reset(uint8_t cause);     // the chip restarts; memory that survives, survives; power-on tests the cut-out
+    Rig();                         // just switched on, plate at room temperature, cut-out tested
+    void test_cut_out();           // its button: opens briefly, then closes again
+    void reset(uint8_t cause);     // restarts the chip; persistent memory survives; power-on tests the cut-out
     void step(int steps = 1);      // control steps of 20 ms
     void step_on(std::initializer_list<uint16_t> sums);
     void plate_at(double celsius) { a_c = b_c = celsius; }
 
-    // Sends one frame; the code of its ACK, -1 when none came.
+    // Sends one frame and returns the code of its ACK, -1 without an ACK.
     int say(uint8_t type, std::vector<uint8_t> payload = {});
-    int greet() { return say(plate::HELLO, {plate::PROTOCOL_MAJOR, plate::PROTOCOL_MINOR}); }
+    int answer_hello() { return say(plate::HELLO, {plate::PROTOCOL_MAJOR, plate::PROTOCOL_MINOR}); }
     int hold(double celsius, uint16_t ttl_ms = 500);
     int clear(uint8_t fault) { return say(plate::CLEAR, {fault}); }
-    void hold_for(double celsius, int steps);    // keeps asking for it, as a host does
-    void follow_for(double celsius, int steps);  // likewise, and the plate follows its target
+    void hold_for(double celsius, int steps);    // repeats the setpoint, like a host
+    void follow_for(double celsius, int steps);  // the same, while the plate follows its target
 
     bool has(uint8_t fault) const { return board.faults & plate::bit(fault); }
     bool only(uint8_t fault) const { return board.faults == plate::bit(fault); }
-    Telemetry telemetry();  // steps until one comes
+    Telemetry telemetry();  // steps until one is sent
 };
 
-// The contents of every frame sent, oldest first; empties bench.sent.
+// Returns the contents of all sent frames, oldest first, and clears bench.sent.
 std::vector<std::vector<uint8_t>> take_frames();
 std::vector<uint8_t> frame_of(uint8_t type, uint8_t seq, const std::vector<uint8_t>& payload);

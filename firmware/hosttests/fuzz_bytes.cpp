@@ -1,4 +1,4 @@
-// Any bytes on the line, a control step of a sound board every 32 of them.
+// Feeds any bytes to the line, with a control step of a working board after every 32.
 #include <cstddef>
 
 #include "fuzz.h"

@@ -1,4 +1,4 @@
-// Any payloads past the CRC, and any sums from the converter: [type, size, payload, steps, sums] again and again.
+// Feeds any payloads with a valid CRC and any converter sums: [type, size, payload, steps, sums], repeated.
 #include <cstddef>
 
 #include "fuzz.h"

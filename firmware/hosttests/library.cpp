@@ -1,4 +1,4 @@
-// The core as a shared library with one board in it, for measurements that step it from Python:
+// Exports the core as a shared library with one board, for measurements from Python:
 //   g++ -std=gnu++14 -O2 -shared -fPIC -I../core library.cpp ../core/*.cpp -o core.so
 #include <cstring>
 
@@ -7,7 +7,7 @@
 
 namespace {
 plate::Board board;
-plate::Keepsake keepsake;
+plate::PersistentState persistent_state;
 uint32_t uptime_ms;
 int16_t driven;
 }  // namespace
@@ -26,8 +26,8 @@ void hal_send(const uint8_t*, uint8_t) {}
 bool hal_cut_out_is_open() {
     return uptime_ms < 200;  // until its button is pressed
 }
-Keepsake& hal_keepsake() {
-    return keepsake;
+PersistentState& hal_persistent_state() {
+    return persistent_state;
 }
 void hal_feed_watchdog() {}
 void hal_light(bool) {}
@@ -35,7 +35,7 @@ void hal_light(bool) {}
 
 extern "C" {
 void core_start() {
-    std::memset(&keepsake, 0xA7, sizeof keepsake);
+    std::memset(&persistent_state, 0xA7, sizeof persistent_state);
     uptime_ms = 0;
     plate::start(board);
 }
@@ -44,7 +44,7 @@ void core_receive(const uint8_t* bytes, int count) {
     for (int i = 0; i < count; i++) plate::receive(board, bytes[i]);
 }
 
-// One control step; the counts driven from now on.
+// Runs one control step and returns the new output in counts.
 int core_step(int plate_a, int plate_b, int sink) {
     const uint16_t sums[plate::PLACES] = {(uint16_t)plate_a, (uint16_t)plate_b, (uint16_t)sink};
     plate::step(board, sums);

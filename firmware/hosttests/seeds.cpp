@@ -1,4 +1,4 @@
-// Writes valid starts for the fuzzers: seeds FOLDER makes FOLDER/bytes and FOLDER/messages, which must exist.
+// Writes valid inputs for the fuzzers: `seeds FOLDER` fills FOLDER/bytes and FOLDER/messages, which must exist.
 #include <cstdio>
 #include <string>
 

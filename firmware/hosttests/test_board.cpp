@@ -10,7 +10,7 @@ namespace {
 
 Rig heating() {
     Rig rig;
-    rig.greet();
+    rig.answer_hello();
     rig.hold_for(36.0, 20);
     return rig;
 }
@@ -26,7 +26,7 @@ Rig with_latched(uint8_t fault) {
 
 TEST_CASE("a setpoint is held for its time to live, then the plate returns to neutral, then it is off") {
     Rig rig;
-    rig.greet();
+    rig.answer_hello();
     rig.plate_at(35.5);
     for (rig.a_c = rig.b_c = 32.0; rig.a_c < 35.5; rig.plate_at(rig.a_c + 0.1)) rig.step();
     rig.hold(36.0, 400);
@@ -47,9 +47,9 @@ TEST_CASE("a setpoint is held for its time to live, then the plate returns to ne
 TEST_CASE("a return that never arrives ends after 10 s") {
     Rig rig;
     rig.plate_at(28.0);
-    rig.sink_c = 10.0;  // nothing to judge: the heat flows back
+    rig.sink_c = 10.0;  // not judged, because the heat flows back
     rig.reset(RESET_POWER_ON);
-    rig.greet();
+    rig.answer_hello();
     rig.step();
     rig.hold(30.0);
     rig.step();
@@ -61,7 +61,7 @@ TEST_CASE("a return that never arrives ends after 10 s") {
     CHECK(bench.counts == 0);
 }
 
-TEST_CASE("a lapsed host may come back: silence is no fault") {
+TEST_CASE("a silent host may return: silence is not a fault") {
     Rig rig = heating();
     rig.step(40);
     CHECK(rig.board.state != State::holding);
@@ -69,7 +69,7 @@ TEST_CASE("a lapsed host may come back: silence is no fault") {
     CHECK(rig.board.state == State::holding);
 }
 
-TEST_CASE("OFF opens the bridge at once, REST slews to neutral first; both without a greeting") {
+TEST_CASE("OFF opens the bridge at once, REST slews to neutral first; both without a HELLO") {
     Rig rig = heating();
     CHECK(bench.counts > 0);
     CHECK(rig.say(REST) == OK);
@@ -130,16 +130,16 @@ TEST_CASE("clearing switches nothing on") {
     CHECK(rig.hold(36.0) == OK);
 }
 
-TEST_CASE("what is not latched, and what is no fault, is not cleared") {
+TEST_CASE("only latched faults are cleared, and unknown numbers are refused") {
     Rig rig = with_latched(RUNAWAY);
     for (int number = 0; number < 256; number++)
         if (number != RUNAWAY) CHECK(rig.clear((uint8_t)number) == NOT_LATCHED);
     CHECK(rig.only(RUNAWAY));
 }
 
-TEST_CASE("clearing needs a greeting") {
+TEST_CASE("clearing needs a HELLO") {
     Rig rig = with_latched(RUNAWAY);
-    rig.board.greeted = false;
+    rig.board.hello_received = false;
     CHECK(rig.clear(RUNAWAY) == NEEDS_HELLO);
 }
 
@@ -171,12 +171,12 @@ TEST_CASE("every kind of reset but power-on is a fault when it should be") {
         rig.step();
         CHECK(rig.board.faults == (reset.fault ? bit(reset.fault) : 0));
         CHECK(bench.counts == 0);
-        const bool told = rig.telemetry().reset_cause & RESET_WHILE_DRIVING;
-        CHECK(told == reset.driving);
+        const bool reported = rig.telemetry().reset_cause & RESET_WHILE_DRIVING;
+        CHECK(reported == reset.driving);
     }
 }
 
-TEST_CASE("a reset clears no fault, forgets no dose and no heat") {
+TEST_CASE("a reset clears no fault, no dose and no heat") {
     Rig rig = with_latched(RUNAWAY);
     rig.board.session = {1.2f, 300.0f, 5.0f};
     rig.step();
@@ -215,28 +215,28 @@ TEST_CASE("the dose is counted from the hotter plate thermistor, whatever the st
     CHECK(rig.telemetry().dose_mcem43 == doctest::Approx(250).epsilon(0.02));
 }
 
-TEST_CASE("15 minutes of heat are all a session gets: warm setpoints become neutral and say so") {
+TEST_CASE("15 minutes of heat are all a session gets: warm setpoints become neutral and report it") {
     Rig rig = heating();
     CHECK(rig.telemetry().heated_s == 0);
     rig.follow_for(36.0, 60);
     CHECK(rig.telemetry().heated_s >= 1);
     rig.board.session.heated_s = 899.99f;
     rig.follow_for(36.0, 20);
-    const Telemetry told = rig.telemetry();
-    CHECK((told.limited & LIMIT_DOSE));
+    const Telemetry telemetry = rig.telemetry();
+    CHECK((telemetry.limited & LIMIT_DOSE));
     CHECK(rig.board.loop.goal_c == NEUTRAL_C);
     CHECK(rig.board.faults == 0);
 }
 
-TEST_CASE("an open cut-out is a fault of its own while driving, and none at rest") {
+TEST_CASE("an open cut-out is a fault of its own while driving, and not at rest") {
     Rig rig;
-    rig.greet();
+    rig.answer_hello();
     bench.cut_out_is_open = true;
     rig.step(50);
-    CHECK(rig.board.faults == 0);  // nobody has pressed its button yet
+    CHECK(rig.board.faults == 0);  // its button has not been pressed yet
     rig.hold(36);
     rig.step(4);
-    CHECK(rig.board.faults == 0);  // a relay may bounce
+    CHECK(rig.board.faults == 0);  // a bouncing relay
     rig.step(2);
     CHECK(rig.only(CUT_OUT_OPEN));
     CHECK(bench.counts == 0);
@@ -246,13 +246,13 @@ TEST_CASE("an open cut-out is a fault of its own while driving, and none at rest
     CHECK(rig.board.faults == 0);
 }
 
-TEST_CASE("a cut-out that was never seen open since the power came is said to be untested, and nothing is driven") {
+TEST_CASE("a cut-out that was never seen open since power-on is reported as untested, and nothing is driven") {
     Rig rig;
     bench.reset_cause = RESET_POWER_ON;
     start(rig.board);
     rig.step();
-    rig.greet();
-    CHECK(rig.board.faults == 0);  // nothing is driven yet
+    rig.answer_hello();
+    CHECK(rig.board.faults == 0);  // not driving yet
     for (int i = 0; i < 20; i++) {
         rig.hold(36);
         rig.step();
@@ -270,7 +270,7 @@ TEST_CASE("the test of the cut-out outlives a reset by the port, not a power cut
     Rig rig;
     rig.reset(RESET_EXTERNAL);
     rig.step();
-    rig.greet();
+    rig.answer_hello();
     rig.follow_for(34, 50);
     CHECK(rig.board.faults == 0);
     rig.say(OFF);
@@ -278,7 +278,7 @@ TEST_CASE("the test of the cut-out outlives a reset by the port, not a power cut
     bench.reset_cause = RESET_POWER_ON;
     start(rig.board);
     rig.step();
-    rig.greet();
+    rig.answer_hello();
     rig.hold(34);
     rig.step();
     CHECK(rig.only(CUT_OUT_UNTESTED));
@@ -286,7 +286,7 @@ TEST_CASE("the test of the cut-out outlives a reset by the port, not a power cut
 
 TEST_CASE("the third clearing of a fault within a minute is refused, also behind a reset") {
     Rig rig;
-    rig.greet();
+    rig.answer_hello();
     for (int times = 0; times < 3; times++) {
         rig.a_c = 45.0;
         rig.step();
@@ -298,7 +298,7 @@ TEST_CASE("the third clearing of a fault within a minute is refused, also behind
     }
     rig.reset(RESET_EXTERNAL);
     rig.step(60);
-    rig.greet();
+    rig.answer_hello();
     CHECK(rig.clear(OVER_TEMPERATURE) == LOCKED);
     rig.step(CLEARED_MS / STEP_MS);
     CHECK(rig.clear(OVER_TEMPERATURE) == OK);
@@ -307,7 +307,7 @@ TEST_CASE("the third clearing of a fault within a minute is refused, also behind
 TEST_CASE("the light is steady while driving, dark at rest, and blinks five times a second on a fault") {
     Rig rig;
     CHECK(!bench.light);
-    rig.greet();
+    rig.answer_hello();
     for (int i = 0; i < 20; i++) {
         rig.hold_for(32.0, 1);
         CHECK(bench.light);
@@ -326,9 +326,9 @@ TEST_CASE("the light is steady while driving, dark at rest, and blinks five time
     CHECK(changes == 10);
 }
 
-TEST_CASE("a contact that bounces is no open cut-out") {
+TEST_CASE("a contact that bounces is not an open cut-out") {
     Rig rig;
-    rig.greet();
+    rig.answer_hello();
     rig.hold(32.5);
     for (int i = 0; i < 40; i++) {
         bench.cut_out_is_open = i % 4 != 0;
@@ -348,8 +348,8 @@ TEST_CASE("the watchdog is fed once by each finished step and by nothing else") 
 
 TEST_CASE("memory is armed while driving and only then") {
     Rig rig = heating();
-    CHECK(was_driving(bench.keepsake));
+    CHECK(was_driving(bench.persistent_state));
     rig.say(OFF);
     rig.step();
-    CHECK_FALSE(was_driving(bench.keepsake));
+    CHECK_FALSE(was_driving(bench.persistent_state));
 }

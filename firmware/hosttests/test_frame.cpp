@@ -21,7 +21,7 @@ TEST_CASE("the CRC is CRC-16/CCITT-FALSE") {
     CHECK(crc16(reinterpret_cast<const uint8_t*>("123456789"), 9) == 0x29B1);
 }
 
-TEST_CASE("every length and many runs of zeros come back as they went") {
+TEST_CASE("every length and many runs of zeros survive a round trip") {
     std::mt19937 chance(1);
     for (uint8_t count = 2; count <= MAX_RAW - 2; count++) {
         for (int round = 0; round < 100; round++) {
@@ -57,7 +57,7 @@ TEST_CASE("no frame with one bit wrong passes, and the next frame does") {
     }
 }
 
-TEST_CASE("a frame cut short at any length is garbage, and the next one passes") {
+TEST_CASE("a frame truncated at any length is garbage, and the next one passes") {
     const auto good = frame_of(SETPOINT, 7, {0x18, 0x92, 0, 0, 0xF4, 1});
     for (size_t kept = 1; kept + 1 < good.size(); kept++) {
         Decoder decoder{};

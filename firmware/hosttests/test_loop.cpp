@@ -60,7 +60,7 @@ TEST_CASE("the integral does not wind up: minutes at the limit are forgotten in 
     CHECK(loop.counts < 0);
 }
 
-TEST_CASE("a target that the current cannot reach waits for the plate and says so") {
+TEST_CASE("a target that the current cannot reach waits for the plate and reports it") {
     Loop loop{};
     start_loop(loop, 30.0f);
     follow_for(loop, 40.0, 30.0, 500);
@@ -105,7 +105,7 @@ TEST_CASE("the mean output is finer than a count") {
     CHECK(sum / 1000.0 == doctest::Approx(10.3).epsilon(0.002));
 }
 
-TEST_CASE("a warm sink gives up cooling step by step, and says so") {
+TEST_CASE("a warm sink reduces cooling step by step, and reports it") {
     Loop loop{};
     CHECK(limited_setpoint(loop, 18.0f, 37.0f, false) == 18.0f);
     CHECK(loop.limited == 0);

@@ -4,7 +4,7 @@
 
 using namespace plate;
 
-TEST_CASE("a greeting is answered with the limits, then acknowledged") {
+TEST_CASE("HELLO is answered with the limits, then acknowledged") {
     Rig rig;
     bench.sent.clear();
     for (uint8_t byte : frame_of(HELLO, 9, {1, 4})) receive(rig.board, byte);
@@ -33,23 +33,23 @@ TEST_CASE("each frame begins with a zero, so that noise before it costs nothing"
     CHECK(take_frames().size() == 1);  // the telemetry of these steps
 }
 
-TEST_CASE("another major version is refused, told ours, and closes the conversation") {
+TEST_CASE("another major version is refused with a HELLO_REPLY, and needs a new HELLO") {
     Rig rig;
-    CHECK(rig.greet() == OK);
+    CHECK(rig.answer_hello() == OK);
     CHECK(rig.hold(36) == OK);
     CHECK(rig.say(HELLO, {2, 0}) == VERSION);
     CHECK(rig.board.state == State::off);
     CHECK(rig.hold(30) == NEEDS_HELLO);
-    CHECK(rig.greet() == OK);
+    CHECK(rig.answer_hello() == OK);
     CHECK(rig.hold(30) == OK);
 }
 
-TEST_CASE("nothing is held before a greeting, nor after a reset without a new one") {
+TEST_CASE("no setpoint is held before a HELLO, nor after a reset without a new one") {
     Rig rig;
     CHECK(rig.hold(36) == NEEDS_HELLO);
     rig.step(50);
     CHECK(bench.counts == 0);
-    rig.greet();
+    rig.answer_hello();
     rig.reset(RESET_EXTERNAL);
     rig.step();
     CHECK(rig.hold(36) == NEEDS_HELLO);
@@ -57,7 +57,7 @@ TEST_CASE("nothing is held before a greeting, nor after a reset without a new on
 
 TEST_CASE("setpoints outside the range are refused, never clamped") {
     Rig rig;
-    rig.greet();
+    rig.answer_hello();
     for (double c : {17.999, 40.001, 0.0, -40.0, 1e6, -1e6}) CHECK(rig.hold(c) == RANGE);
     CHECK(rig.board.state == State::off);
     CHECK(rig.hold(18.0) == OK);
@@ -66,7 +66,7 @@ TEST_CASE("setpoints outside the range are refused, never clamped") {
 
 TEST_CASE("a time to live of nothing or of more than a second is refused") {
     Rig rig;
-    rig.greet();
+    rig.answer_hello();
     CHECK(rig.hold(30, 0) == TTL);
     CHECK(rig.hold(30, 1001) == TTL);
     CHECK(rig.hold(30, 65535) == TTL);
@@ -77,7 +77,7 @@ TEST_CASE("a time to live of nothing or of more than a second is refused") {
 
 TEST_CASE("payloads of a wrong size and unknown types are refused and counted") {
     Rig rig;
-    rig.greet();
+    rig.answer_hello();
     CHECK(rig.say(SETPOINT, {1, 2, 3}) == LENGTH);
     CHECK(rig.say(OFF, {0}) == LENGTH);
     CHECK(rig.say(HELLO, {1}) == LENGTH);
@@ -97,30 +97,30 @@ TEST_CASE("a damaged frame is counted and never answered") {
     CHECK(rig.telemetry().bad_frames == 1);
 }
 
-TEST_CASE("telemetry comes 20 times a second from power-on and says what is") {
+TEST_CASE("telemetry is sent 20 times a second from power-on with the current state") {
     Rig rig;
     bench.sent.clear();
     rig.step(500);
     CHECK(take_frames().size() == 200);
-    Telemetry told = rig.telemetry();
-    CHECK(told.state == (uint8_t)State::off);
-    CHECK(told.faults == 0);
-    CHECK(told.plate_mc == doctest::Approx(32000).epsilon(0.001));
-    CHECK(told.plate2_mc == doctest::Approx(32000).epsilon(0.001));
-    CHECK(told.sink_mc == doctest::Approx(25000).epsilon(0.001));
-    CHECK(told.setpoint_mc == NO_READING);
-    CHECK(told.duty == 0);
-    CHECK(told.reset_cause == RESET_POWER_ON);
-    rig.greet();
+    Telemetry telemetry = rig.telemetry();
+    CHECK(telemetry.state == (uint8_t)State::off);
+    CHECK(telemetry.faults == 0);
+    CHECK(telemetry.plate_mc == doctest::Approx(32000).epsilon(0.001));
+    CHECK(telemetry.plate2_mc == doctest::Approx(32000).epsilon(0.001));
+    CHECK(telemetry.sink_mc == doctest::Approx(25000).epsilon(0.001));
+    CHECK(telemetry.setpoint_mc == NO_READING);
+    CHECK(telemetry.duty == 0);
+    CHECK(telemetry.reset_cause == RESET_POWER_ON);
+    rig.answer_hello();
     rig.hold_for(20.0, 30);
-    told = rig.telemetry();
-    CHECK(told.state == (uint8_t)State::holding);
-    CHECK(told.setpoint_mc < 32000);
-    CHECK(told.duty == -666);
-    CHECK((told.limited & LIMIT_CURRENT));
+    telemetry = rig.telemetry();
+    CHECK(telemetry.state == (uint8_t)State::holding);
+    CHECK(telemetry.setpoint_mc < 32000);
+    CHECK(telemetry.duty == -666);
+    CHECK((telemetry.limited & LIMIT_CURRENT));
 }
 
-TEST_CASE("a reading that is not there is told as none, not as a temperature") {
+TEST_CASE("a missing reading is sent as none, not as a temperature") {
     Rig rig;
     rig.step_on({16 * 1023, sum_at(32), 0});
     rig.a_c = 500.0;

@@ -8,7 +8,7 @@ using namespace plate;
 
 namespace {
 
-// Holds `goal_c` for `steps` while the plate moves by `rate` degC/s; the steps until a fault, or -1.
+// Holds `goal_c` for `steps` while the plate moves by `rate` degC/s; returns the steps until a fault, or -1.
 int steps_to_fault(Rig& rig, double goal_c, int steps, const std::function<double(int)>& rate) {
     for (int i = 0; i < steps; i++) {
         if (i % 5 == 0) rig.hold(goal_c);
@@ -24,7 +24,7 @@ Rig holding(double plate_c, double sink_c) {
     rig.plate_at(plate_c);
     rig.sink_c = sink_c;
     rig.reset(RESET_POWER_ON);
-    rig.greet();
+    rig.answer_hello();
     rig.step();
     return rig;
 }
@@ -66,7 +66,7 @@ TEST_CASE("bursts too short for a window are judged together, however the host s
         }
 }
 
-TEST_CASE("a sound plate under such a host is left alone") {
+TEST_CASE("a working plate under such a host raises no fault") {
     Rig rig = holding(30.0, 30.0);
     for (int i = 0; i < 3000 && !rig.board.faults; i++) {
         const bool on = i / 25 % 2 == 0;
@@ -78,7 +78,7 @@ TEST_CASE("a sound plate under such a host is left alone") {
     CHECK(rig.board.faults == 0);
 }
 
-TEST_CASE("what a touch spent is forgotten after five seconds of rest") {
+TEST_CASE("the energy of a touch is forgotten after five seconds of rest") {
     Rig rig = holding(30.0, 30.0);
     for (int round = 0; round < 5; round++) {
         for (int i = 0; i < 45; i++) {  // less than a window: 2 J of the 7
@@ -98,7 +98,7 @@ TEST_CASE("a plate that drifts without following is a runaway after some seconds
     CHECK(steps <= 300);
 }
 
-TEST_CASE("a plate that goes the other way is wired backwards") {
+TEST_CASE("a plate that moves in the wrong direction is wired backwards") {
     Rig heats = holding(32.0, 25.0);
     CHECK(steps_to_fault(heats, 40.0, 500, [](int) { return -3.0; }) <= 75);
     CHECK(heats.only(WIRED_BACKWARDS));
@@ -107,12 +107,12 @@ TEST_CASE("a plate that goes the other way is wired backwards") {
     CHECK(cools.only(WIRED_BACKWARDS));
 }
 
-TEST_CASE("a plate that follows at the slowest plausible rate is left alone") {
+TEST_CASE("a plate that follows at the slowest plausible rate raises no fault") {
     Rig rig = holding(30.0, 30.0);
     CHECK(steps_to_fault(rig, 40.0, 1200, [](int) { return 0.25; }) == -1);
 }
 
-TEST_CASE("a cold hand that pulls the plate down for half a second is no fault") {
+TEST_CASE("a cold hand that cools the plate for half a second is not a fault") {
     Rig rig = holding(36.0, 25.0);
     const int steps = steps_to_fault(rig, 38.0, 600, [](int i) {
         if (i < 50) return 0.5;
@@ -139,7 +139,7 @@ TEST_CASE("a plate held against a touch eases off and may stand still") {
     CHECK(faults == 0);
 }
 
-TEST_CASE("more cooling and a warmer plate, second after second, backs off and in the end gives up") {
+TEST_CASE("more cooling and a warmer plate, second after second, reduces cooling and finally raises a fault") {
     Plausibility state;
     start_judging(state);
     Sensors sensors{};
@@ -192,7 +192,7 @@ TEST_CASE("a good sink that warms by half a degree is believed") {
     CHECK(faults == 0);
 }
 
-TEST_CASE("an unknown reading is judged by nobody") {
+TEST_CASE("an unknown reading is not judged") {
     Plausibility state;
     start_judging(state);
     Sensors sensors{};

@@ -6,27 +6,27 @@ using namespace plate;
 
 namespace {
 
-// A plate at 30 degC whose thermistors show so much of what a test pulse moves it by.
+// A plate at 30 degC whose thermistors report these shares of its movement by a test pulse.
 Rig holding(double a_answers, double b_answers) {
     Rig rig;
     rig.a_answers = a_answers;
     rig.b_answers = b_answers;
     rig.plate_at(30.0);
     rig.step(60);
-    rig.greet();
+    rig.answer_hello();
     return rig;
 }
 
 }  // namespace
 
-TEST_CASE("thermistors that answer the test pulse are left alone") {
+TEST_CASE("thermistors that answer the test pulse raise no fault") {
     Rig sound = holding(1.0, 1.0);
     sound.hold_for(30.0, 3000);
     CHECK(sound.board.faults == 0);
     CHECK(sound.board.pulse.unanswered == 0);
 }
 
-TEST_CASE("thermistors that froze alike are found by a test pulse within 16 s") {
+TEST_CASE("thermistors frozen at the same value are found by a test pulse within 16 s") {
     Rig frozen = holding(0.0, 0.0);
     frozen.hold_for(30.0, 800);
     CHECK(frozen.only(PLATE_FROZEN));
@@ -39,7 +39,7 @@ TEST_CASE("one thermistor that answers does not speak for the other") {
     CHECK(half.only(PLATE_FROZEN));
 }
 
-TEST_CASE("a host that changes its mind whenever a pulse begins gains some seconds, no more") {
+TEST_CASE("a host that changes its setpoint whenever a pulse begins delays the fault by seconds only") {
     Rig rig = holding(0.0, 0.0);
     int steps = 0;
     for (; steps < 1500 && !rig.board.faults; steps++) {

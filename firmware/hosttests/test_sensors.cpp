@@ -83,7 +83,7 @@ TEST_CASE("a reading that changes faster than a plate can is a fault of its own"
     CHECK(sink.only(READING_JUMPS));
 }
 
-TEST_CASE("the fastest touch is no jump") {
+TEST_CASE("the fastest touch is not a jump") {
     Rig rig;
     for (int i = 0; i < 10; i++) {
         rig.plate_at(rig.a_c - 1.2);  // 60 degC/s
@@ -105,7 +105,7 @@ TEST_CASE("two plate thermistors apart by 1.6 degC for 300 ms are a fault; by 1.
     CHECK(rig.only(PLATE_DISAGREES));
 }
 
-TEST_CASE("a disagreement that passes leaves nothing behind") {
+TEST_CASE("a passing disagreement has no effect later") {
     Rig rig;
     for (int round = 0; round < 10; round++) {
         rig.plate_at(round % 2 ? 32.0 : 32.4);

@@ -15,10 +15,10 @@ double dose_of(double celsius, double minutes) {
     return session.dose_cem43;
 }
 
-Keepsake blank() {
-    Keepsake keepsake;
-    std::memset(&keepsake, 0xA7, sizeof keepsake);
-    return keepsake;
+PersistentState blank() {
+    PersistentState persistent_state;
+    std::memset(&persistent_state, 0xA7, sizeof persistent_state);
+    return persistent_state;
 }
 
 }  // namespace
@@ -47,41 +47,41 @@ TEST_CASE("a rest broken by heat does not count") {
     CHECK(session.heated_s > 800.0f);
 }
 
-TEST_CASE("a dose that is no number counts as spent") {
+TEST_CASE("a dose that is not a number counts as spent") {
     CHECK(dose_is_spent(Session{NAN, 0.0f, 0.0f}));
     CHECK(heat_is_spent(Session{0.0f, NAN, 0.0f}));
 }
 
-TEST_CASE("RAM as it comes up recalls nothing") {
-    const Keepsake keepsake = blank();
-    Kept kept{};
-    CHECK_FALSE(recall(keepsake, kept));
-    CHECK_FALSE(was_driving(keepsake));
+TEST_CASE("uninitialised RAM restores nothing") {
+    const PersistentState persistent_state = blank();
+    Saved saved{};
+    CHECK_FALSE(restore(persistent_state, saved));
+    CHECK_FALSE(was_driving(persistent_state));
 }
 
-TEST_CASE("the newest of what was kept is recalled, however often it was kept") {
-    Keepsake keepsake = blank();
+TEST_CASE("the newest saved record is restored, however often state was saved") {
+    PersistentState persistent_state = blank();
     for (int i = 0; i < 600; i++) {
-        keep(keepsake, Kept{Session{0.0f, (float)i, 0.0f}, (uint32_t)i, Memory{0, 0, (uint16_t)i, 1}});
-        Kept kept{};
-        REQUIRE(recall(keepsake, kept));
-        REQUIRE(kept.session.heated_s == (float)i);
-        REQUIRE(kept.faults == (uint32_t)i);
-        REQUIRE(kept.memory.quiet_ms == i);
+        save(persistent_state, Saved{Session{0.0f, (float)i, 0.0f}, (uint32_t)i, Memory{0, 0, (uint16_t)i, 1}});
+        Saved saved{};
+        REQUIRE(restore(persistent_state, saved));
+        REQUIRE(saved.session.heated_s == (float)i);
+        REQUIRE(saved.faults == (uint32_t)i);
+        REQUIRE(saved.memory.quiet_ms == i);
     }
 }
 
-TEST_CASE("a reset amid writing loses one step at most") {
-    Keepsake keepsake = blank();
-    keep(keepsake, Kept{Session{0.1f, 10.0f, 0.0f}, 2, Memory{}});
-    keep(keepsake, Kept{Session{0.2f, 20.0f, 0.0f}, 4, Memory{}});
-    for (Record& record : keepsake.records) {
-        Keepsake torn = keepsake;
-        Record& half = torn.records[&record - keepsake.records];
-        half.kept.session.heated_s += 1.0f;
-        Kept kept{};
-        REQUIRE(recall(torn, kept));
-        CHECK(kept.session.heated_s >= 10.0f);
+TEST_CASE("a reset during a write loses at most one step") {
+    PersistentState persistent_state = blank();
+    save(persistent_state, Saved{Session{0.1f, 10.0f, 0.0f}, 2, Memory{}});
+    save(persistent_state, Saved{Session{0.2f, 20.0f, 0.0f}, 4, Memory{}});
+    for (Record& record : persistent_state.records) {
+        PersistentState torn = persistent_state;
+        Record& half = torn.records[&record - persistent_state.records];
+        half.saved.session.heated_s += 1.0f;
+        Saved saved{};
+        REQUIRE(restore(torn, saved));
+        CHECK(saved.session.heated_s >= 10.0f);
     }
 }
 

@@ -1,6 +1,6 @@
-"""`python -m hapticvlm` is the `hapticvlm` command."""
+"""Runs the `hapticvlm` command for `python -m hapticvlm`."""
 
-try:  # Ctrl-C may come while even these are imported: `signal` takes milliseconds
+try:  # Ctrl-C may come while even these are imported, because `signal` takes milliseconds
     import signal
     import sys
 except KeyboardInterrupt:
@@ -8,18 +8,18 @@ except KeyboardInterrupt:
 
 
 def run() -> int:
-    """Run the command. Ctrl-C ends it without a traceback from its first import on."""
+    """Run the command and return its exit code; from here on Ctrl-C shows no traceback."""
     handler = signal.getsignal(signal.SIGINT)
-    if handler is signal.default_int_handler:  # a shell's background job ignores it, and may
+    if handler is signal.default_int_handler:  # a background job of a shell ignores SIGINT: keep it
         signal.signal(signal.SIGINT, signal.SIG_DFL)
     from hapticvlm.commands.main import main
 
     signal.signal(signal.SIGINT, handler)
     try:
         return main()
-    except KeyboardInterrupt:  # while the options are read; the command itself says that it stopped
+    except KeyboardInterrupt:  # while options are parsed; later the command reports it by itself
         return 130
 
 
-if __name__ == "__main__":  # the service's child processes import this file and need no command
+if __name__ == "__main__":  # the service's child processes import this file without running it
     sys.exit(run())

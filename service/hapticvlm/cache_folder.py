@@ -1,4 +1,4 @@
-"""Where this program keeps what it can always make anew: the user's cache folder."""
+"""Finds the user's cache folder, for files that can always be computed again."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from pathlib import Path
 
 
 def cache_folder() -> Path:
-    """Return the user's cache folder for this program, as each system has it."""
+    """Return this program's cache folder, by the convention of the system; it may not exist yet."""
     home = Path.home()
-    usual = {
+    by_platform = {
         "win32": Path(os.environ.get("LOCALAPPDATA", home / "AppData" / "Local")),
         "darwin": home / "Library" / "Caches",
     }
-    fallback = usual.get(sys.platform, home / ".cache")
+    fallback = by_platform.get(sys.platform, home / ".cache")
     return Path(os.environ.get("XDG_CACHE_HOME") or fallback) / "hapticvlm"

@@ -1,7 +1,7 @@
-"""The base of every error that a user can cause and mend, and the one line it becomes.
+"""Declares the base of every error that a user can cause and correct, and its one-line form.
 
-Its text names the thing, the limit and what to do. `commands/main.py` holds the only handler;
-whatever else is raised is a defect of ours and shows its traceback.
+The message names the thing, the limit and what to do. `commands/main.py` has the only handler; any
+other exception is a bug of this program and shows its traceback.
 """
 
 from __future__ import annotations
@@ -13,21 +13,21 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-CURE = "free the place or name another"  # of whatever a file system refuses
-LONGEST = 600  # characters of the line; a foreign library's text may be of any length
+CURE = "free the place or name another"  # what to do about an error of the file system
+LONGEST = 600  # characters of the line; the message of a third-party library may have any length
 
 
 class HapticVLMError(Exception):
-    """Something the user can mend; the text says what."""
+    """An error that the user can correct; the message says how."""
 
 
 class UsageError(HapticVLMError):
-    """An option, a file or a value that does not fit."""
+    """An option, a file or a value is not valid."""
 
 
 @contextmanager
 def usage_errors() -> Iterator[None]:
-    """Make a ValueError of a pure function one of usage, where its values came from the user."""
+    """Convert a ValueError into a UsageError, around code whose values came from the user."""
     try:
         yield
     except ValueError as error:
@@ -37,7 +37,7 @@ def usage_errors() -> Iterator[None]:
 
 
 def installing(packages: str) -> str:
-    """Return the command that installs packages where this program runs from."""
+    """Return the command that installs packages into the environment of this program."""
     here = Path(sys.prefix)
     python = sys.executable
     python = f'"{python}"' if " " in python else python
@@ -53,20 +53,20 @@ def installing(packages: str) -> str:
     return f"{python} -m pip install {packages}"
 
 
-def printable(text: str, most: int = LONGEST) -> str:
-    """Put foreign words on one line of bounded length that no terminal obeys.
+def printable(text: str, max_chars: int = LONGEST) -> str:
+    """Return a third party's text as one line of at most `max_chars` that is safe to print.
 
     Names and answers of others may hold escape codes, which move a terminal's cursor or set its
-    title, line breaks, which forge a line of a log, and marks that turn the direction of writing.
-    Each becomes a space; what is too long ends with dots.
+    title, line breaks, which forge a line of a log, and marks that reverse the direction of
+    writing. Each becomes a space; text that is too long is cut and ends with dots.
     """
-    clean = "".join(c if c.isprintable() else " " for c in text[: 4 * most])
+    clean = "".join(c if c.isprintable() else " " for c in text[: 4 * max_chars])
     clean = " ".join(clean.split())
-    return clean if len(clean) <= most else clean[:most] + "..."
+    return clean if len(clean) <= max_chars else clean[:max_chars] + "..."
 
 
 def one_line(error: BaseException) -> str:
-    """Put an error on one printable line of bounded length; an OSError names its file."""
+    """Return an error as one printable line of bounded length; an OSError names its file."""
     text = str(error)
     if isinstance(error, OSError) and error.filename is not None:
         text = f"{error.filename2 or error.filename}: {error.strerror}; {CURE}"

@@ -1,7 +1,7 @@
-"""One HTTP connection to a machine that the user named: address, token, one deadline, bounded size.
+"""Sends HTTP requests to an address that the user chose, with a deadline and a bounded response.
 
-No redirect is followed and no proxy read from the environment: a picture goes where the user chose
-and nowhere else. Knows no question and no answer.
+It follows no redirect and reads no proxy from the environment, so a picture goes where the user
+chose and nowhere else. This module does not know the requests' contents.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ if TYPE_CHECKING:
 
 PORTS = {"http": 80, "https": 443}
 CONNECT_S = 5.0
-MOST_TEXT = 200  # characters of a peer's own words that an error repeats
+MAX_QUOTED_CHARS = 200  # of a peer's message that an error repeats
 
 
 class HttpError(HapticVLMError):
-    """An address or a token that cannot be used, or a peer that gave no complete response."""
+    """An address or a token cannot be used, or the peer gave no complete response."""
 
 
 @dataclass(frozen=True, slots=True)
 class Address:
-    """Where an endpoint is: `path` comes before /v1."""
+    """Address of an endpoint; `path` is what precedes /v1."""
 
     is_encrypted: bool
     host: str
@@ -42,17 +42,17 @@ class Address:
 
     @property
     def name(self) -> str:
-        """Host and port, to be shown."""
+        """Host and port, for messages."""
         return f"[{self.host}]:{self.port}" if ":" in self.host else f"{self.host}:{self.port}"
 
     @property
     def url(self) -> str:
-        """The url without /v1."""
+        """The URL without /v1."""
         return f"http{'s' if self.is_encrypted else ''}://{self.name}{self.path}"
 
     @property
     def is_loopback(self) -> bool:
-        """Whether what is sent stays on this machine."""
+        """Whether requests stay on this machine."""
         try:
             return ipaddress.ip_address(self.host).is_loopback
         except ValueError:
@@ -60,49 +60,53 @@ class Address:
 
 
 def read_address(url: str, flag: str) -> Address:
-    """Read a url, with or without /v1 at its end; `flag` is where it was given. Raises HttpError.
+    """Parse a URL, with or without /v1 at its end. Raises HttpError.
 
-    The name of the flag and never the url stands in an error: there may be a password in it.
+    `flag` is the option that the URL was given with. Errors name the option and never the URL,
+    because the URL may contain a password.
     """
     try:
         parts = urlsplit(url)
         port = parts.port
     except ValueError as error:
-        raise HttpError(f"{flag} is no url: {error}") from None
+        raise HttpError(f"{flag} is not a URL: {error}") from None
     if parts.username is not None or parts.password is not None:
-        raise HttpError(f"{flag}: no user or password in it; a token is given apart")
-    if parts.scheme not in PORTS or not parts.hostname or is_odd(url):
+        raise HttpError(f"{flag}: no user or password may be in it; give a token separately")
+    if parts.scheme not in PORTS or not parts.hostname or has_unsafe_characters(url):
         raise HttpError(f"{flag} is not like http://127.0.0.1:8000 or https://HOST/PATH")
     if parts.query or parts.fragment:
-        raise HttpError(f"{flag}: give host, port and path alone")
+        raise HttpError(f"{flag} must not contain ? or #; give only host, port and path")
     path = parts.path.rstrip("/").removesuffix("/v1")
     return Address(parts.scheme == "https", parts.hostname, port or PORTS[parts.scheme], path)
 
 
 def check_token(token: str | None, address: Address, flag: str) -> str | None:
-    """Return a token that may be sent there. Raises HttpError, which does not repeat it."""
+    """Return the token if it may be sent to `address`. Raises HttpError, which does not repeat it.
+
+    A token is sent only over an encrypted connection, or to this machine.
+    """
     if token is None:
         return None
-    if not token or is_odd(token):
+    if not token or has_unsafe_characters(token):
         raise HttpError(f"the token for {flag} is empty or holds spaces or control characters")
     if not address.is_encrypted and not address.is_loopback:
         raise HttpError(f"a token would travel in clear text to {address.name}: use https")
     return token
 
 
-def is_odd(text: str) -> bool:
-    """Whether there is a character in it that no url and no header should hold."""
+def has_unsafe_characters(text: str) -> bool:
+    """Whether it contains a character that must not occur in a URL or a header."""
     return not set(text) <= set(string.ascii_letters + string.digits + string.punctuation)
 
 
 def printable(text: str) -> str:
-    """Cut foreign words short and drop what could forge a line of a log."""
-    return errors.printable(text, MOST_TEXT)
+    """Return a peer's text as one short line that is safe to print."""
+    return errors.printable(text, MAX_QUOTED_CHARS)
 
 
 @dataclass(frozen=True, slots=True)
 class Response:
-    """What a peer responded: its status, its body as it came, its Retry-After header."""
+    """Response of a peer: its status, its body as received, its Retry-After header."""
 
     status: int
     body: bytes
@@ -110,33 +114,37 @@ class Response:
 
 
 class HttpClient:
-    """A client of one peer, whose connection is kept between requests. For one thread at a time.
+    """A client of one peer, which keeps its connection between requests. For one thread at a time.
 
-    The library's own time limits are those of one read: a peer that sends a byte a second would
-    hold a request for hours. So its asynchronous half is used, in a private event loop that runs
-    only while a request is under way, and one deadline cancels the whole exchange wherever it
-    stands: connecting, sending, waiting, reading. A cancelled exchange leaves no half-read
-    response behind, since the library then drops that connection. Looking up a host's name alone
-    cannot be cancelled; it lasts as long as the system's resolver takes.
+    The library's timeouts apply to a single read, so a peer that sends one byte a second could hold
+    a request for hours. Therefore its asynchronous interface is used, in a private event loop that
+    runs only during a request. One deadline cancels the whole exchange, whether it is connecting,
+    sending, waiting or reading. A cancelled exchange leaves no half-read response behind, since the
+    library drops that connection. Only the look-up of a host's name cannot be cancelled; it lasts
+    as long as the system's resolver takes.
     """
 
     def __init__(
-        self, address: Address, token: str | None, content_type: str, most_bytes: int
+        self, address: Address, token: str | None, content_type: str, max_bytes: int
     ) -> None:
-        """Send nothing yet. Raises ModuleNotFoundError without httpx2."""
-        import httpx2  # noqa: F401 - a quarter of a second, for those alone who ask elsewhere
+        """Set up a client without connecting. Raises ModuleNotFoundError without httpx2.
+
+        A response of more than `max_bytes` is an HttpError.
+        """
+        import httpx2  # noqa: F401 - takes a quarter of a second, so only remote users load it
 
         self.address = address
         self._token = token
         self._content_type = content_type
-        self._most_bytes = most_bytes
+        self._max_bytes = max_bytes
         self._runner: asyncio.Runner | None = None
         self._client: httpx2.AsyncClient | None = None
 
     def request(self, verb: str, path: str, body: bytes | None, deadline: float) -> Response:
-        """Send a request; the whole response is there before `deadline` (`time.monotonic`, s).
+        """Send a request and return the response, complete before `deadline`.
 
-        Raises HttpError, whatever goes wrong; a status of 400 is a response like any other.
+        `deadline` is in s of `time.monotonic`. Raises HttpError for every failure of the exchange;
+        a status of 400 or more is a response and not a failure.
         """
         import httpx2
 
@@ -147,12 +155,12 @@ class HttpClient:
         try:
             return self._runner.run(self._exchange(self._client, verb, path, body, deadline))
         except httpx2.ConnectTimeout:
-            text = f"{self.address.name} does not take the connection"
+            reason = f"{self.address.name} does not accept the connection"
         except TimeoutError:
-            text = f"incomplete response after {round(max(0.0, deadline - begun), 2):g} s"
+            reason = f"incomplete response after {round(max(0.0, deadline - begun), 2):g} s"
         except (httpx2.HTTPError, OSError) as error:
-            text = _reason(error)
-        raise HttpError(self.redacted(text))
+            reason = _reason(error)
+        raise HttpError(self.redacted(reason))
 
     def close(self) -> None:
         """Close the connection; the next request opens another."""
@@ -162,7 +170,7 @@ class HttpClient:
         self._runner = self._client = None
 
     def redacted(self, text: str) -> str:
-        """Return a text without the token, which a peer may have put into its own words."""
+        """Return a text without the token, which a peer may have repeated in its message."""
         return text if self._token is None else text.replace(self._token, "(token)")
 
     def _open(self) -> httpx2.AsyncClient:
@@ -194,18 +202,18 @@ class HttpClient:
             data = bytearray()
             async for chunk in response.aiter_raw():
                 data += chunk
-                if len(data) > self._most_bytes:
-                    raise HttpError(f"a response larger than {self._most_bytes} bytes")
+                if len(data) > self._max_bytes:
+                    raise HttpError(f"the response is larger than {self._max_bytes} bytes")
             return Response(response.status_code, bytes(data), response.headers.get("Retry-After"))
 
 
 def _reason(error: BaseException) -> str:
-    """Put on one line why a connection failed: the error that all others came of says it best."""
+    """Return in one line why a connection failed, by the first error in the chain of causes."""
     reason = ""
-    found: BaseException | None = error
-    while found is not None:
-        if isinstance(found, ConnectionError) and found.errno is not None:
-            return os.strerror(found.errno)
-        reason = printable(str(found)) or reason
-        found = found.__cause__ or found.__context__
+    cause: BaseException | None = error
+    while cause is not None:
+        if isinstance(cause, ConnectionError) and cause.errno is not None:
+            return os.strerror(cause.errno)
+        reason = printable(str(cause)) or reason
+        cause = cause.__cause__ or cause.__context__
     return reason or type(error).__name__

@@ -1,9 +1,8 @@
-"""The material table: what each class is to the skin, to the ear of the palm, and in words.
+"""Provides the material table: thermal properties, vibration and words of each material class.
 
-Knows facts only, those of materials.toml, which has their sources; nothing here measures, decides
-or renders. MATERIALS is the built-in table and never changes; a material of the user's own is
-derived from one of its classes, and whoever uses such materials is handed a table that has them
-too. Effusivity e = sqrt(k rho c) follows from the thermal figures.
+The facts and their sources are in materials.toml; nothing here measures, decides or renders.
+MATERIALS is the built-in table and never changes. A user's own material is derived from one of its
+classes, and code that supports such materials receives a table that contains them.
 """
 
 from __future__ import annotations
@@ -23,8 +22,8 @@ from hapticvlm.errors import HapticVLMError
 UNKNOWN = "unknown"
 TABLE = Path(__file__).with_name("materials.toml")
 
-# What a fact of a user's material may be, lowest and highest: from aerogel to diamond and osmium
-# for the bulk, the palm's band and what rendering/vibration/vibration.py can play for the rest.
+# Lowest and highest value of each fact of a user's material. The thermal ranges span aerogel to
+# diamond and osmium; the others are the band of the palm and what rendering/vibration can play.
 LIMITS = MappingProxyType(
     {
         "thermal.conductivity": (0.005, 2500.0),  # W/(m K)
@@ -48,12 +47,12 @@ _NAME = re.compile(r"[a-z0-9_-]{1,40}")
 
 
 class MaterialError(HapticVLMError, ValueError):
-    """A material of the user's that cannot be: which field, why, and what to do."""
+    """A user's material is not valid; the message names the field, the reason and what to do."""
 
 
 @dataclass(frozen=True, slots=True)
 class Thermal:
-    """Bulk thermal properties: k in W/(m K), rho in kg/m3, c in J/(kg K)."""
+    """Thermal properties of the bulk: k in W/(m K), rho in kg/m3, c in J/(kg K)."""
 
     conductivity: float
     density: float
@@ -61,7 +60,7 @@ class Thermal:
 
     @property
     def effusivity(self) -> float:
-        """Thermal effusivity in W s^0.5 / (m2 K)."""
+        """Thermal effusivity e = sqrt(k rho c) in W s^0.5 / (m2 K)."""
         return math.sqrt(self.conductivity * self.density * self.heat_capacity)
 
 
@@ -76,13 +75,13 @@ class Mode:
 
 @dataclass(frozen=True, slots=True)
 class Vibration:
-    """How a class sounds to the palm: impact modes, and the texture felt when rubbed.
+    """Vibration of a class: the modes of an impact, and the texture that is felt when rubbed.
 
-    `pitch_m` is the dominant spatial period of the surface, `bandwidth` the width of the texture's
-    band relative to its centre frequency speed / pitch, `roughness` how uneven it is (0..1, which
-    is how strongly it is felt), `stick` the share that catches and slips under a firm hand,
-    `swung_m` how thick the things are that one swings of it, `stiffness` how much force a thing of
-    it needs to give way under a hand, N/m: inf is more than a hand notices.
+    `pitch_m` is the dominant spatial period of the surface, m. `bandwidth` is the width of the
+    texture's band relative to its centre frequency speed / pitch. `roughness` (0..1) is how
+    strongly the texture is felt. `stick` (0..1) is the share that catches and slips under a firm
+    hand. `swung_m` is the usual thickness of things of it that are swung, m. `stiffness` is the
+    force per displacement under a hand, N/m; inf for what does not yield noticeably.
     """
 
     modes: tuple[Mode, ...]
@@ -96,7 +95,7 @@ class Vibration:
 
 @dataclass(frozen=True, slots=True)
 class Material:
-    """One class of the table."""
+    """One class of the table; `words` are the words that name the class itself."""
 
     name: str
     thermal: Thermal
@@ -125,10 +124,11 @@ def derive(
     words: object = None,
     facts: Mapping[str, object] = MappingProxyType({}),
 ) -> Material:
-    """Make a user's material from a built-in class; raises MaterialError.
+    """Derive a user's material from the built-in class `like`. Raises MaterialError.
 
-    `facts` replace those of the class, {"thermal": {...}, "vibration": {...}} with the field names
-    of Thermal and Vibration, `modes` as a list of maps; `words` is a list, None the name's own.
+    `facts` replace those of the class: {"thermal": {...}, "vibration": {...}} with the field names
+    of Thermal and Vibration, and `modes` as a list of maps. `words` is a list of words; None takes
+    them from the name.
     """
     _check_name(name)
     parent = MATERIALS.get(like)
@@ -154,35 +154,35 @@ def _check_name(name: str) -> None:
         raise MaterialError(f"name: `{name}` is built in; choose another name")
 
 
-def _check_fields(path: str, given: object, known: Sequence[str]) -> None:
-    if not isinstance(given, Mapping):
+def _check_fields(path: str, facts: object, known: Sequence[str]) -> None:
+    if not isinstance(facts, Mapping):
         raise MaterialError(f"{path}: expected a table of {', '.join(known)}")
-    for field in given:
+    for field in facts:
         if field not in known:
             raise MaterialError(f"{path}{field}: no such fact{nearest(str(field), known)}")
 
 
-def _changes(part: str, given: object, parent: Thermal | Vibration) -> dict[str, Any]:
-    """Check one table of facts; numbers become floats."""
-    _check_fields(f"{part}.", given, [field.name for field in fields(parent)])
-    assert isinstance(given, Mapping)
+def _changes(part: str, facts: object, parent: Thermal | Vibration) -> dict[str, Any]:
+    """Check one table of facts and convert its numbers to float."""
+    _check_fields(f"{part}.", facts, [field.name for field in fields(parent)])
+    assert isinstance(facts, Mapping)
     return {
         field: value if field == "modes" else _number(f"{part}.{field}", value)
-        for field, value in given.items()
+        for field, value in facts.items()
     }
 
 
-def _modes(given: object) -> tuple[Mode, ...]:
+def _modes(modes: object) -> tuple[Mode, ...]:
     path = "vibration.modes"
-    if not isinstance(given, list | tuple) or not 1 <= len(given) <= MAX_MODES:
+    if not isinstance(modes, list | tuple) or not 1 <= len(modes) <= MAX_MODES:
         known = ", ".join(field.name for field in fields(Mode))
         raise MaterialError(f"{path}: expected a list of 1 to {MAX_MODES} maps of {known}")
-    for mode in given:
+    for mode in modes:
         _check_fields(f"{path}.", mode, [field.name for field in fields(Mode)])
         for field in fields(Mode):
             if field.name not in mode:
                 raise MaterialError(f"{path}.{field.name}: missing; add it to every mode")
-    return tuple(Mode(**{k: _number(f"{path}.{k}", v) for k, v in m.items()}) for m in given)
+    return tuple(Mode(**{k: _number(f"{path}.{k}", v) for k, v in m.items()}) for m in modes)
 
 
 def _number(path: str, value: object) -> float:
@@ -202,13 +202,13 @@ def _checked_words(words: object) -> tuple[str, ...]:
         raise MaterialError(f"words: expected a list of at most {MAX_WORDS} words")
     for word in words:
         if not isinstance(word, str) or not _is_words(word):
-            text = "is not one or more lower-case words of two letters or more; write"
-            raise MaterialError(f"words: `{str(word)[:60]}` {text} letters and single spaces only")
+            rule = "is not one or more lower-case words of two letters or more; write"
+            raise MaterialError(f"words: `{str(word)[:60]}` {rule} letters and single spaces only")
     return tuple(words)
 
 
 def _is_words(text: str) -> bool:
-    """Whether names can have this in them: they are cut into lower-case words of letters."""
+    """Whether this can occur in names, which are split into lower-case words of letters."""
     parts = text.split(" ")
     if len(text) > MAX_WORD_LETTERS or text != text.lower():
         return False
@@ -216,7 +216,7 @@ def _is_words(text: str) -> bool:
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """Say which of the known names was probably meant, if any is near, and which there are."""
+    """Return the end of an error message: the nearest known name, if any, and all known names."""
     known = list(known)
     near = difflib.get_close_matches(name.lower(), known, n=1)
     return "".join(f"; nearest is `{one}`" for one in near) + f"; known: {', '.join(known)}"

@@ -1,10 +1,11 @@
-"""Every wire message of protocol v1, declared once; decode, encode, MessageError.
+"""Declares every wire message of protocol v1 once, with `decode`, `encode` and `MessageError`.
 
-After `decode` a message is right: type, range, size, finiteness. Units stand in the field names
-(`_c` degC, `_s` s, `_ms` ms, `_mps` m/s, `_n` N). Knows nothing of sockets, sessions or devices.
+`decode` checks type, range, size and finiteness, so code behind it need not check again. Field
+names carry their units (`_c` degC, `_s` s, `_ms` ms, `_mps` m/s, `_n` N). This module does not
+know sockets, sessions or devices.
 
-The text below a field or a choice says what it means. `make schemas` carries it from here into the
-JSON Schema, AsyncAPI and docs/protocol.md, so that each is said once.
+The text below a field or a choice documents it. `make schemas` copies that text into the JSON
+Schema, AsyncAPI, the C# types and docs/protocol.md.
 """
 
 from __future__ import annotations
@@ -38,53 +39,58 @@ Picture = Annotated[bytes, Meta(min_length=1, max_length=MAX_MESSAGE_BYTES)]
 ErrorCode = Literal[
     "protocol", "message", "limit", "overload", "unsafe", "device", "model", "not_owner"
 ]
-"""Not allowed in this state or role (protocol), malformed (message), out of range (limit). Too much
-waits (overload), or a stop holds the outputs (unsafe). An output (device) or a network (model)
-fails. Another scene owns the outputs (not_owner)."""
+"""`protocol`: not allowed in this state or role; `message`: malformed; `limit`: out of range;
+`overload`: a queue is full; `unsafe`: a stop holds the outputs; `device`: an output failed;
+`model`: a network failed; `not_owner`: another scene owns the outputs."""
 Scope = Literal["all", "speaker", "peltier"]
-"""Which outputs a stop rests. The scope speaker includes controllers."""
+"""The outputs that a stop turns off. `speaker` includes controllers."""
 Phase = Literal["approach", "contact", "slide", "release"]
-"""approach: near and not touching yet; contact: touches, without rubbing; slide: rubs along;
-release: touches nothing any more."""
+"""`approach`: near, not touching yet; `contact`: touching without sliding; `slide`: sliding along
+the surface; `release`: no longer touching."""
 Interaction = Literal["tap", "strike", "press", "slide", "carve", "swing"]
-"""The kind of touch. A swing moves through air and needs no contact."""
+"""The kind of touch. A swing moves through the air and needs no contact."""
 HandName = Literal["left", "right"]
-"""Each hand is rendered by itself."""
+"""Each hand is rendered separately."""
 Rung = Literal["scene", "name", "shader", "encoder", "vlm", "unknown"]
-"""What a material is decided from: the scene states it, the object's name or shader implies it, the
-network or the vision-language model saw it, or nothing is sure enough."""
+"""`scene`: stated by the scene; `name`, `shader`: implied by the object's name or shader;
+`encoder`: recognised by the image network; `vlm`: recognised by the vision-language model;
+`unknown`: no source is sure enough."""
 AmbientSource = Literal["scene", "vlm", "default"]
-"""Stated by the scene, read from a picture by the vision-language model, or 22 degC."""
+"""`scene`: stated by the scene; `vlm`: estimated from a picture by the vision-language model;
+`default`: 22 degC."""
 Limit = Literal["setpoint", "slew", "current", "sink", "dose"]
-"""What kept the plate from the physical value: its band of temperatures, its speed, its current, a
-hot sink, or the dose of heat that skin may take."""
+"""The limit that keeps the plate from the physical value. `setpoint`: its temperature range;
+`slew`: its rate of change; `current`: its current; `sink`: a hot heat sink; `dose`: the thermal
+dose allowed for skin."""
 SurfaceSource = Literal["scene", "name", "sun", "ambient"]
-"""What the surface's temperature is taken from; ambient where nothing else says anything."""
+"""The source of the surface temperature. `ambient` applies without any other."""
 SkipReason = Literal["superseded", "stale", "unchanged", "rate"]
-"""superseded: a newer frame took its place; stale: older than its max_age_ms; unchanged: shows the
-object as before; rate: more than frames_per_s."""
+"""`superseded`: replaced by a newer frame; `stale`: older than its `max_age_ms`; `unchanged`: the
+object looks as before; `rate`: over `frames_per_s`."""
 FeelForm = Literal["amplitude", "parametric"]
-"""amplitude: one value each 12.5 ms, for actuators of one frequency; parametric: amplitude and
-frequency each 5 ms, and transients."""
+"""`amplitude`: one value every 12.5 ms, for actuators with a single frequency; `parametric`:
+amplitude and frequency every 5 ms, and transients."""
 Basis = Literal["material", "expectation", "neutral"]
-"""What the feel is made from: the decided material, the expectation over all materials believed in
-while none is sure enough to be named, or neither."""
+"""`material`: the decided material is rendered; `expectation`: the mean over all probable
+materials, while none is probable enough to be named; `neutral`: nothing."""
 HelloRole = Literal["scene", "observer"]
-"""A scene has objects and touches; an observer only watches. Anybody may stop."""
+"""A scene declares objects and sends touches; an observer only watches. Both may send `stop`."""
 FrameFormat = Literal["jpeg", "png", "rgb8", "rgba8"]
-"""rgb8 and rgba8 are raw: width x height x 3 or 4 bytes, row by row."""
+"""rgb8 and rgba8 are raw pixels: width x height x 3 or 4 bytes, row by row."""
 FrameOrigin = Literal["top", "bottom"]
-"""Whether the first row of the picture is its top or, as OpenGL reads it, its bottom."""
+"""`top`: the first row is the top of the picture; `bottom`: it is the bottom, as in OpenGL."""
 FramePurpose = Literal["live", "enrol"]
-"""live: what a hand is at, where the newest frame wins; enrol: to be learned, each one is kept."""
+"""`live`: to be recognised, and a newer frame replaces a waiting one; `enrol`: reference pictures
+of an object, each of which is used."""
 Watch = Literal["frames", "waveform", "log"]
-"""Pictures as they are recognised, what the speaker plays, or lines of the service's log."""
+"""`frames`: pictures as they are recognised; `waveform`: the speaker's samples; `log`: lines of
+the service's log."""
 SetOwnership = Literal["take", "give", "end"]
-"""take: drive the outputs from now on; give: free them; end: close their owner's connection."""
+"""`take`: own the outputs from now on; `give`: free them; `end`: close the owner's connection."""
 
 
 class MessageError(HapticVLMError):
-    """The peer's fault: what is wrong, where, and what to do; changes no output."""
+    """Raised for a peer's mistake; says what is wrong, where, and what to do. No output changes."""
 
     def __init__(self, code: ErrorCode, text: str, *, path: str | None = None, id: int = 0) -> None:
         super().__init__(text)
@@ -95,371 +101,360 @@ class MessageError(HapticVLMError):
 
 
 class Wire(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True, kw_only=True):
-    """Common rules: immutable, no unknown fields, missing optional fields are absent."""
+    """Base of all messages: immutable, refuses unknown fields, omits unset optional fields."""
 
 
 class Party(Wire, frozen=True):
-    """Who speaks: a client or the service."""
+    """Name and version of a client or of the service."""
 
     name: Annotated[str, Meta(min_length=1, max_length=128)]
-    """A name to show to people."""
+    """Name to display."""
     version: Annotated[str, Meta(max_length=64)]
-    """Its version, in any form."""
+    """Version, in any format."""
 
 
 class ProtocolVersion(Wire, frozen=True):
-    """Same major needed; a newer minor is answered with the service's own."""
+    """Version of the protocol. Majors must match; a newer minor is answered with the service's."""
 
     major: Annotated[int, Meta(ge=0, le=1000)]
-    """Must be the service's."""
+    """Must equal the service's major number."""
     minor: Annotated[int, Meta(ge=0, le=1000)]
-    """A newer one only adds: fields, words and messages."""
+    """A newer minor version only adds fields, values and messages."""
 
 
 class Region(Wire, frozen=True):
-    """A rectangle of the upright frame, as fractions counted from the top left."""
+    """A rectangle of the upright frame, in fractions from its top left corner."""
 
     x: Share
-    """Left edge, as a share of the width."""
+    """Left edge, as a fraction of the width."""
     y: Share
-    """Upper edge, as a share of the height."""
+    """Top edge, as a fraction of the height."""
     w: Annotated[float, Meta(gt=0.0, le=1.0)]
-    """Width, as a share of the frame's."""
+    """Width, as a fraction of the frame's width."""
     h: Annotated[float, Meta(gt=0.0, le=1.0)]
-    """Height, as a share of the frame's."""
+    """Height, as a fraction of the frame's height."""
 
 
 WHOLE = Region(x=0.0, y=0.0, w=1.0, h=1.0)
 
 
 class Shader(Wire, frozen=True):
-    """Physically based shader parameters; base_color is linear or sRGB red, green, blue."""
+    """Physically based shader parameters."""
 
     metallic: Share | None = None
-    """1 is metal."""
+    """1 is a metal."""
     roughness: Share | None = None
     """0 is a mirror."""
     transmission: Share | None = None
-    """1 is clear as glass."""
+    """1 is as clear as glass."""
     base_color: tuple[Share, Share, Share] | None = None
-    """Red, green and blue."""
+    """Red, green and blue, linear or sRGB."""
 
 
 class Vibrates(Wire, frozen=True):
-    """How an object vibrates by itself; `level` is how strongly it is felt in the hand."""
+    """Vibration of an object that hums by itself."""
 
     frequency_hz: Annotated[float, Meta(ge=15.0, le=360.0)]
-    """Its fundamental."""
+    """Fundamental frequency."""
     level: Share
-    """As felt by a hand on it."""
+    """Strength as felt by a hand on the object."""
     on: bool = True
-    """False: it is switched off, also where its name says that it hums."""
+    """False: switched off, even if the object's name implies a hum."""
 
 
 class SceneObject(Wire, frozen=True):
-    """What the scene says of one object; everything but the id is optional.
+    """One object of the scene; all fields except the id are optional.
 
-    `sunlit` says whether the sun shines on it now: an object in the sun is warmer than the air.
-    What `vibrates` is felt through whatever touches it: `stands_on` names what carries an object.
-    Without `vibrates` its name may say so; `on` false says that it does not.
+    An object in the sun (`sunlit`) is warmer than the air. An object that `vibrates` is also felt
+    through objects in contact with it; `stands_on` declares such contacts. Without `vibrates`, the
+    name may imply a hum; `on` false prevents that.
     """
 
     object_id: ObjectId
-    """The client's own name for it, the same in touches and frames."""
+    """The client's id of the object; touches and frames use the same."""
     name: Label | None = None
-    """As the scene calls it, in any language: Oak_Table_02."""
+    """Name in the scene, in any language, such as Oak_Table_02."""
     material: MaterialName | None = None
-    """What it is made of, one of the materials in `welcome`; then nothing is to be recognised."""
+    """One of the materials in `welcome`; the object is then not recognised from pictures."""
     temperature_c: Celsius | None = None
-    """Of its surface, when the scene knows it."""
+    """Surface temperature, if the scene knows it."""
     shader: Shader | None = None
-    """How it is drawn, which tells metal and glass."""
+    """Shader parameters, which reveal metal and glass."""
     thickness_m: Annotated[float, Meta(gt=0.0, le=10.0)] | None = None
-    """Thin things take on the temperature of the hand; absent is thick."""
+    """Thickness. Thin objects take on the temperature of the hand; absent: thick."""
     sunlit: bool | None = None
-    """Whether the sun shines on it now."""
+    """Whether the sun shines on the object now."""
     vibrates: Vibrates | None = None
-    """How it hums by itself."""
+    """Vibration, if the object hums by itself."""
     stands_on: Annotated[list[ObjectId], Meta(max_length=16)] | None = None
-    """Ids of what carries it."""
+    """Ids of the objects that carry it."""
 
 
 class Hello(Wire, frozen=True, tag="hello", tag_field="type"):
-    """First message of every connection."""
+    """The first message of every connection."""
 
     id: RequestId
-    """Echoed in the reply."""
+    """Id of the request, echoed in the reply."""
     client: Party
-    """Who connects."""
+    """Client name and version."""
     protocol: ProtocolVersion
-    """What the client speaks."""
+    """Protocol version of the client."""
     role: HelloRole
-    """Whether it has a scene or watches."""
+    """Role of this connection."""
     token: Annotated[str, Meta(max_length=256)] | None = None
-    """Needed where the service was started with one, as it is for other machines."""
+    """Required if the service was started with a token, as it must be for other machines."""
 
 
 class Scene(Wire, frozen=True, tag="scene", tag_field="type"):
-    """Objects of the scene; `replace` forgets those not listed.
+    """Objects of the scene.
 
-    `forget` names objects that are no more: what breaks or is shot costs a scene one id then, and
-    not all its objects anew. An id that is not known is no error.
-    `materials` are all that the scene's objects can be made of: recognition considers no other.
-    An observer on the service's own machine may state materials of the owner's objects: `object_id`
-    and `material` only, with `replace` false.
+    `forget` removes single objects, so that a scene need not send all others again. Unknown ids in
+    it are ignored. If `materials` is given, recognition considers only these.
+    An observer on the service's own machine may override materials of the owner's objects: it sends
+    `object_id` and `material` only, with `replace` false.
     """
 
     id: RequestId
-    """Echoed in the reply."""
+    """Id of the request, echoed in the reply."""
     objects: Annotated[list[SceneObject], Meta(max_length=4096)]
-    """New objects, and known ones with all that is said of them."""
+    """New or changed objects, each with all of its fields."""
     replace: bool
-    """True: these are all objects; false: those not listed stay as they are."""
+    """True: objects that are not listed are removed; false: they stay as they are."""
     forget: Annotated[list[ObjectId], Meta(max_length=4096)] | None = None
-    """Ids of objects that are no more."""
+    """Ids of removed objects."""
     ambient_c: AmbientCelsius | None = None
     """Air temperature of the scene."""
     materials: Annotated[list[MaterialName], Meta(min_length=1, max_length=64)] | None = None
-    """All that objects can be made of; absent: every material of `welcome`."""
+    """Materials that occur in the scene; absent: all materials in `welcome`."""
 
 
 class Frame(Wire, frozen=True, tag="frame", tag_field="type"):
-    """One rendered frame; `mask` is an 8-bit PNG of the frame's size, nonzero = object."""
+    """One rendered frame."""
 
     id: RequestId
-    """Echoed in the reply."""
+    """Id of the request, echoed in the reply."""
     captured_at: Clock
-    """When it was rendered, on the client's clock."""
+    """Time of rendering, on the client's clock."""
     format: FrameFormat
-    """How `image` is written."""
+    """Encoding of `image`."""
     width: Side
-    """In px; must be that of the picture."""
+    """Width in pixels; must equal the picture's."""
     height: Side
-    """In px; must be that of the picture."""
+    """Height in pixels; must equal the picture's."""
     image: Picture
-    """The picture. 448 x 448 px as JPEG, about 20 KB, is enough."""
+    """The picture. A JPEG of 448 x 448 px, about 20 KB, is sufficient."""
     origin: FrameOrigin
-    """Which row comes first."""
+    """Order of the rows."""
     purpose: FramePurpose = "live"
-    """What it is for."""
+    """Purpose of the frame."""
     object_id: ObjectId | None = None
-    """The object it shows; absent: a view in which touches may name regions."""
+    """Object shown; absent: a view in which touches may name a region."""
     region: Region | None = None
-    """Where in the upright picture the object is."""
+    """Position of the object in the upright picture."""
     mask: Picture | None = None
-    """Which pixels are the object, which says more than a region."""
+    """Pixels of the object, more precise than a region: an 8-bit PNG of the frame's size, nonzero =
+    object."""
     max_age_ms: Annotated[float, Meta(ge=0.0, le=60_000.0)] | None = None
-    """Older than this it is skipped; absent: it never is."""
+    """An older frame is skipped; absent: no age limit."""
 
 
 class Touch(Wire, frozen=True, tag="touch", tag_field="type"):
-    """What a hand does now; renews that hand's lease unless it is a release.
+    """Current state of one hand; every phase except `release` renews the hand's lease.
 
-    `distance_m` to the object and `closing_mps`, the speed at which it shrinks (negative: it
-    grows), say when an approach will become a contact; the plate leads by that time.
+    From `distance_m` and `closing_mps` the service predicts when an approach becomes a contact, so
+    that the plate can start in time.
     """
 
     id: RequestId
-    """Echoed in the reply."""
+    """Id of the request, echoed in the reply."""
     phase: Phase
-    """What the hand does."""
+    """Phase of the touch."""
     captured_at: Clock
-    """When it did, on the client's clock."""
+    """Time of the touch, on the client's clock."""
     hand: HandName
-    """Which hand."""
+    """Hand that touches."""
     speed_mps: Annotated[float, Meta(ge=0.0, le=20.0)]
-    """Of the hand relative to the surface; at contact how fast it hits."""
+    """Speed of the hand relative to the surface; at contact, the impact speed."""
     force_n: Annotated[float, Meta(ge=0.0, le=200.0)]
-    """How hard it presses; 1.5 where an engine knows no force."""
+    """Contact force; send 1.5 if the engine does not compute forces."""
     object_id: ObjectId | None = None
-    """What it touches. This or a region is needed, but for release and swing."""
+    """Object touched. Either this or `region` is required, except for release and swing."""
     region: Region | None = None
-    """What it touches, as a part of the newest frame."""
+    """Region of the newest frame that is touched."""
     interaction: Interaction | None = None
-    """The kind of touch; absent: strike at contact, slide while sliding."""
+    """Kind of touch; absent: strike at contact, slide while sliding."""
     distance_m: Annotated[float, Meta(ge=0.0, le=100.0)] | None = None
-    """To the object, of an approach."""
+    """Distance to the object, during an approach."""
     closing_mps: Annotated[float, Meta(ge=-20.0, le=20.0)] | None = None
-    """How fast the distance shrinks, of an approach."""
+    """Rate at which the distance shrinks (negative: grows), during an approach."""
 
 
 class Feel(Wire, frozen=True):
-    """Which hands get `vibration` events, and in which form; a hand that is absent gets none.
-
-    `amplitude` is one value a display frame, for actuators of one frequency; `parametric` is finer
-    and brings frequencies and transients too.
-    """
+    """Subscription to `vibration` events per hand; a hand that is absent gets none."""
 
     left: FeelForm | None = None
-    """For the left hand."""
+    """Form for the left hand."""
     right: FeelForm | None = None
-    """For the right hand."""
+    """Form for the right hand."""
 
 
 class Set(Wire, frozen=True, tag="set", tag_field="type"):
-    """Settings of this connection's session; `feel` and gains are the owner's alone.
+    """Settings of this connection's session.
 
-    `ownership`: a scene may take the outputs when nobody owns them or their owner has touched
-    nothing for 30 s. Their owner may give them up, as a tool that only shows pictures does.
-    Anybody may end the owner's connection. The event `ownership` says when the outputs are free.
-    Gains, `feel` and the touch are sent again after they were taken.
+    A scene may take the outputs if nobody owns them or if their owner has touched nothing for 30 s.
+    The owner may give them up, as a tool that only sends pictures does. Any connection may end the
+    owner's connection. The event `ownership` reports free outputs. After taking them, a scene sends
+    its gains, `feel` and current touch again.
     """
 
     id: RequestId
-    """Echoed in the reply."""
+    """Id of the request, echoed in the reply."""
     ambient_c: AmbientCelsius | None = None
     """Air temperature of the scene."""
     vibration_gain: Share | None = None
-    """Half the gain is half the vibration. The owner's alone."""
+    """Factor on the vibration. Only for the owner."""
     thermal_gain: Share | None = None
-    """0 keeps the plate neutral. The owner's alone."""
+    """Factor on the thermal effect; 0 keeps the plate neutral. Only for the owner."""
     watch: Annotated[list[Watch], Meta(max_length=3)] | None = None
-    """What `view` events show. Observers' alone."""
+    """Kinds of `view` events to receive. Only for observers."""
     feel: Feel | None = None
-    """Which hands get `vibration` events. The owner's alone."""
+    """Subscription to `vibration` events. Only for the owner."""
     ownership: SetOwnership | None = None
-    """Who drives the outputs."""
+    """Change of the outputs' owner."""
 
 
 class Stop(Wire, frozen=True, tag="stop", tag_field="type"):
-    """Rest the outputs at once; always honoured, never queued.
+    """Turn outputs off at once; always obeyed, never queued.
 
-    The scope is held at rest for each hand until the owner sends `release` of that hand and then a
-    new `approach` or `contact`. A new session does not undo it: a scene that begins sends
-    `release` of each hand that touches nothing, so that its first touch is felt.
+    The outputs stay off for each hand until the owner sends `release` of that hand and then a new
+    `approach` or `contact`. A new session does not end a stop. A new scene therefore sends
+    `release` for each hand that touches nothing, so that its first touch is felt.
     """
 
     id: RequestId
-    """Echoed in the reply."""
+    """Id of the request, echoed in the reply."""
     scope: Scope
-    """Which outputs."""
+    """Outputs to turn off."""
 
 
 ClientMessage = Hello | Scene | Frame | Touch | Set | Stop
 
 
 class SetpointRange(Wire, frozen=True):
-    """The band the plate's setpoint is kept in, degC."""
+    """Range of the plate's setpoint."""
 
     low: float
-    """Coldest, degC."""
+    """Lowest setpoint, degC."""
     high: float
-    """Warmest, degC."""
+    """Highest setpoint, degC."""
 
 
 class Limits(Wire, frozen=True):
-    """What the service enforces."""
+    """Limits that the service enforces."""
 
     message_bytes: int
-    """A larger message closes the connection with 1009."""
+    """Maximum size of a message; a larger one closes the connection with 1009."""
     pixels: int
-    """Longest side of a frame."""
+    """Maximum side length of a frame."""
     frames_per_s: float
-    """More frames are skipped."""
+    """Maximum frame rate; frames beyond it are skipped."""
     lease_ms: int
-    """So long an output goes on without a touch that renews it."""
+    """Time that an output stays on after the last touch message."""
     setpoint_c: SetpointRange
-    """The plate's."""
+    """Range of the plate's setpoint."""
 
 
 class Device(Wire, frozen=True):
-    """One output and whether it is simulated."""
+    """One output device."""
 
     name: str
-    """As a person knows it."""
+    """Name to display."""
     simulated: bool
-    """Whether nothing real is driven."""
+    """Whether the device is simulated."""
 
 
 class Devices(Wire, frozen=True):
-    """The outputs of this service."""
+    """Output devices of the service."""
 
     speaker: Device
-    """What vibrates."""
+    """Device for vibration."""
     peltier: Device
-    """What is warm or cold."""
+    """Device for heat and cold."""
 
 
 class Models(Wire, frozen=True):
-    """What decides; absent = not loaded."""
+    """Models in use; absent: not loaded."""
 
     encoder: str | None = None
-    """The network that sees materials."""
+    """Image network that recognises materials."""
     gallery: str | None = None
-    """The reference pictures it compares with."""
+    """Set of reference pictures."""
     vlm: str | None = None
-    """The vision-language model."""
+    """Vision-language model."""
 
 
 class Privacy(Wire, frozen=True):
-    """What happens to pictures; a crop shows one object, cut out of its frame."""
+    """Use of pictures. A crop is the part of a frame that shows one object."""
 
     frames_stored: bool
-    """Whether frames are kept on the service's disk."""
+    """Whether frames are stored on the service's disk."""
     frames_leave_machine: bool
-    """Whether frames come from or go to another machine."""
+    """Whether frames are received from or sent to another machine."""
     crops_leave_machine: bool = False
-    """Whether cut-out objects go to another machine's recogniser."""
+    """Whether crops are sent to a recogniser on another machine."""
 
 
 class Welcome(Wire, frozen=True, tag="welcome", tag_field="type"):
-    """The answer to hello."""
+    """The reply to `hello`."""
 
     id: RequestId
-    """Of the hello."""
+    """Id of the `hello`."""
     service: Party
-    """Who answers."""
+    """Service name and version."""
     protocol: ProtocolVersion
-    """What the service speaks."""
+    """Protocol version of the service."""
     session: str
-    """A new one for each connection: what was known of objects before is forgotten."""
+    """Session id, new for each connection. A new session knows no objects."""
     owner: bool
-    """Whether this scene drives the outputs."""
+    """Whether this scene owns the outputs."""
     limits: Limits
-    """What the service enforces."""
+    """Limits that the service enforces."""
     devices: Devices
-    """What it drives."""
+    """Output devices."""
     models: Models
-    """What it decides with."""
+    """Models in use."""
     materials: list[str]
-    """All that an object can be stated to be of."""
+    """Materials that an object may state."""
     privacy: Privacy
-    """What happens to pictures."""
+    """Use of pictures."""
 
 
 class EvidenceItem(Wire, frozen=True):
-    """What one rung of the ladder says."""
+    """Evidence from one source."""
 
     rung: Rung
-    """Who says it."""
+    """Source of the evidence."""
     material: str
-    """What it says."""
+    """Most probable material."""
     confidence: Share
-    """How sure it is."""
+    """Probability of that material."""
 
 
 class Decision(Wire, frozen=True, tag="decision", tag_field="type"):
-    """What an object is and how it will feel; id 0 when it is an event.
-
-    `sub_material` is what its name says it is made of more exactly, with bulk values of its own;
-    `thickness_m` is the thickness that its temperature is computed with, absent when it is thick.
-    `basis` says what the feel is made from: the material, the expectation over all materials
-    believed in while none is sure enough to be named, or neither (neutral).
-    Observers also get its `name`, as the scene gave it.
-    """
+    """Material, temperatures and vibration pattern decided for one object."""
 
     id: int
-    """Of the frame it answers, or 0."""
+    """Id of the frame that it answers; 0: an event."""
     material: str
     """One of the materials in `welcome`, or unknown."""
     confidence: Share
-    """Calibrated: of all that are said with .8, four in five are right."""
+    """Calibrated probability: of all decisions with 0.8, four in five are right."""
     source: Rung
-    """What weighed most."""
+    """Source with the greatest weight."""
     cached: bool
-    """Whether it was decided before."""
+    """Whether the decision was made before and is unchanged."""
     evidence: list[EvidenceItem]
-    """All that was considered."""
+    """All evidence considered."""
     ambient_c: float
     """Air temperature."""
     ambient_low_c: float
@@ -467,187 +462,181 @@ class Decision(Wire, frozen=True, tag="decision", tag_field="type"):
     ambient_high_c: float
     """Upper end of its interval."""
     ambient_source: AmbientSource
-    """Where it is from."""
+    """Source of the air temperature."""
     surface_c: float
-    """The object's surface before it is touched."""
+    """Temperature of the object's surface before the touch."""
     surface_low_c: float
     """Lower end of its interval."""
     surface_high_c: float
     """Upper end of its interval."""
     surface_source: SurfaceSource
-    """Where it is from."""
+    """Source of the surface temperature."""
     surface_why: str
-    """The same in words for people."""
+    """Reason for the surface temperature, as text to display."""
     contact_c: float | None
-    """Where skin and object meet; null: nothing is known to be felt."""
+    """Temperature at which skin and object meet; null: unknown."""
     setpoint_c: float
-    """Where the plate goes."""
+    """Setpoint of the plate."""
     unlimited_c: float
-    """Where physics alone would put it."""
+    """Setpoint that physics alone would give, without limits."""
     thermal_cue: bool
-    """Whether the difference to the skin is large enough to be noticed."""
+    """Whether a person can notice the difference from skin temperature."""
     object_id: str | None = None
-    """What was decided; absent: a region of a frame."""
+    """Object decided on; absent: a region of a frame."""
     name: str | None = None
-    """As the scene gave it; to observers only."""
+    """Name of the object in the scene; sent to observers only."""
     runner_up: str | None = None
-    """The second likeliest material."""
+    """Second most probable material."""
     limited_by: Limit | None = None
-    """Why setpoint_c is not unlimited_c."""
+    """Limit that makes `setpoint_c` differ from `unlimited_c`."""
     pattern: str | None = None
-    """What vibrates, such as wood strike; absent: not touched, or nothing is played."""
+    """Vibration pattern, such as wood strike; absent: no touch, or no vibration."""
     basis: Basis | None = None
-    """What the feel is made from."""
+    """Basis of the rendering: the material, the mean over probable materials, or nothing."""
     stages_ms: dict[str, float] = {}
-    """How long each stage of a recognition took; empty where there was none."""
+    """Duration of each stage of the recognition; empty if there was none."""
     frame_age_ms: float | None = None
-    """How old the frame was that it answers."""
+    """Age of the frame that it answers."""
     sub_material: str | None = None
-    """What its name says it is made of more exactly, such as cork."""
+    """More specific material implied by the name, such as cork."""
     thickness_m: float | None = None
-    """What its temperature is computed with; absent: thick."""
+    """Thickness used for the contact temperature; absent: thick."""
 
 
 class Telemetry(Wire, frozen=True, tag="telemetry", tag_field="type"):
-    """State of the outputs, ten times a second, to every connection.
-
-    `speaker_level` is the rms of the loudest few milliseconds since the telemetry before.
-    """
+    """State of the outputs, sent to every connection ten times a second."""
 
     id: int
-    """0: an event."""
+    """Always 0: an event."""
     plate_c: float | None
-    """The plate's surface; null: no reading."""
+    """Temperature of the plate's surface; null: no reading."""
     setpoint_c: float
-    """Where it goes."""
+    """Setpoint of the plate."""
     sink_c: float | None
-    """Its heat sink; null: no reading."""
+    """Temperature of the plate's heat sink; null: no reading."""
     duty: float
-    """Its power, -1 (cools) to 1 (heats)."""
+    """Drive of the plate, from -1 (full cooling) to 1 (full heating)."""
     speaker_level: float
-    """Of full scale, 0 to 1."""
+    """RMS of the loudest few milliseconds since the last telemetry, 0 to 1 of full scale."""
     underruns: int
-    """Blocks that the speaker missed since the start."""
+    """Audio blocks missed since the start of the service."""
     dropped_frames: int
-    """Frames of all connections that were not looked at since the start."""
+    """Frames of all connections dropped since the start of the service."""
     leases: int
-    """Hands that touch or approach something now."""
+    """Number of hands with a lease, which touch or approach something now."""
     faults: list[str]
-    """What is wrong with speaker or plate now; empty: nothing."""
+    """Current faults of speaker and plate; empty: none."""
 
 
 class View(Wire, frozen=True, tag="view", tag_field="type"):
-    """What an observer asked to watch; nobody else gets it.
+    """Data that an observer subscribed to with `set.watch`; other connections do not get it.
 
-    A waveform comes in pieces that follow each other: `start` is the number of its first sample,
-    counted at `rate_hz` since the audio engine began.
+    A waveform comes in consecutive pieces. `start` counts samples at `rate_hz` since the audio
+    engine started.
     """
 
     id: int
-    """0: an event."""
+    """Always 0: an event."""
     kind: Watch
-    """Which of the fields below are there."""
+    """Kind of event, which decides the fields below."""
     object_id: str | None = None
-    """frames: what it shows."""
+    """frames: object shown."""
     region: Region | None = None
-    """frames: where in it."""
+    """frames: position of the object."""
     format: str | None = None
     """frames: jpeg or png."""
     image: bytes | None = None
-    """frames: the picture; base64 in JSON."""
+    """frames: the picture, as base64 in JSON."""
     mask: bytes | None = None
-    """frames: which pixels are the object."""
+    """frames: pixels of the object."""
     origin: FrameOrigin | None = None
-    """frames: which row comes first."""
+    """frames: order of the rows."""
     rate_hz: float | None = None
-    """waveform: samples in a second."""
+    """waveform: sample rate."""
     start: int | None = None
     """waveform: number of the first sample."""
     samples: list[float] | None = None
-    """waveform: of the speaker's full scale, -1 to 1."""
+    """waveform: samples, -1 to 1 of full scale."""
     text: str | None = None
     """log: one line."""
 
 
 class Transient(Wire, frozen=True):
-    """A short pulse within a plan, `at_ms` after the plan begins."""
+    """A short pulse within a vibration plan."""
 
     at_ms: float
-    """After the plan begins."""
+    """Time after the start of the plan."""
     amplitude: Share
-    """On the scale of the plan."""
+    """Amplitude, on the scale of the plan."""
     frequency_hz: float
-    """Of the pulse."""
+    """Frequency of the pulse."""
 
 
 class Vibration(Wire, frozen=True, tag="vibration", tag_field="type"):
-    """What one hand feels from now on: a short plan that replaces the one before. An event.
+    """Vibration of one hand from now on: a short plan that replaces the previous plan. An event.
 
-    `amplitude` holds one value for each `period_ms`, 1 for the strongest that a controller can: it
-    is on the scale of controllers, so play it as it is. After the last value there is silence, so a
-    lost link ends within 100 ms. `frequency_hz` is as long or, in the form `amplitude`, empty; a
-    transient is part of the amplitude too. An empty plan means silence now; `stopped` says that a
-    `stop`, perhaps of another connection, holds the vibration.
+    Amplitudes are scaled for controllers (1 is the strongest), so play them unchanged. After the
+    last value play nothing: vibration then ends within 100 ms if the link is lost. Transients are
+    already contained in the amplitude. An empty plan means silence now.
     """
 
     id: int
-    """0: an event."""
+    """Always 0: an event."""
     hand: HandName
-    """Which hand it is for."""
+    """Hand that the plan is for."""
     period_ms: float
-    """So long each value holds."""
+    """Duration of each value."""
     amplitude: list[Share] = []
-    """0 to 1, at most 100 ms of it. Absent: silence now."""
+    """One value per period, 0 to 1, at most 100 ms in total; absent: silence now."""
     frequency_hz: list[float] = []
-    """Of each period, in the form parametric; absent in the other."""
+    """One frequency per period, in the form parametric; absent in the form amplitude."""
     transients: list[Transient] = []
     """Pulses for actuators that can click, in the form parametric; absent: none."""
     stopped: bool = False
-    """Whether a `stop` holds the vibration."""
+    """Whether a `stop`, possibly of another connection, holds the vibration off."""
 
 
 class Ownership(Wire, frozen=True, tag="ownership", tag_field="type"):
-    """Sent to each scene when the outputs become free or change hands. An event.
+    """Sent to each scene when the outputs become free or change owner. An event.
 
-    `owner`: whether this scene owns them now. `free`: whether nobody does; a scene that wants them
-    answers `set` with `ownership` take, and the first that asks gets them.
+    A scene that wants free outputs sends `set` with `ownership` take; the first request gets them.
     """
 
     id: int
-    """0: an event."""
+    """Always 0: an event."""
     owner: bool
     """Whether this scene owns the outputs now."""
     free: bool
-    """Whether nobody does."""
+    """Whether nobody owns the outputs."""
 
 
 class Skipped(Wire, frozen=True, tag="skipped", tag_field="type"):
-    """A frame that was not looked at, and why."""
+    """The reply to a frame that was dropped."""
 
     id: int
-    """Of the frame."""
+    """Id of the frame."""
     reason: SkipReason
-    """Why."""
+    """Reason for dropping it."""
 
 
 class Ok(Wire, frozen=True, tag="ok", tag_field="type"):
-    """Done as asked."""
+    """The reply to a request that succeeded."""
 
     id: int
-    """Of the request."""
+    """Id of the request."""
 
 
 class Error(Wire, frozen=True, tag="error", tag_field="type"):
-    """Refused, and why; id 0 when the request had none or it is an event."""
+    """The reply to a request that was refused, or an event that reports a fault."""
 
     id: int
-    """Of the request, or 0."""
+    """Id of the request; 0: an event, or a request without a readable id."""
     code: ErrorCode
-    """For programs."""
+    """Kind of error, for programs."""
     text: str
-    """For people: what is wrong and what to do."""
+    """Description of the problem and its fix, as text to display."""
     path: str | None = None
-    """The field it is about, such as $.objects[3].material."""
+    """Field concerned, such as $.objects[3].material."""
 
 
 ServiceMessage = (
@@ -661,7 +650,7 @@ _json_encoder = msgspec.json.Encoder()
 
 
 def _words(kind: object) -> tuple[str, ...]:
-    """List the words that a type is a choice of, wherever in it the choice stands."""
+    """List the values of every choice inside a type."""
     if get_origin(kind) is Literal:
         return get_args(kind)
     return tuple(word for part in get_args(kind) for word in _words(part))
@@ -680,7 +669,7 @@ class _IdOnly(Struct):
 
 
 def decode(data: bytes | str) -> ClientMessage:
-    """Parse one WebSocket message: bytes are MessagePack, str is JSON. Raises MessageError."""
+    """Parse one WebSocket message: bytes as MessagePack, str as JSON. Raises MessageError."""
     try:
         message = _parse(data)
     except msgspec.ValidationError as error:
@@ -696,7 +685,7 @@ def decode(data: bytes | str) -> ClientMessage:
 
 
 def encode(message: ServiceMessage | ClientMessage, *, as_text: bool) -> bytes | str:
-    """Write one message: JSON text or MessagePack bytes."""
+    """Encode one message as JSON text or MessagePack bytes."""
     if as_text:
         return _json_encoder.encode(message).decode()
     return _msgpack_encoder.encode(message)

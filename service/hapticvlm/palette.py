@@ -1,7 +1,7 @@
-"""The colours of every figure, and how it is drawn; those of the pages are in pages/palette.css.
+"""Defines the colours and drawing parameters of every figure; pages/palette.css is for the pages.
 
-Ink, ground and lines are the pages' own. What is told apart by colour has Okabe and Ito's colours
-(2008), which colour-blind readers tell apart too, and differs in marker or dash as well.
+Ink, ground and lines have the colours of the pages. Series use the colours of Okabe and Ito (2008),
+which colour-blind readers can distinguish, and also differ in marker or dash.
 """
 
 from __future__ import annotations
@@ -13,10 +13,9 @@ GROUND = "#ffffff"
 INK = "#15202a"
 SOFT = "#4d5b67"
 GRID = "#d3dbe1"
-# vibration, what was asked, the plate
-WAVE = "#0b7468"
+WAVE = "#0b7468"  # vibration
 SETPOINT = "#1d5b8f"
-WARM = "#a63c06"
+WARM = "#a63c06"  # temperature of the plate
 GOOD = "#1a7f37"
 BAD = "#b3261e"
 UNSURE = "#8a6100"
@@ -28,7 +27,7 @@ SKY = "#56b4e9"
 PURPLE = "#cc79a7"
 GREY = "#8a8f96"
 
-# rc parameters of matplotlib: the same figure gives the same bytes, and text stays text.
+# rc parameters of matplotlib: the same figure gives the same bytes, and text is not outlined.
 FIGURE: Any = MappingProxyType(
     {"font.size": 9, "svg.hashsalt": "hapticvlm", "svg.fonttype": "none"}
 )

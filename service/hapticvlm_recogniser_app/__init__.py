@@ -1,1 +1,1 @@
-"""The recogniser for many services: one encoder behind HTTP, run by Ray Serve (extra `ray`)."""
+"""A recogniser shared by many services: one encoder behind HTTP, on uvicorn or on Ray Serve."""

@@ -1,4 +1,4 @@
-"""Things that come while others are worked on are worked on together. Knows nothing of the work."""
+"""Groups items that arrive close together into batches. Knows nothing of the work done on them."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ R = TypeVar("R")
 
 
 class Batches(Generic[T, R]):
-    """Calls `work` with at most `most` things at a time, one call after the other.
+    """Calls `work` with at most `most` items at a time, one call after the other.
 
-    A batch begins `wait_s` after its first thing came, or when it is full. While one is under way
-    the next gathers, so under load batches grow by themselves and nothing has to wait for them.
+    A batch starts `wait_s` after its first item arrived, or when it is full. While one batch runs,
+    the next one fills, so batches grow with the load and `wait_s` may be 0.
     """
 
     def __init__(
@@ -24,38 +24,41 @@ class Batches(Generic[T, R]):
         self._work = work
         self._most = most
         self._wait_s = wait_s
-        self._waiting: deque[tuple[T, asyncio.Future[R]]] = deque()
+        self._queue: deque[tuple[T, asyncio.Future[R]]] = deque()
         self._full = asyncio.Event()
         self._running: asyncio.Task[None] | None = None
 
-    async def put(self, thing: T) -> R:
-        """Return what `work` made of this thing. Raises what `work` raises."""
-        made: asyncio.Future[R] = asyncio.get_running_loop().create_future()
-        self._waiting.append((thing, made))
-        if len(self._waiting) >= self._most:
+    async def put(self, item: T) -> R:
+        """Return the result of `work` for this item. Raises what `work` raises."""
+        result: asyncio.Future[R] = asyncio.get_running_loop().create_future()
+        self._queue.append((item, result))
+        if len(self._queue) >= self._most:
             self._full.set()
+        # The task that runs batches lives only while there is something to run. Everything here
+        # happens on one event loop without an await in between, so no item can be appended after
+        # the task has found the queue empty and before it is done.
         if self._running is None or self._running.done():
             self._running = asyncio.create_task(self._run())
-        return await made
+        return await result
 
     async def _run(self) -> None:
-        while self._waiting:
-            if len(self._waiting) < self._most and self._wait_s > 0.0:
-                await self._gather()
-            count = min(self._most, len(self._waiting))
-            batch = [self._waiting.popleft() for _ in range(count)]
+        while self._queue:
+            if len(self._queue) < self._most and self._wait_s > 0.0:
+                await self._wait_until_full()
+            count = min(self._most, len(self._queue))
+            batch = [self._queue.popleft() for _ in range(count)]
             try:
-                results = await self._work([thing for thing, _ in batch])
-            except Exception as error:  # noqa: BLE001 - whoever put a thing in is told
-                for _, made in batch:
-                    if not made.done():
-                        made.set_exception(error)
+                values = await self._work([item for item, _ in batch])
+            except Exception as error:  # noqa: BLE001 - every caller of this batch receives it
+                for _, result in batch:
+                    if not result.done():
+                        result.set_exception(error)
                 continue
-            for (_, made), result in zip(batch, results, strict=True):
-                if not made.done():  # who put it in may have left
-                    made.set_result(result)
+            for (_, result), value in zip(batch, values, strict=True):
+                if not result.done():  # its caller may have been cancelled meanwhile
+                    result.set_result(value)
 
-    async def _gather(self) -> None:
+    async def _wait_until_full(self) -> None:
         self._full.clear()
         try:
             await asyncio.wait_for(self._full.wait(), self._wait_s)

@@ -1,7 +1,7 @@
-"""`hapticvlm recogniser-app`: one recogniser for many services, on this machine or on a cluster.
+"""`hapticvlm recogniser-app`: one recogniser for many services, on one machine or on a cluster.
 
-Runs it here until it is asked to stop: in one process on uvicorn, or on Ray. Or writes the config
-that `serve run` and `serve deploy` of Ray take. Needs the extra `fleet`, or for Ray `ray`.
+Runs it until it is asked to stop, in one process on uvicorn or on a local Ray, or writes the config
+for `serve run` and `serve deploy` of Ray. Needs the extra `fleet`, or `ray` for Ray.
 """
 
 from __future__ import annotations
@@ -22,12 +22,13 @@ if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
     from hapticvlm_recogniser_app.settings import AppSettings
 
-LEAST_TOKEN = 12  # characters, off loopback, as of the service
+MIN_TOKEN = 12  # characters, when not on loopback; the same limit as the service has
 PORT = 8791
 UVICORN = "uvicorn"
 RAY = "ray"
 ENGINES = (UVICORN, RAY)
-WAIT_MS = {UVICORN: 0.0, RAY: 4.0}  # our choice: batches save nothing on a core (docs/fleet.md)
+# Our choice: batches save nothing on a core (docs/shared-recogniser.md).
+WAIT_MS = {UVICORN: 0.0, RAY: 4.0}
 
 
 def add(commands: Commands) -> None:
@@ -36,8 +37,8 @@ def add(commands: Commands) -> None:
         "recogniser-app",
         help="run one recogniser for many services",
         description="Run one recogniser that many services share: one process on this machine "
-        "(uvicorn), or replicas on many nodes and GPUs (Ray). Or write the config that `serve run` "
-        "and `serve deploy` of Ray take.",
+        "(uvicorn), or replicas on many nodes and GPUs (Ray). Or write the config for `serve run` "
+        "and `serve deploy` of Ray.",
         examples=(
             "hapticvlm recogniser-app",
             "hapticvlm recogniser-app --engine ray --replicas 2",
@@ -48,8 +49,8 @@ def add(commands: Commands) -> None:
     app.add_argument(
         "--engine",
         choices=ENGINES,
-        help="what serves it: uvicorn, one process, for more cores run one for each behind a "
-        "proxy; ray, for many nodes and shares of a GPU (uvicorn, with --write ray)",
+        help="server: uvicorn, one process (for more cores run one per core behind a proxy), or "
+        "ray, for many nodes and shares of a GPU (uvicorn; with --write ray)",
     )
     app.add_argument("--host", default="127.0.0.1", help="address to listen on (%(default)s)")
     app.add_argument(
@@ -66,7 +67,7 @@ def add(commands: Commands) -> None:
         action="append",
         default=[],
         metavar="NAME=PATH",
-        help="a gallery file or folder that services ask for by this name (repeatable)",
+        help="gallery file or folder that services request by this name (repeatable)",
     )
     app.add_argument(
         "--encoder", metavar="NAME_OR_FILE", help="image network, as in `serve` (the shipped one)"
@@ -76,7 +77,7 @@ def add(commands: Commands) -> None:
         "--encoder-device",
         choices=devices,
         default="cpu",
-        help="where a network of transformers runs (%(default)s)",
+        help="device for a network of transformers (%(default)s)",
     )
     app.add_argument(
         "--device",
@@ -89,13 +90,13 @@ def add(commands: Commands) -> None:
         "--threads", type=int, default=1, metavar="N", help="CPU threads of one batch (%(default)s)"
     )
     replicas = app.add_argument_group("replicas, on Ray")
-    replicas.add_argument("--replicas", metavar="N|LEAST:MOST", help="how many replicas (1)")
+    replicas.add_argument("--replicas", metavar="N|LEAST:MOST", help="number of replicas (1)")
     replicas.add_argument("--cpus", type=float, metavar="N", help="CPUs for each replica (1)")
     replicas.add_argument(
         "--gpus",
         type=float,
         metavar="N",
-        help="GPUs for each replica; with 0.25 four share one (0)",
+        help="GPUs for each replica; with 0.25 four replicas share one (0)",
     )
     scale = app.add_argument_group("batches")
     scale.add_argument(
@@ -105,14 +106,14 @@ def add(commands: Commands) -> None:
         "--batch-wait-ms",
         type=float,
         metavar="MS",
-        help="time a batch may take to fill (0, on Ray 4); while one is under way the next gathers",
+        help="time a batch may take to fill (0, on Ray 4); while one runs, the next one fills",
     )
     scale.add_argument(
         "--queue",
         type=int,
         default=128,
         metavar="N",
-        help="most requests that wait; more get 503 (%(default)s)",
+        help="longest queue of requests; further ones get 503 (%(default)s)",
     )
     app.add_argument(
         "--write",
@@ -138,22 +139,23 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def settle(options: argparse.Namespace, engine: str, environment: os._Environ[str]) -> AppSettings:
-    """Return what is to be run. Raises ValueError, naming the option."""
+    """Return the settings that the options ask for. Raises ValueError, which names the option."""
     from hapticvlm.server.addresses import is_loopback
     from hapticvlm_recogniser_app import settings as app
 
     token = environment.get(app.TOKEN)
-    if not is_loopback(options.host) and len(token or "") < LEAST_TOKEN and options.write is None:
+    if not is_loopback(options.host) and len(token or "") < MIN_TOKEN and options.write is None:
         raise UsageError(
-            f"--host {options.host} is reached by others: set {app.TOKEN}, {LEAST_TOKEN} characters"
+            f"--host {options.host} is reachable from other machines: set {app.TOKEN} to a secret "
+            f"of at least {MIN_TOKEN} characters"
         )
     if (options.tls_cert is None) != (options.tls_key is None):
-        raise UsageError("--tls-cert and --tls-key go together: state both")
+        raise UsageError("--tls-cert and --tls-key belong together: give both options")
     if engine != RAY:
-        _refuse_what_is_rays(options)
+        _refuse_ray_options(options)
     is_open = token is None and options.write is None
     wait_ms = options.batch_wait_ms
-    found = app.AppSettings(
+    settings = app.AppSettings(
         app.Model(options.encoder, options.encoder_device, options.threads, is_open),
         app.Live(
             dict(app.read_gallery_option(text) for text in options.gallery),
@@ -167,18 +169,20 @@ def settle(options: argparse.Namespace, engine: str, environment: os._Environ[st
             options.queue,
         ),
     )
-    app.check(found)
-    return found
+    app.check(settings)
+    return settings
 
 
-def _refuse_what_is_rays(options: argparse.Namespace) -> None:
-    """Refuse options that one process cannot follow. Raises UsageError."""
+def _refuse_ray_options(options: argparse.Namespace) -> None:
+    """Refuse the options that only Ray supports. Raises UsageError."""
     if options.write is not None:
-        raise UsageError("--write is a config for Ray: leave --engine out, or give --engine ray")
+        raise UsageError("--write writes a config for Ray: omit --engine, or use --engine ray")
     for name in ("replicas", "cpus", "gpus"):
         if getattr(options, name) is not None:
-            text = f"--{name} needs --engine ray; without it, run one process for each core or GPU"
-            raise UsageError(f"{text} behind a proxy")
+            raise UsageError(
+                f"--{name} needs --engine ray; without Ray, run one process per core or GPU behind "
+                "a proxy"
+            )
 
 
 def _write(settings: AppSettings, options: argparse.Namespace) -> None:
@@ -189,38 +193,40 @@ def _write(settings: AppSettings, options: argparse.Namespace) -> None:
     config = serve_config(settings, options.host, options.port)
     options.write.write_text(yaml.safe_dump(config, sort_keys=False), "utf-8")
     command = f"RAY_worker_niceness=0 serve run {options.write}"
-    print(f"{options.write}: `{command}`, or `serve deploy` on a cluster whose nodes have that set")
+    print(f"wrote {options.write}; run it with `{command}`,")
+    print("or use `serve deploy` on a cluster whose nodes set RAY_worker_niceness=0")
 
 
 def _run_on_uvicorn(settings: AppSettings, options: argparse.Namespace) -> None:
     import asyncio
 
     from hapticvlm.commands.service_address import port_errors
-    from hapticvlm_recogniser_app import here
+    from hapticvlm_recogniser_app import engine_uvicorn
 
     certificate = None if options.tls_cert is None else (options.tls_cert, options.tls_key)
     with contextlib.ExitStack() as stack:
         with port_errors(options.port):
-            listener = stack.enter_context(here.listening(options.host, options.port))
+            listener = stack.enter_context(engine_uvicorn.listening(options.host, options.port))
         port = listener.getsockname()[1]
         ready = functools.partial(_print_ready, settings, options, port)
-        server = here.Server(settings, certificate, ready)
-        # From here on it ends in order. uvicorn takes these for itself while it serves, and hands
-        # them on when it has ended; before, while a large network is loaded, they end the process.
+        server = engine_uvicorn.Server(settings, certificate, ready)
+        # From here on a signal ends the server in order. uvicorn installs its own handlers while it
+        # serves and raises the signal again afterwards, for these handlers. Before this line, while
+        # a large network is loaded, a signal ends the process.
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda *_: server.leave())
         asyncio.run(server.serve(sockets=[listener]))
 
 
 def _run_on_ray(settings: AppSettings, options: argparse.Namespace) -> None:
-    from hapticvlm_recogniser_app.ray_here import running
+    from hapticvlm_recogniser_app.engine_ray import running
 
     http: dict[str, Any] = {"host": options.host, "port": options.port, "keep_alive_timeout_s": 90}
     if options.tls_cert is not None:
         http |= {"ssl_certfile": str(options.tls_cert), "ssl_keyfile": str(options.tls_key)}
     stopping = threading.Event()
     with running(settings, http):
-        for number in (signal.SIGINT, signal.SIGTERM):  # after Ray, which takes them for itself
+        for number in (signal.SIGINT, signal.SIGTERM):  # after Ray has installed its own handlers
             signal.signal(number, lambda *_: stopping.set())
         _print_ready(settings, options, options.port)
         stopping.wait()
@@ -232,6 +238,6 @@ def _print_ready(settings: AppSettings, options: argparse.Namespace, port: int) 
     print(f"recogniser ready on {scheme}://{host}:{port}/", flush=True)
     print(f"  galleries    {', '.join(('shipped', *settings.live.galleries))}")
     print(
-        f"  token        {'none: loopback only' if settings.model.is_open else 'needed'}",
+        f"  token        {'none: loopback only' if settings.model.is_open else 'required'}",
         flush=True,
     )

@@ -1,7 +1,7 @@
-"""The shared recogniser as a deployment on Ray Serve: for many nodes and shares of a GPU.
+"""Declares the shared recogniser as a Ray Serve deployment, for many nodes and shares of a GPU.
 
-The only modules that import Ray are this one and `ray_here`. A replica is one recogniser; Ray
-gathers its batches, watches it and replaces it.
+Only this module and `engine_ray` import Ray. Each replica holds one recogniser; Ray fills its
+batches, checks its health and replaces it when it hangs.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from hapticvlm_recogniser_app import recogniser
 from hapticvlm_recogniser_app.replies import Embedded
 from hapticvlm_recogniser_app.settings import AppSettings, Live, Model, options
 
-logger = logging.getLogger("ray.serve")  # what Serve writes into a replica's log
+logger = logging.getLogger("ray.serve")  # Serve copies this logger into the replica's log
 
 
 class Recogniser:
@@ -32,17 +32,22 @@ class Recogniser:
         self._recogniser = recogniser.Recogniser(Model(**model), self._embed)
         if nice := priority.niceness():
             logger.warning(
-                "this replica is at nice %d, behind all other programs of its node: "
+                "this replica runs at nice %d, after all other programs of its node: "
                 "start each node with RAY_worker_niceness=0",
                 nice,
             )
 
     async def reconfigure(self, live: dict[str, Any]) -> None:
-        """Apply other galleries or another batching, all of it or nothing, while answering."""
-        wanted = Live(**live)
-        await asyncio.to_thread(self._recogniser.load, wanted)
-        self._embed.set_max_batch_size(wanted.batch)
-        self._embed.set_batch_wait_timeout_s(wanted.batch_wait_ms / 1000.0)
+        """Apply new galleries and batching, all or nothing, while requests are answered.
+
+        Raises HapticVLMError, and nothing has changed then.
+        """
+        # Loading comes first and in a thread: it is the step that may fail and the one that takes
+        # long. The two settings after it cannot fail.
+        settings = Live(**live)
+        await asyncio.to_thread(self._recogniser.load, settings)
+        self._embed.set_max_batch_size(settings.batch)
+        self._embed.set_batch_wait_timeout_s(settings.batch_wait_ms / 1000.0)
 
     def check_health(self) -> None:
         """Raise RuntimeError when a batch hangs, so that this replica is replaced."""
@@ -63,16 +68,16 @@ class Recogniser:
         return Response(reply.content, reply.status, media_type=reply.media_type)
 
     @serve.batch  # type: ignore[untyped-decorator]
-    async def _embed(self, waiting: list[recogniser.Waiting]) -> list[Embedded | None]:
-        return await self._recogniser.embed(waiting)
+    async def _embed(self, crops: list[recogniser.PendingCrop]) -> list[Embedded | None]:
+        return await self._recogniser.embed(crops)
 
 
 def build(model: dict[str, Any]) -> serve.Application:
-    """Make the application of a Serve config, whose own options win over these."""
+    """Build the application that a Serve config names; options in the config override ours."""
     return application(AppSettings(Model(**model)))
 
 
 def application(settings: AppSettings) -> serve.Application:
-    """Make the application with all its options."""
+    """Build the application with all its options."""
     deployment = serve.deployment(Recogniser)
     return deployment.options(**options(settings)).bind(asdict(settings.model))

@@ -1,7 +1,7 @@
-"""The recogniser that many services share: one HTTP request in, its answer out, whoever serves it.
+"""Answers one HTTP request to the shared recogniser, whichever engine serves it.
 
-It holds the encoder and every gallery. What serves it (uvicorn here, or Ray) brings the requests
-and gathers the crops of several of them into a batch; both give the same answers by the same code.
+It holds the encoder and every gallery. The engine (uvicorn or Ray) delivers the requests and groups
+the crops of several requests into a batch; the answers are the same with either engine.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from hapticvlm_recogniser_app import replies
 from hapticvlm_recogniser_app.replies import Embedded, Named, Refusal, load_galleries
 from hapticvlm_recogniser_app.settings import TOKEN, Live, Model
 
-HUNG_S = 10.0  # a batch under way for longer: the recogniser is not well
+HUNG_S = 10.0  # a batch that runs for longer counts as hung
 JSON = "application/json"
 
 logger = logging.getLogger(__name__)
@@ -35,7 +35,7 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """One HTTP request; the body comes in parts and is read only where it is wanted."""
+    """One HTTP request; the body arrives in parts and is read only where the path needs it."""
 
     verb: str
     path: str
@@ -46,7 +46,7 @@ class Request:
 
 @dataclass(frozen=True, slots=True)
 class Reply:
-    """What is sent back."""
+    """The HTTP response to a request."""
 
     status: int
     content: bytes
@@ -54,15 +54,19 @@ class Reply:
 
 
 @dataclass(frozen=True, slots=True)
-class Waiting:
-    """One crop that waits for its batch: since when, and until when somebody wants it, s."""
+class PendingCrop:
+    """One crop that waits for its batch.
+
+    `since` and `until` are in seconds of time.monotonic: its arrival, and the end of its caller's
+    patience, after which it is not embedded any more.
+    """
 
     crop: Crop
     since: float
     until: float
 
 
-Gather = Callable[[Waiting], Awaitable[Embedded | None]]
+Gather = Callable[[PendingCrop], Awaitable[Embedded | None]]
 
 
 class Recogniser:
@@ -82,16 +86,16 @@ class Recogniser:
         self._encode_s: dict[int, float] = {}
 
     def load(self, live: Live) -> None:
-        """Load these galleries in place of the others, all or none. Raises HapticVLMError."""
+        """Replace the galleries by these, all or none. Raises HapticVLMError."""
         self._galleries = load_galleries(live.galleries, self._encoder)
 
     @property
     def hangs(self) -> bool:
-        """Whether a batch has been under way for too long."""
+        """Whether a batch has been running for longer than HUNG_S."""
         return self._began is not None and time.monotonic() - self._began > HUNG_S
 
     async def answer(self, request: Request) -> Reply:
-        """Answer one request; never raises for what is wrong with it."""
+        """Answer one request; a fault of the request becomes a reply, never an exception."""
         try:
             return await self._answer(request)
         except Refusal as refusal:
@@ -101,16 +105,16 @@ class Recogniser:
             return Reply(500, msgspec.json.encode({"error": "recognising failed"}))
 
     def refuse(self, refusal: Refusal) -> Reply:
-        """Count a refusal and return what is sent for it."""
+        """Count a refusal and return the reply that reports it."""
         self._counts[f"refused: {refusal.status}"] += 1
         return Reply(refusal.status, msgspec.json.encode({"error": str(refusal)}))
 
-    async def embed(self, waiting: Sequence[Waiting]) -> list[Embedded | None]:
-        """Embed what waits together, but for what nobody waits for any more."""
+    async def embed(self, pending: Sequence[PendingCrop]) -> list[Embedded | None]:
+        """Embed a batch; None for each crop whose caller has stopped waiting."""
         self._began = began = time.monotonic()
-        wanted = [item for item in waiting if item.until > began]
+        wanted = [item for item in pending if item.until > began]
         try:
-            # In a thread: health and the next requests are answered meanwhile.
+            # In a thread, so that health checks and further requests are answered meanwhile.
             embeddings, cpu_s = await asyncio.to_thread(self._timed, [item.crop for item in wanted])
         finally:
             self._began = None
@@ -122,38 +126,38 @@ class Recogniser:
             Embedded(next(rows), len(wanted), (began - item.since) * 1000.0, took_ms)
             if item.until > began
             else None
-            for item in waiting
+            for item in pending
         ]
 
     async def _answer(self, request: Request) -> Reply:
         path = request.path
-        wanted = "POST" if path == contract.RECOGNISE else "GET"
+        verb = "POST" if path == contract.RECOGNISE else "GET"
         if path not in (contract.RECOGNISE, contract.IDENTITY, contract.HEALTH, contract.READY):
-            raise Refusal(404, f"paths here are {contract.RECOGNISE} and {contract.IDENTITY}")
-        if request.verb != wanted:
-            raise Refusal(405, f"{path} takes {wanted}")
+            raise Refusal(404, f"unknown path; use {contract.RECOGNISE} or {contract.IDENTITY}")
+        if request.verb != verb:
+            raise Refusal(405, f"{path} takes {verb}")
         if path in (contract.HEALTH, contract.READY):
             status = 503 if self.hangs else 200
             return Reply(status, msgspec.json.encode(self._health()))
         replies.check_token(self._token, request.authorization)
         if path == contract.IDENTITY:
-            named = replies.find(self._galleries, request.gallery)
-            return Reply(200, msgspec.json.encode(named.identity))
+            gallery = replies.find(self._galleries, request.gallery)
+            return Reply(200, msgspec.json.encode(gallery.identity))
         return await self._recognise(request)
 
     async def _recognise(self, request: Request) -> Reply:
         now = time.monotonic()
         body = await self._read(request.body)
         job = replies.read_job(body, self._galleries, now)
-        waiting = [Waiting(crop, now, job.until) for crop in job.crops]
-        embedded = await asyncio.gather(*map(self._gather, waiting))
+        pending = [PendingCrop(crop, now, job.until) for crop in job.crops]
+        embedded = await asyncio.gather(*map(self._gather, pending))
         self._counts["late"] += sum(result is None for result in embedded)
         answer = replies.write_answer(job, embedded)
         self._counts["crops"] += len(embedded)
         return Reply(200, answer, contract.MESSAGEPACK)
 
     async def _read(self, body: AsyncIterable[bytes]) -> bytes:
-        """Read the body, but not one that is larger than any request. Raises Refusal."""
+        """Read the body. Raises Refusal as soon as it is larger than any valid request."""
         most = replies.most_bytes(self._encoder.side)
         data = bytearray()
         async for part in body:

@@ -1,6 +1,6 @@
-"""One request to a replica and its reply, without HTTP and without Ray; its galleries by name.
+"""Reads one request and writes its answer, without HTTP and without Ray; holds named galleries.
 
-What is wrong with a request is its caller's fault and refused with a status; nothing else is.
+A fault of the request raises Refusal with an HTTP status; any other exception is a fault of ours.
 """
 
 from __future__ import annotations
@@ -30,22 +30,22 @@ from hapticvlm.vision.remote.contract import (
     RemoteMatch,
 )
 
-DIGITS = 16  # hexadecimal, of SHA-256: mistakes are to be noticed, not forgeries
-CROP_BYTES = 64 * 1024  # of a request beside its pixels
+DIGITS = 16  # hexadecimal, of SHA-256: enough to notice a mistake, not to stop a forger
+OVERHEAD_BYTES = 64 * 1024  # of a request beside its pixels
 
 
 class Refusal(Exception):
-    """A request that is not answered: HTTP status and why."""
+    """Raised when a request is refused: an HTTP status and the reason."""
 
-    def __init__(self, status: int, text: str) -> None:
-        super().__init__(text)
+    def __init__(self, status: int, reason: str) -> None:
+        super().__init__(reason)
         self.status = status
 
 
 def identify(encoder: Encoder, gallery: Gallery, name: str) -> Identity:
-    """Return the identity of this encoder with the gallery of this name.
+    """Return the identity of an encoder with a gallery, whose hash changes with either.
 
-    A network in a folder has no revision: only its name and shape identify it.
+    A network in a folder has no revision, so only its name and shape identify it.
     """
     revision = encoder.revision if isinstance(encoder, OnnxEncoder | NetworkEncoder) else ""
     model = [encoder.name, revision, encoder.side, encoder.dimension]
@@ -66,24 +66,25 @@ def identify(encoder: Encoder, gallery: Gallery, name: str) -> Identity:
 
 @dataclass(frozen=True, slots=True)
 class Named:
-    """A gallery and what it and the encoder are together. One request is answered by one of it."""
+    """A gallery with its identity. A request keeps the one it began with, even across a reload."""
 
     identity: Identity
     gallery: Gallery
 
 
 def load_galleries(paths: Mapping[str, str], encoder: Encoder) -> dict[str, Named]:
-    """Load every gallery, the shipped one too. Raises GalleryError and MaterialError."""
-    found = {SHIPPED: load_gallery(encoder=encoder)}
-    found |= {name: load_gallery(Path(path), encoder=encoder) for name, path in paths.items()}
+    """Load the shipped gallery and those at `paths`. Raises GalleryError and MaterialError."""
+    galleries = {SHIPPED: load_gallery(encoder=encoder)}
+    galleries |= {name: load_gallery(Path(path), encoder=encoder) for name, path in paths.items()}
     return {
-        name: Named(identify(encoder, gallery, name), gallery) for name, gallery in found.items()
+        name: Named(identify(encoder, gallery, name), gallery)
+        for name, gallery in galleries.items()
     }
 
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """What a request asks: its crops, the gallery to match, until when its caller waits, s."""
+    """A decoded request: crops, the gallery to match, and until when (s) its caller waits."""
 
     crops: tuple[Crop, ...]
     named: Named
@@ -92,7 +93,7 @@ class Job:
 
 @dataclass(frozen=True, slots=True)
 class Embedded:
-    """One crop's embedding (D,), the size of its batch, and the times of its stages, ms."""
+    """One crop's embedding (D,) float32, the size of its batch, and the times of its stages, ms."""
 
     embedding: Floats
     batch: int
@@ -101,29 +102,32 @@ class Embedded:
 
 
 def check_token(token: str | None, header: str | None) -> None:
-    """Admit who knows the token; None: everybody. Raises Refusal."""
+    """Check the Authorization header; with `token` None admit every caller. Raises Refusal."""
     if token is None:
         return
-    scheme, _, given = (header or "").partition(" ")
-    if scheme.lower() != "bearer" or not hmac.compare_digest(given.encode(), token.encode()):
+    scheme, _, secret = (header or "").partition(" ")
+    if scheme.lower() != "bearer" or not hmac.compare_digest(secret.encode(), token.encode()):
         raise Refusal(401, "send the token of this recogniser as `Authorization: Bearer TOKEN`")
 
 
 def most_bytes(side: int) -> int:
-    """Most bytes a request to an encoder of this side can have."""
-    return contract.MAX_CROPS * 4 * side * side + CROP_BYTES
+    """Return the size of the largest valid request to an encoder of this input side, bytes."""
+    return contract.MAX_CROPS * 4 * side * side + OVERHEAD_BYTES
 
 
 def find(galleries: Mapping[str, Named], name: str) -> Named:
-    """Find a gallery. Raises Refusal, which lists no others: they are other people's."""
+    """Return the gallery of this name. Raises Refusal, which names no other gallery.
+
+    Galleries may belong to different operators, who need not know of each other.
+    """
     named = galleries.get(name)
     if named is None:
-        raise Refusal(404, f"there is no gallery `{name[:64]}` here")
+        raise Refusal(404, f"no gallery `{name[:64]}`")
     return named
 
 
 def read_job(data: bytes, galleries: Mapping[str, Named], now: float) -> Job:
-    """Read a request's body. Raises Refusal."""
+    """Decode a request's body; `now` is in s. Raises Refusal."""
     try:
         request = contract.read_request(data)
         named = find(galleries, request.gallery)
@@ -135,21 +139,21 @@ def read_job(data: bytes, galleries: Mapping[str, Named], now: float) -> Job:
 
 
 def write_answer(job: Job, embedded: Sequence[Embedded | None]) -> bytes:
-    """Match the embeddings and write the answer. Raises Refusal when one came too late."""
-    done = [result for result in embedded if result is not None]
-    if len(done) < len(embedded):
-        raise Refusal(504, "nobody waits for it any more: it was not recognised")
+    """Match the embeddings and encode the answer. Raises Refusal when one came too late."""
+    complete = [result for result in embedded if result is not None]
+    if len(complete) < len(embedded):
+        raise Refusal(504, "the caller's wait_ms has passed: not recognised")
     results = [
         contract.write_result(
             RemoteMatch(job.named.gallery.match(result.embedding), result.embedding)
         )
-        for result in done
+        for result in complete
     ]
     stages = {
-        "queue": max(result.queue_ms for result in done),
-        "encode": max(result.encode_ms for result in done),
+        "queue": max(result.queue_ms for result in complete),
+        "encode": max(result.encode_ms for result in complete),
     }
     identity = job.named.identity
-    batch = max(result.batch for result in done)
+    batch = max(result.batch for result in complete)
     answer = Answer(identity.gallery, identity.hash, results, batch, stages)
     return msgspec.msgpack.encode(answer)

@@ -1,4 +1,4 @@
-"""How a shared recogniser is run, and the Serve config of it. Pure; knows no Ray."""
+"""Holds the settings of a shared recogniser and its Ray Serve config. Pure; does not import Ray."""
 
 from __future__ import annotations
 
@@ -13,11 +13,10 @@ from hapticvlm.vision.remote.contract import MAX_CROPS, SHIPPED
 IMPORT_PATH = "hapticvlm_recogniser_app.ray_deployment:build"
 DEPLOYMENT = "Recogniser"
 APPLICATION = "recogniser"
-TOKEN = "HAPTICVLM_RECOGNISER_TOKEN"  # the variable of the environment that holds it
-# between two checks of a replica, and of one; our choice
-HEALTH_S = 2.0
-HEALTH_LIMIT_S = 10.0
-# a queue lasts this long before a replica comes or goes
+TOKEN = "HAPTICVLM_RECOGNISER_TOKEN"  # environment variable that holds the token
+HEALTH_S = 2.0  # between two health checks of a replica; our choice
+HEALTH_TIMEOUT_S = 10.0  # of one health check; our choice
+# how long the load must stay high or low before a replica is added or removed
 UPSCALE_S = 3.0
 DOWNSCALE_S = 60.0
 _NAME = re.compile(r"[a-z0-9][a-z0-9._-]{0,63}")
@@ -25,7 +24,7 @@ _NAME = re.compile(r"[a-z0-9][a-z0-9._-]{0,63}")
 
 @dataclass(frozen=True, slots=True)
 class Model:
-    """What each replica loads once; `is_open`: whoever reaches it may ask, without a token."""
+    """What each replica loads once; with `is_open` it answers without a token."""
 
     encoder: str | None = None
     device: str = "cpu"
@@ -35,7 +34,7 @@ class Model:
 
 @dataclass(frozen=True, slots=True)
 class Live:
-    """What can be changed while it runs: galleries by name (files or folders), batching."""
+    """Settings that can change while it runs: galleries by name (files or folders), batching."""
 
     galleries: Mapping[str, str] = field(default_factory=dict)
     batch: int = 16
@@ -44,7 +43,7 @@ class Live:
 
 @dataclass(frozen=True, slots=True)
 class Scale:
-    """How many replicas, and what each may use; `queue`: requests that wait, more are refused."""
+    """The number of replicas (least, most), the share of each, and the longest queue."""
 
     replicas: tuple[int, int] = (1, 1)
     cpus: float = 1.0
@@ -62,29 +61,29 @@ class AppSettings:
 
 
 def read_gallery_option(text: str) -> tuple[str, str]:
-    """Read NAME=PATH. Raises ValueError."""
+    """Return name and absolute path of NAME=PATH. Raises ValueError."""
     name, equals, path = text.partition("=")
     if not equals or not path or not _NAME.fullmatch(name):
-        raise ValueError(f"--gallery {text}: give NAME=PATH, the name of a-z, 0-9, `.`, `_`, `-`")
+        raise ValueError(f"--gallery {text}: use NAME=PATH, NAME of a-z, 0-9, `.`, `_` and `-`")
     if name == SHIPPED:
-        raise ValueError(f"--gallery {text}: `{SHIPPED}` is the one that comes with the package")
+        raise ValueError(f"--gallery {text}: the name `{SHIPPED}` is taken by the shipped gallery")
     return name, str(Path(path).expanduser().resolve())
 
 
 def read_replicas(text: str) -> tuple[int, int]:
-    """Read N or LEAST:MOST. Raises ValueError."""
+    """Return least and most of N or LEAST:MOST. Raises ValueError."""
     least, colon, most = text.partition(":")
     try:
-        found = int(least), int(most if colon else least)
+        replicas = int(least), int(most if colon else least)
     except ValueError:
-        found = (0, 0)
-    if not 1 <= found[0] <= found[1]:
-        raise ValueError(f"--replicas {text}: give N or LEAST:MOST, 1 or more")
-    return found
+        replicas = (0, 0)
+    if not 1 <= replicas[0] <= replicas[1]:
+        raise ValueError(f"--replicas {text}: use N or LEAST:MOST, at least 1")
+    return replicas
 
 
 def check(settings: AppSettings) -> None:
-    """Refuse numbers that no deployment has. Raises ValueError."""
+    """Check every number against its bounds. Raises ValueError, which names the option."""
     live = settings.live
     scale = settings.scale
     if not 1 <= live.batch <= MAX_CROPS:
@@ -92,18 +91,18 @@ def check(settings: AppSettings) -> None:
     if not 0.0 <= live.batch_wait_ms <= 1000.0:
         raise ValueError(f"--batch-wait-ms {live.batch_wait_ms:g}: outside 0..1000")
     if not scale.cpus > 0.0 or not scale.gpus >= 0.0:
-        raise ValueError("--cpus is above 0, --gpus 0 or more, both may be fractions")
+        raise ValueError("--cpus must be above 0 and --gpus at least 0; both may be fractions")
     if scale.queue < 1:
-        raise ValueError(f"--queue {scale.queue}: 1 or more")
+        raise ValueError(f"--queue {scale.queue}: must be at least 1")
     if scale.gpus and settings.model.device == "cpu":
-        raise ValueError("--gpus without --device cuda: the encoder would leave the GPU idle")
+        raise ValueError("--gpus needs --encoder-device cuda: the encoder would leave the GPU idle")
 
 
 def options(settings: AppSettings) -> dict[str, Any]:
     """Return the options of the deployment, as Ray Serve names them.
 
-    A replica is asked for twice its batch: one is embedded while the next gathers. More replicas
-    come when more than a batch waits for each.
+    A replica takes twice its batch: one batch is embedded while the next fills. Ray adds a replica
+    when more than one batch waits for each of them.
     """
     scale = settings.scale
     batch = settings.live.batch
@@ -120,14 +119,14 @@ def options(settings: AppSettings) -> dict[str, Any]:
             "downscale_delay_s": DOWNSCALE_S,
         },
         "health_check_period_s": HEALTH_S,
-        "health_check_timeout_s": HEALTH_LIMIT_S,
+        "health_check_timeout_s": HEALTH_TIMEOUT_S,
         "graceful_shutdown_timeout_s": 5.0,
         "ray_actor_options": {"num_cpus": scale.cpus, "num_gpus": scale.gpus},
     }
 
 
 def serve_config(settings: AppSettings, host: str, port: int) -> dict[str, Any]:
-    """Return the config that `serve run` and `serve deploy` take. Holds no token."""
+    """Return the config for `serve run` and `serve deploy`. It does not contain the token."""
     return {
         "proxy_location": "EveryNode",
         "http_options": {"host": host, "port": port, "keep_alive_timeout_s": 90},

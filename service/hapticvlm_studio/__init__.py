@@ -1,1 +1,1 @@
-"""For who designs, calibrates, grades and studies touches; stands on the service."""
+"""Tools to design, calibrate, grade and study touches; built on the service."""

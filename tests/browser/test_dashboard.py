@@ -86,7 +86,7 @@ def test_a_touched_object_is_shown_with_material_confidence_rung_and_why(
     with dashboard(browser, service.page) as page, touching(service.url, only="kettle"):
         expect(page.locator("#object")).to_have_text("kettle")
         expect(page.locator("#material")).to_have_text("metal")
-        expect(page.locator("#verdict")).to_contain_text("the scene says so")
+        expect(page.locator("#verdict")).to_contain_text("stated by the scene")
         source = page.locator("#rungs tr.source")
         expect(source.locator("th")).to_have_text("scene")
         assert float(source.locator("meter").get_attribute("value") or 0) > 0.9
@@ -126,7 +126,7 @@ def test_the_stop_silences_a_hand_that_rubs_on_until_it_lets_go_and_touches_anew
             stopped = status(service)
             assert not is_felt(stopped)
             assert stopped["leases"] == 0
-            expect(page.locator("#stopped")).to_contain_text("Let go and touch again")
+            expect(page.locator("#stopped")).to_contain_text("Release and touch again")
         with touching(service.url, only="table"):
             expect(page.locator("#stopped")).to_be_empty()
             still = "left hand: speaker, peltier"
@@ -170,10 +170,10 @@ def test_a_token_is_asked_for_and_a_wrong_one_refused(guarded: Guarded, browser:
     page = browser.new_page()
     page.goto(guarded.service.page)
     for token, place, answer in (
-        ("wrong", "#gone", "this one is wrong"),
+        ("wrong", "#gone", "The token is wrong"),
         (TOKEN, "#link", "Connected to hapticvlm"),
     ):
-        page.get_by_label("This service asks for a token").fill(token)
+        page.get_by_label("This service requires the token").fill(token)
         page.get_by_role("button", name="Connect").click()
         expect(page.locator(place)).to_contain_text(answer, timeout=PATIENCE_MS)
     expect(page.locator("#token-form")).to_be_hidden()
@@ -186,7 +186,7 @@ def test_a_fault_of_the_plate_is_said_with_what_to_do(guarded: Guarded, browser:
         guarded.board.plate = SimulatedPlate(stuck_sensor_c=44.0)
         fault = page.locator("#faults .fault")
         expect(fault).to_contain_text("The plate is off: the plate reached 43 degC")
-        expect(fault.locator(".cure")).to_contain_text("What to do: take the hand off")
+        expect(fault.locator(".cure")).to_contain_text("Remedy: take the hand off")
         expect(page.locator("#troubles")).to_contain_text("plate fault")
         assert violations_of(page) == []
 
@@ -195,9 +195,9 @@ def test_a_killed_service_is_said_and_a_new_one_is_taken_up(browser: Browser) ->
     address = ["--port", str(free_port())]
     with running(address) as service, dashboard(browser, service.page) as page:
         service.process.kill()
-        expect(page.locator("#gone")).to_contain_text("Service gone since")
+        expect(page.locator("#gone")).to_contain_text("Service unreachable since")
         expect(page.locator("#plate")).to_have_text("no reading")
-        expect(page.locator("#faults")).to_contain_text("Not known")
+        expect(page.locator("#faults")).to_contain_text("Unknown")
         page.click("#stop")
         expect(page.locator("#stopped")).to_contain_text("NOT STOPPED: no connection")
         service.process.wait()
@@ -214,7 +214,7 @@ def test_a_service_that_hangs_is_said_and_so_is_a_stop_without_answer(
     with dashboard(browser, service.page) as page:
         service.process.send_signal(signal.SIGSTOP)
         try:
-            expect(page.locator("#gone")).to_contain_text("has said nothing since")
+            expect(page.locator("#gone")).to_contain_text("has sent nothing since")
             page.click("#stop")
             expect(page.locator("#stopped")).to_contain_text("NOT CONFIRMED")
         finally:

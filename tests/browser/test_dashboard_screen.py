@@ -93,7 +93,7 @@ def states(page: Page, service: Service) -> Iterator[str]:
     expect(page.locator("#stopped")).to_contain_text("Stopped at")
     yield "stopped"
     service.process.kill()
-    expect(page.locator("#gone")).to_contain_text("Service gone since")
+    expect(page.locator("#gone")).to_contain_text("Service unreachable since")
     yield "gone"
 
 
@@ -176,14 +176,14 @@ def test_the_first_test_touch_after_a_stop_is_felt(service: Service, browser: Br
         page.mouse.down()
         expect(page.locator("#level")).to_have_text(FELT)
         page.keyboard.press("Escape")
-        expect(page.locator("#stopped")).to_contain_text("Let go and touch again to go on.")
+        expect(page.locator("#stopped")).to_contain_text("Release and touch again to continue.")
         page.mouse.up()
         expect(page.locator("#level")).to_have_text("0.000")
         stroke.hover()
         page.mouse.down()
         expect(page.locator("#level")).to_have_text(FELT)
         expect(page.locator("#stopped")).to_be_empty()
-        expect(page.locator("#trial-told")).to_have_text(re.compile("^This page holds"))
+        expect(page.locator("#trial-told")).to_have_text(re.compile("^This page owns"))
         page.mouse.up()
         expect(page.locator("#owner")).to_contain_text("Nobody owns", timeout=LET_GO_S * 1000)
 
@@ -196,10 +196,10 @@ def test_a_stop_of_somebody_else_is_told_only_while_a_scene_may_go_on(
         subprocess.run(command, check=True, capture_output=True)
         with page.expect_response("**/status"):
             pass
-        expect(page.locator("#service")).to_contain_text("at rest since the stop")
+        expect(page.locator("#service")).to_contain_text("stopped until released")
         expect(page.locator("#stopped")).to_be_empty()
         with idling(service.url):
-            expect(page.locator("#stopped")).to_contain_text("Let go and touch again")
+            expect(page.locator("#stopped")).to_contain_text("Release and touch again")
 
 
 FELT_WORDS = {"gentle", "clear", "strong"}
@@ -304,7 +304,7 @@ def test_what_was_said_while_the_list_of_it_was_on_its_way_may_be_said_again(
 def say(page: Page, material: str) -> None:
     page.locator("#teach-material").select_option(material)
     page.get_by_role("button", name="Correct it").click()
-    expect(page.locator("#teach-told")).to_contain_text(f"Taken: {material}")
+    expect(page.locator("#teach-told")).to_contain_text(f"Corrected to {material}")
 
 
 SHOW_ANOTHER = """async () => {
@@ -418,7 +418,7 @@ def test_a_service_that_is_gone_is_said_in_a_banner_and_covers_nothing(browser: 
         page.keyboard.press("Escape")
         expect(page.locator("#stopped")).to_contain_text("Stopped at")
         service.process.kill()
-        expect(page.locator("#gone")).to_contain_text("Service gone since")
+        expect(page.locator("#gone")).to_contain_text("Service unreachable since")
         tops = {name: page.evaluate(PLACE, name) for name in ("gone", "stopped", "screen", "link")}
         _, gone_y, width, high = tops["gone"]
         assert width > 0.9 * SCREEN[0]

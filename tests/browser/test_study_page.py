@@ -247,14 +247,14 @@ def sat(page: Any, patterns: Path, tmp_path_factory: pytest.TempPathFactory) -> 
 
 def go_on(page: Any, sat: Sat) -> None:
     """Take up the killed sitting; look at it on a phone, pause and stop."""
-    page.locator("#prompt", has_text="Go on as ann?").wait_for()
+    page.locator("#prompt", has_text="Continue as ann?").wait_for()
     sat.offered = page.locator("#people button").evaluate_all(CODES)
     page.reload()  # a browser that began anew knows it too, by its address
-    page.locator("#prompt", has_text="Go on as ann?").wait_for()
+    page.locator("#prompt", has_text="Continue as ann?").wait_for()
     page.locator("[data-participant=ann]", has_text=f"{KILLED_AFTER} of {TRIALS}").click()
-    page.locator("#go", has_text="Go on").wait_for()
+    page.locator("#go", has_text="Continue").wait_for()
     sat.leaves.append(page.locator("#leave").is_visible())
-    page.locator("#go", has_text="Go on").click()
+    page.locator("#go", has_text="Continue").click()
     wait_until_asked(page)
     measure_on_a_phone(page, sat)
     page.keyboard.press("p")
@@ -263,7 +263,7 @@ def go_on(page: Any, sat: Sat) -> None:
     wait_until_asked(page)
     page.keyboard.press("Escape")
     page.locator("#prompt", has_text="Stopped").wait_for()
-    page.locator("#go", has_text="Go on").click()
+    page.locator("#go", has_text="Continue").click()
 
 
 def measure_on_a_phone(page: Any, sat: Sat) -> None:

@@ -160,7 +160,7 @@ def test_a_picture_that_is_corrected_before_anybody_points_is_so_all_over(browse
         sample(page)
         page.locator("#correct-material").select_option("rubber")
         page.locator("#correct button[type=submit]").last.click()
-        expect(page.locator("#corrected")).to_contain_text("Taken: rubber")
+        expect(page.locator("#corrected")).to_contain_text("Corrected to rubber")
         for x in (0.2, 0.8):
             at(page, x, 0.5)
             expect(page.locator("#material")).to_have_text("rubber")
@@ -176,7 +176,7 @@ def test_a_dropped_picture_is_taken_and_what_is_none_is_said(browser, service):
         page.evaluate(DROP, ["mine.png", base64.b64encode(file.getvalue()).decode()])
         expect(page.locator("#material")).not_to_have_text(NOTHING)
         page.evaluate(DROP, ["notes.txt", base64.b64encode(b"hello").decode()])
-        expect(page.locator("#told")).to_contain_text("notes.txt is no picture")
+        expect(page.locator("#told")).to_contain_text("notes.txt is not a picture")
 
 
 def test_a_wrong_answer_is_corrected_by_a_click_and_kept_for_the_session(browser, service):
@@ -190,7 +190,7 @@ def test_a_wrong_answer_is_corrected_by_a_click_and_kept_for_the_session(browser
         at(page, 0.9, 1.1)  # on the way to the button the pointer crosses other things
         page.get_by_role("button", name="Correct it").click()
         expect(page.locator("#material")).to_have_text("rubber")
-        expect(page.locator("#sure")).to_contain_text("you said so")
+        expect(page.locator("#sure")).to_contain_text("stated by you")
         page.get_by_role("button", name="Keep as a reference picture").click()
         expect(page.locator("#corrected")).to_contain_text("hapticvlm gallery add my-rubber")
         at(page, 0.3, 0.3)
@@ -209,7 +209,7 @@ def test_one_of_the_likeliest_corrects_it_by_one_press(browser, service):
         last = named.last.inner_text()
         named.last.click()
         expect(page.locator("#material")).to_have_text(last)
-        expect(page.locator("#sure")).to_contain_text("you said so")
+        expect(page.locator("#sure")).to_contain_text("stated by you")
 
 
 def test_where_a_phone_can_open_it_is_said(browser, service):
@@ -321,7 +321,7 @@ def test_the_keyboard_alone_is_enough(browser, service):
 
 def test_another_scene_that_owns_the_outputs_is_named_and_left_in_peace(browser, service):
     with visit(browser, service) as first, visit(browser, service) as second:
-        expect(first.locator("#plays")).to_contain_text("On what you hold")
+        expect(first.locator("#plays")).to_contain_text("Your device")
         expect(second.locator("#plays")).to_contain_text("Another scene owns the outputs")
         expect(second.locator("#take")).to_be_visible()
 

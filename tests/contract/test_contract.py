@@ -89,7 +89,7 @@ def test_every_type_has_one_name_that_says_what_it_is(types: str) -> None:
 
 
 def test_what_the_contract_says_of_a_field_is_said_in_its_type(types: str) -> None:
-    assert "   * Of the hand relative to the surface; at contact how fast it hits." in types
+    assert "   * Speed of the hand relative to the surface; at contact, the impact speed." in types
     assert "'image': Uint8Array;" in types
 
 
@@ -140,7 +140,7 @@ def test_installed_it_is_felt_gives_way_takes_over_and_says_why_it_is_silent(
     assert said["states"] == ["disconnected", f"no service answers at {service.url}", True]
     assert said["bare"] == "the browser gives this controller no motor"
     assert said["refused"] == "another scene owns the outputs"
-    assert said["stopped"] == "a stop holds the outputs: let go and touch again"
+    assert said["stopped"] == "outputs stopped: release and touch again"
     assert said["after"] == ""
 
 

@@ -1,4 +1,4 @@
-"""The ring and the audio engine: commands in, sound out, nothing late and nothing half."""
+"""Tests the ring and the audio engine: no order is played late, and none half-written."""
 
 import itertools
 import multiprocessing
@@ -31,9 +31,9 @@ BLOCK = 128
 
 
 def command(**fields):
-    given = {"hand": 1, "material": "wood", "interaction": "strike", "onset": True}
-    given |= {"motion": Motion(0.5, 2.0), "seed": 3, "expires_at": time.monotonic() + 0.25}
-    return Command(**{**given, **fields})
+    arguments = {"hand": 1, "material": "wood", "interaction": "strike", "onset": True}
+    arguments |= {"motion": Motion(0.5, 2.0), "seed": 3, "expires_at": time.monotonic() + 0.25}
+    return Command(**{**arguments, **fields})
 
 
 def test_what_is_put_into_the_ring_comes_out_the_same_and_once():
@@ -125,7 +125,7 @@ def test_a_half_written_record_is_left_until_it_is_whole():
 
 
 def report_for_ever(shared):
-    """What the engine does, as fast as it goes: every number of a status is the same."""
+    """Report as the engine does, without a pause; all numbers of a status are equal."""
     ring, nothing = Ring(shared), np.empty(0, np.float32)
     for i in itertools.count(1):
         ring.report(EngineStatus(i, 0.5, i, i, i, i, i, realtime=True, has_output=True), nothing)

@@ -1,4 +1,4 @@
-"""A board whose clock runs at another rate is found; jitter, stalls and a long sleep are not."""
+"""Tests that a board clock with a wrong rate is detected, and that jitter and sleep are not."""
 
 import random
 
@@ -10,7 +10,7 @@ from hapticvlm.devices.plate.session import BoardClock
 def is_wrong(
     rate: float, *, seconds: float = 60.0, jitter_s: float = 0.02, gap_s: float = 0.0
 ) -> bool:
-    """Whether a board at this rate is found; `gap_s` is a time in which nobody read the line."""
+    """Whether a clock at this rate counts as wrong; the line is not read for `gap_s`."""
     clock, chance, shift_s = BoardClock(), random.Random(3), 0.0
     for step in range(round(seconds / 0.05)):
         now = 100.0 + 0.05 * step

@@ -1,4 +1,4 @@
-"""The audio engine's blocks: what it plays, what it reports, and that it sleeps while silent."""
+"""Tests the audio engine's blocks: their samples, their reports, and its sleep during silence."""
 
 import time
 

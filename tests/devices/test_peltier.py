@@ -1,4 +1,4 @@
-"""The plate behind a port: a simulated board over the real class, in lock-step and in a thread."""
+"""Tests `Peltier` on a simulated board behind a port, in lock-step and with its thread."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from hapticvlm.devices.plate.framing import Deframer
 from hapticvlm.devices.plate.peltier import HANDSHAKE_S, Peltier
 from hapticvlm.devices.plate.plate import Plate
 from hapticvlm.devices.plate.ports import READ_S
-from hapticvlm.devices.plate.requests import CHANGE_S
+from hapticvlm.devices.plate.requests import CHANGE_INTERVAL_S
 from hapticvlm.devices.simulated.plant import Plant
 from hapticvlm.devices.simulated.simulated import SimulatedPlate
 from hapticvlm.devices.simulated.simulated_board import (
@@ -34,7 +34,7 @@ from hapticvlm_lab.bench.rigs import is_priority_permitted
 
 
 def hold(cable: Cable, plate: Peltier, setpoint_c: float, seconds: float) -> list[PlateReading]:
-    """Command and turn as gateway and thread do, in lock-step; every reading."""
+    """Command and poll as gateway and thread do, in lock-step; return every reading."""
     readings = []
     until = cable.clock.now + seconds
     while cable.clock.now < until:
@@ -45,7 +45,7 @@ def hold(cable: Cable, plate: Peltier, setpoint_c: float, seconds: float) -> lis
 
 
 def leave(cable: Cable, plate: Peltier, seconds: float) -> list[PlateReading]:
-    """Turn without commanding; every reading."""
+    """Poll without commanding; return every reading."""
     readings = []
     until = cable.clock.now + seconds
     while cable.clock.now < until:
@@ -249,7 +249,7 @@ def running() -> Iterator[tuple[Cable, Peltier]]:
 
 
 class WallCable:
-    """The same cable on the wall's clock."""
+    """The same cable on wall-clock time."""
 
     def __init__(self, cable: Cable) -> None:
         self._cable = cable
@@ -312,7 +312,7 @@ def test_a_replugged_plate_comes_back_and_waits_for_a_fresh_command(
 
 
 class StuckPort:
-    """A port whose every read takes very long."""
+    """A port whose reads all take very long."""
 
     def __init__(self) -> None:
         self.released = threading.Event()
@@ -403,7 +403,7 @@ def test_a_changed_setpoint_and_the_end_of_a_touch_wait_for_no_read_that_goes_on
     for number, setpoint_c in enumerate((22.0, 22.5), start=1):
         plate.command(setpoint_c, 5.0, time.monotonic())
         wait_for(lambda sent=number: len(patient.sent()) == sent, 10.0)  # type: ignore[misc]
-        time.sleep(CHANGE_S)
+        time.sleep(CHANGE_INTERVAL_S)
     changed = patient.sent()[-1]
     assert isinstance(changed, plate_protocol.Setpoint)
     assert changed.setpoint_mc == 22_500
@@ -451,11 +451,11 @@ def test_a_port_is_likely_by_its_usb_vendor_or_its_description() -> None:
 
 
 def test_a_place_says_how_a_person_finds_it() -> None:
-    place = ports._place(info("COM3", 0x1A86, description="USB-SERIAL CH340", pid=0x7523))
+    place = ports._port_info(info("COM3", 0x1A86, description="USB-SERIAL CH340", pid=0x7523))
 
     assert place.text == "COM3 (USB-SERIAL CH340 1a86:7523)"
     assert place.usb == (0x1A86, 0x7523, "s")
-    assert ports._place(info("COM1")).text == "COM1"
+    assert ports._port_info(info("COM1")).text == "COM1"
 
 
 def test_auto_names_the_ports_seen_when_none_looks_like_a_plate(
@@ -514,9 +514,9 @@ def test_the_plate_command_tells_the_plate_and_its_faults(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     assert main(["plate", "status", "--peltier", "simulated"]) == 0
-    told = capsys.readouterr().out
-    assert "simulated plate (simulated)" in told
-    assert "no faults" in told
+    output = capsys.readouterr().out
+    assert "simulated plate (simulated)" in output
+    assert "no faults" in output
     assert main(["plate", "status", "--peltier", "simulated", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["plate_c"] > 30.0
 

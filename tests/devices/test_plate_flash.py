@@ -1,6 +1,6 @@
-"""`hapticvlm plate flash`: every way it can fail is one line; avrdude is a stand-in on PATH.
+"""Tests that every failure of `hapticvlm plate flash` is one line; avrdude is a stand-in.
 
-tests/firmware/test_flash.py writes a simulated board with it.
+tests/firmware/test_flash.py flashes a simulated board.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ ROOT = Path(__file__).parents[2]
 
 @pytest.fixture
 def silent_port(monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
-    """A port that opens and never answers, as an Uno with another program."""
+    """A port that opens and never answers, like an Uno with another program."""
     monkeypatch.setattr(peltier, "HANDSHAKE_S", 0.1)
     ours, theirs = pty.openpty()
     yield os.ttyname(theirs)
@@ -33,15 +33,15 @@ def silent_port(monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
 
 
 def stand_in(folder: Path, monkeypatch: pytest.MonkeyPatch, script: str) -> None:
-    """Put a program named avrdude, and only it, where commands are looked for."""
+    """Put a program named avrdude, and nothing else, on PATH."""
     program = folder / "avrdude"
     program.write_text(f"#!/bin/sh\n{script}\n")
     program.chmod(0o755)
     monkeypatch.setenv("PATH", str(folder))
 
 
-def told(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
-    """Run the command, which must fail; its one line."""
+def error_line(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    """Run the command, which must fail, and return its one line."""
     assert main(["plate", "flash", *arguments]) == 2
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 1
@@ -52,7 +52,7 @@ def test_without_avrdude_it_says_where_to_get_it_on_three_systems(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))
-    line = told(capsys, "--port", "/dev/nowhere")
+    line = error_line(capsys, "--port", "/dev/nowhere")
 
     for system in ("Windows: winget", "macOS: brew", "Debian, Ubuntu: sudo apt"):
         assert system in line
@@ -63,9 +63,9 @@ def test_no_board_and_a_wrong_port_are_named(
 ) -> None:
     stand_in(tmp_path, monkeypatch, "exit 1")
 
-    assert "/dev/nowhere can't be opened" in told(capsys, "--port", "/dev/nowhere")
-    monkeypatch.setattr("hapticvlm.devices.plate.ports._seen", list)
-    assert "no port looks like a plate; ports seen: none" in told(capsys)
+    assert "/dev/nowhere can't be opened" in error_line(capsys, "--port", "/dev/nowhere")
+    monkeypatch.setattr("hapticvlm.devices.plate.ports._present", list)
+    assert "no port looks like a plate; ports seen: none" in error_line(capsys)
 
 
 def test_a_board_that_does_not_answer_is_written_only_when_its_port_is_named(
@@ -77,11 +77,11 @@ def test_a_board_that_does_not_answer_is_written_only_when_its_port_is_named(
     called = tmp_path / "called"
     stand_in(tmp_path, monkeypatch, f'echo "$@" > {called}')
     place = PortInfo(silent_port, "Arduino Uno")
-    monkeypatch.setattr("hapticvlm.devices.plate.ports._seen", lambda: [(place, True)])
+    monkeypatch.setattr("hapticvlm.devices.plate.ports._present", lambda: [(place, True)])
 
-    assert f"--port {silent_port}" in told(capsys)
+    assert f"--port {silent_port}" in error_line(capsys)
     assert not called.exists()
-    assert "does not answer as a plate" in told(capsys, "--port", silent_port)
+    assert "does not answer as a plate" in error_line(capsys, "--port", silent_port)
     assert called.read_text().split() == [
         *flash.AVRDUDE,
         "-P",
@@ -113,7 +113,7 @@ def test_what_avrdude_says_when_it_fails_is_passed_on_in_a_line(
 ) -> None:
     script = f'echo "{said}" >&2; echo "avrdude done.  Thank you." >&2; exit 1'
     stand_in(tmp_path, monkeypatch, script)
-    line = told(capsys, "--port", silent_port)
+    line = error_line(capsys, "--port", silent_port)
 
     assert reason in line
     assert "optiboot" in line
@@ -129,10 +129,10 @@ def test_a_file_that_is_no_program_of_this_chip_is_refused_before_anything_is_op
         "cut.hex": "\n".join(whole[:-1]),
         "too high.hex": ":017E0000FF82\n:00000001FF",
     }
-    for name, text in spoilt.items():
-        (tmp_path / name).write_text(text)
-        assert "is no Intel HEX file" in told(capsys, "--hex", str(tmp_path / name)), name
-    assert "No such file" in told(capsys, "--hex", str(tmp_path / "none"))
+    for name, content in spoilt.items():
+        (tmp_path / name).write_text(content)
+        assert "is no Intel HEX file" in error_line(capsys, "--hex", str(tmp_path / name)), name
+    assert "No such file" in error_line(capsys, "--hex", str(tmp_path / "none"))
 
 
 def test_the_wheel_holds_the_program_and_its_facts() -> None:

@@ -1,4 +1,4 @@
-"""Frames and messages between host and plate: nothing damaged passes, nothing raises."""
+"""Tests frames and messages of the plate: no damaged frame passes, and nothing raises."""
 
 from __future__ import annotations
 
@@ -215,10 +215,15 @@ def test_a_payload_of_any_size_is_a_message_or_refused(kind: int, payload: bytes
 def test_no_reading_is_none_and_zero_is_zero_degrees() -> None:
     layout = struct.Struct("<IBIiiiihBHHHHB")
     values = (0, 0, 0, -(2**31), 0, -(2**31), 0, 0, 0, 0, 0, 0, 0, 0)
-    told = plate_protocol.decode(Frame(0x82, 0, layout.pack(*values)))
+    telemetry = plate_protocol.decode(Frame(0x82, 0, layout.pack(*values)))
 
-    assert isinstance(told, plate_protocol.Telemetry)
-    assert (told.plate_mc, told.plate2_mc, told.sink_mc, told.setpoint_mc) == (None, 0, None, 0)
+    assert isinstance(telemetry, plate_protocol.Telemetry)
+    assert (telemetry.plate_mc, telemetry.plate2_mc, telemetry.sink_mc, telemetry.setpoint_mc) == (
+        None,
+        0,
+        None,
+        0,
+    )
 
 
 def test_the_numbers_are_those_of_the_firmware() -> None:

@@ -1,4 +1,4 @@
-"""The host's half of the conversation with a plate, without a port: bytes and time go in."""
+"""Tests the host's half of the plate protocol without a port: bytes and time are arguments."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from hapticvlm.devices.plate.protocol import (
     Setpoint,
     State,
 )
-from hapticvlm.devices.plate.requests import ANSWER_S, TRIES
+from hapticvlm.devices.plate.requests import ACK_TIMEOUT_S, MAX_TRIES
 from hapticvlm.devices.plate.session import (
     HELLO_S,
     POLL_TIMEOUT_S,
@@ -44,7 +44,7 @@ TURN_S = 0.02
 
 
 def said(session: PlateSession, now: float) -> list[plate_protocol.Message]:
-    """What the session wants written now."""
+    """Return the messages that the session writes now."""
     return [plate_protocol.decode(frame) for frame in Deframer().feed(session.outgoing(now))]
 
 
@@ -57,7 +57,7 @@ def telemetry(uptime_s: float, **changes: Any) -> plate_protocol.Telemetry:
 
 
 def greeted(now: float = 0.0) -> PlateSession:
-    """A session with a board that has answered and told of itself."""
+    """A session with a board that has answered and sent telemetry."""
     session = PlateSession()
     session.opened(now)
     assert said(session, now) == [Hello(1, 2)]
@@ -69,7 +69,7 @@ def greeted(now: float = 0.0) -> PlateSession:
 def commanded(
     session: PlateSession, begin_s: float, seconds: float, booted_s: float = -5.0
 ) -> list[plate_protocol.Message]:
-    """Command 22 degC and follow at 50 Hz with telemetry coming; everything written."""
+    """Command 22 degC at 50 Hz while telemetry arrives; return every message written."""
     written = []
     for tick in range(round(seconds / TURN_S)):
         now = begin_s + tick * TURN_S
@@ -214,7 +214,7 @@ def test_a_lost_port_is_a_fault_and_sends_nothing() -> None:
 
 
 def reopened(session: PlateSession, now: float) -> None:
-    """Open again; the board was reset by that and counts its uptime from zero."""
+    """Open the port again, which resets the board: its uptime starts from zero."""
     session.opened(now)
     assert said(session, now) == [Hello(1, 2)]
     tell(session, telemetry(0.1), now)
@@ -326,8 +326,8 @@ def test_an_order_is_repeated_until_it_is_acknowledged() -> None:
     session = greeted()
     session.rest()
     first = Deframer().feed(session.outgoing(1.0))[0]
-    assert said(session, 1.0 + ANSWER_S / 2) == []
-    again = Deframer().feed(session.outgoing(1.01 + ANSWER_S))[0]
+    assert said(session, 1.0 + ACK_TIMEOUT_S / 2) == []
+    again = Deframer().feed(session.outgoing(1.01 + ACK_TIMEOUT_S))[0]
     assert first == again
     assert plate_protocol.decode(first) == Rest()
     tell(session, Ack(0x04, first.seq, Answer.OK), 1.3)
@@ -339,9 +339,9 @@ def test_an_order_is_repeated_until_it_is_acknowledged() -> None:
 def test_an_order_that_never_arrives_is_given_up_and_counted() -> None:
     session = greeted()
     session.off()
-    sent = [message for n in range(100) for message in said(session, 1.0 + n * ANSWER_S)]
+    sent = [message for n in range(100) for message in said(session, 1.0 + n * ACK_TIMEOUT_S)]
 
-    assert sent == [Off()] * TRIES
+    assert sent == [Off()] * MAX_TRIES
     assert session.counts["orders_lost"] == 1
     assert not session.is_busy
 
@@ -433,7 +433,7 @@ def test_the_faults_are_those_of_the_firmware_manual() -> None:
 def test_a_fault_is_told_in_words() -> None:
     assert faults.describe("runaway") == (
         "driven hard for 1 s, the plate did not follow (runaway, number 13): "
-        "its thermistor came off, the module is broken or its supply is missing"
+        "check whether its thermistor came off, the module is broken or its supply is missing"
     )
     assert faults.describe("fault_31") == "fault_31"
     assert "plug it in again" in faults.describe("plate_unplugged")
@@ -441,12 +441,12 @@ def test_a_fault_is_told_in_words() -> None:
 
 @pytest.mark.parametrize("named", ["runaway", "RUNAWAY", "13"])
 def test_a_fault_is_found_by_name_or_number(named: str) -> None:
-    assert faults.numbered(named) == 13
+    assert faults.number_of(named) == 13
 
 
 def test_an_unknown_fault_is_answered_with_those_there_are() -> None:
     with pytest.raises(ValueError, match="no fault 'warm'; there are 1 plate_a_open, "):
-        faults.numbered("warm")
+        faults.number_of("warm")
 
 
 def test_a_rest_after_a_stop_does_not_undo_an_off_that_is_not_answered_yet():
@@ -460,17 +460,17 @@ def test_a_rest_after_a_stop_does_not_undo_an_off_that_is_not_answered_yet():
 def test_a_board_that_follows_no_setpoint_for_a_second_is_a_fault_until_it_holds():
     session = greeted()
     now, name = 0.0, faults.NOT_FOLLOWED.name
-    found = []
+    reports = []
     for turn in range(120):
         now = turn * 0.05
         session.command(25.0, 0.25, now)
         session.outgoing(now)  # which noise on the line destroys
         state = State.OFF if now < 3.0 else State.HOLDING
         tell(session, telemetry(5.0 + now, state=state, setpoint_mc=None), now)
-        found.append((now, name in session.reading(now).faults))
-    first = next(now for now, is_found in found if is_found)
+        reports.append((now, name in session.reading(now).faults))
+    first = next(now for now, is_reported in reports if is_reported)
     assert 0.5 < first <= 1.0
-    assert all(is_found == (first <= now < 3.0) for now, is_found in found)
+    assert all(is_reported == (first <= now < 3.0) for now, is_reported in reports)
 
 
 def test_a_board_that_was_told_nothing_is_not_said_to_follow_nothing():

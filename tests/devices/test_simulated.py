@@ -1,4 +1,4 @@
-"""The plant against docs/physics.md, and the simulated plate's control and guards."""
+"""Tests the plant against docs/physics.md, and the simulated plate's control and guards."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ TICK_S = 0.02
 def hold(
     plate: Plate, setpoint_c: float, seconds: float, begin_s: float = 0.0
 ) -> list[PlateReading]:
-    """Command and advance at 50 Hz, as the gateway does; every reading."""
+    """Command and advance at 50 Hz, as the gateway does; return every reading."""
     readings = []
     for tick in range(round(seconds / TICK_S)):
         now = begin_s + tick * TICK_S
@@ -43,7 +43,7 @@ def hold(
 
 
 def leave(plate: Plate, seconds: float, begin_s: float) -> list[PlateReading]:
-    """Advance at 50 Hz without any command; every reading."""
+    """Advance at 50 Hz without a command; return every reading."""
     return [
         plate.advance(begin_s + tick * TICK_S) for tick in range(1, round(seconds / TICK_S) + 1)
     ]

@@ -1,4 +1,4 @@
-"""The speaker on a real sound server: what a sink's monitor hears, and what becomes of a sink."""
+"""Tests the speaker on a real sound server, by the monitor of a sink that comes and goes."""
 
 import asyncio
 import os
@@ -8,21 +8,27 @@ import time
 import numpy as np
 import pytest
 from conftest import peer, status
+from jack_server import jack_underruns
 from pace import PACE
 
 from hapticvlm.client.local_service import running
 from hapticvlm.devices.errors import DeviceError
-from hapticvlm.devices.speaker.channels import OF_DUALSENSE, read_channels
+from hapticvlm.devices.speaker.channels import DUALSENSE_CHANNELS, read_channels
 from hapticvlm.devices.speaker.engine import AudioSettings, Engine
 from hapticvlm.devices.speaker.output import OutputError, choose
 from hapticvlm.devices.speaker.ring import PersistentState, Ring
 from hapticvlm.devices.speaker.speaker import Speaker
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 from hapticvlm.rendering.vibration.voices import Command
-from hapticvlm_lab.bench.audio import jack
-from hapticvlm_lab.bench.audio.deadlines import keep
-from hapticvlm_lab.bench.audio.sink import NAME, NEEDED, null_sink, recording
-from hapticvlm_lab.bench.audio.speaker import gaps, late
+from hapticvlm_lab.bench.audio import (
+    NAME,
+    NEEDED,
+    gaps,
+    keep,
+    late,
+    null_sink,
+    recording,
+)
 
 pytestmark = pytest.mark.process
 
@@ -46,7 +52,7 @@ def strike(**fields):
 
 
 def until(claim):
-    """Wait until the claim holds; return its value."""
+    """Wait until the condition is true; return its value."""
     gives_up_at = time.monotonic() + PATIENCE_S
     while not (value := claim()):
         assert time.monotonic() < gives_up_at, "nothing happened"
@@ -92,7 +98,7 @@ def test_a_strike_is_heard_at_the_sink_within_full_scale(speaker):
     [("dualsense", "DualSense", None), ("Exciters", "Exciters", "left=2,right=1")],
 )
 def test_each_hand_is_heard_on_its_own_channel_and_nothing_on_the_others(output, name, given):
-    channels = OF_DUALSENSE if given is None else read_channels(given)
+    channels = DUALSENSE_CHANNELS if given is None else read_channels(given)
     with null_sink(4, name), recording(4) as heard:
         speaker = Speaker(AudioSettings(output=output, channels=channels))
         speaker.start()
@@ -119,8 +125,8 @@ def test_each_hand_is_heard_on_its_own_channel_and_nothing_on_the_others(output,
 def test_no_playstation_controller_is_said_with_what_to_do():
     with pytest.raises(OutputError, match="USB"):
         choose([{"name": "Built-in Audio"}], "dualsense")
-    found = choose([{"name": "Built-in"}, {"name": "Wireless Controller Surround"}], "DualSense")
-    assert found == {"name": "Wireless Controller Surround"}
+    result = choose([{"name": "Built-in"}, {"name": "Wireless Controller Surround"}], "DualSense")
+    assert result == {"name": "Wireless Controller Surround"}
 
 
 @pytest.mark.parametrize(
@@ -233,9 +239,9 @@ def test_delays_are_counted_to_the_first_chunk_that_sounds_and_unclear_moments_a
         chunk(2.000, 0.0),
         chunk(2.500, 0.5),
     ]
-    found = late(heard, [1.005, 1.015, 2.001, 3.0])
-    assert found.delays_ms.tolist() == pytest.approx([5.0])
-    assert found.missed == 3  # still sounding, heard too late, never heard
+    result = late(heard, [1.005, 1.015, 2.001, 3.0])
+    assert result.delays_ms.tolist() == pytest.approx([5.0])
+    assert result.missed == 3  # still sounding, heard too late, never heard
     assert late(heard, [3.0]).summary("touch")["touch_p99_ms"] is None
 
 
@@ -271,7 +277,7 @@ async def test_a_scene_is_told_that_the_speaker_is_gone_and_that_it_is_back(sink
 @needs_jack
 def test_jack_is_played_on_in_two_channels_and_at_its_own_pace():
     seconds = 3.0
-    found = jack.underruns(seconds, 256, realtime=True)
+    result = jack_underruns(seconds, 256, realtime=True)
 
-    assert found["samples"] == pytest.approx(RATE_HZ * seconds, rel=0.5)
-    assert found["underruns"] * 256 < 0.5 * RATE_HZ * seconds
+    assert result["samples"] == pytest.approx(RATE_HZ * seconds, rel=0.5)
+    assert result["underruns"] * 256 < 0.5 * RATE_HZ * seconds

@@ -1,4 +1,4 @@
-"""What the audio engine computed is kept for its next start, and never trusted blindly."""
+"""Tests that the engine caches its tables for the next start, and ignores a damaged cache."""
 
 import functools
 import os
@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hapticvlm.devices.speaker import table_cache
-from hapticvlm.rendering.vibration.cache import MOST, ArrayCache
+from hapticvlm.rendering.vibration.cache import MAX_ARRAYS, ArrayCache
 
 
 def _computed(cache: ArrayCache, names: int = 3) -> None:
@@ -69,7 +69,7 @@ def test_a_folder_that_cannot_be_written_keeps_nobody_from_starting(tmp_path: Pa
 
 def test_a_memo_forgets_the_oldest() -> None:
     cache = ArrayCache()
-    _computed(cache, MOST + 5)
-    assert len(cache.arrays()) == MOST
+    _computed(cache, MAX_ARRAYS + 5)
+    assert len(cache.arrays()) == MAX_ARRAYS
     _computed(cache, 1)
-    assert cache.computed == MOST + 6
+    assert cache.computed == MAX_ARRAYS + 6

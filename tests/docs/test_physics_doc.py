@@ -1,4 +1,4 @@
-"""docs/physics.md: what code cites is there, and what it says of the code is so."""
+"""Checks docs/physics.md: cited sections exist, and its figures equal those of the code."""
 
 import re
 from pathlib import Path
@@ -19,7 +19,7 @@ NOT_HERE = re.compile(r"physics reference|\bDESIGN \d|design section", re.IGNORE
 
 
 def sources():
-    """(path, text) of every file that may cite."""
+    """Path and text of every file that may cite a section."""
     for folder in ("service", "firmware", "tests"):
         for path in sorted((ROOT / folder).rglob("*")):
             if path.suffix in KINDS and path != Path(__file__) and "build" not in path.parts:
@@ -27,7 +27,7 @@ def sources():
 
 
 def rows(section):
-    """Cells of the first table of a section, its head and rule left out."""
+    """Cells of the first table of a section, without its head and rule."""
     part = re.split(rf"^### {re.escape(section)} .*$", TEXT, flags=re.MULTILINE)[1]
     lines = [line for line in part.split("\n#")[0].splitlines() if line.startswith("|")]
     return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
@@ -53,15 +53,15 @@ def test_its_materials_are_those_of_the_table():
 
 
 def test_its_sub_materials_and_thicknesses_are_those_of_the_table():
-    told = {tuple(cells) for cells in rows("1.5")}
+    documented = {tuple(cells) for cells in rows("1.5")}
 
     for kind in SUB_MATERIALS.values():
         bulk = kind.thermal
         figures = bulk.conductivity, bulk.density, bulk.heat_capacity, round(bulk.effusivity)
         row = (kind.name, ", ".join(kind.of), *(f"{figure:g}" for figure in figures), kind.source)
-        assert row in told
+        assert row in documented
     for thin in (thin for rows in THICKNESSES.values() for thin in rows):
-        assert (thin.name, ", ".join(thin.of), f"{1e3 * thin.metres:g}", thin.source) in told
+        assert (thin.name, ", ".join(thin.of), f"{1e3 * thin.metres:g}", thin.source) in documented
 
 
 def test_its_threshold_is_the_one_that_levels_are_made_by():

@@ -1,4 +1,4 @@
-"""What README and docs show must work as shown."""
+"""Checks the example messages and the links of README and docs."""
 
 import re
 from pathlib import Path

@@ -1,4 +1,7 @@
-"""The release: what runs code may write nothing, what publishes runs none of ours, all pinned."""
+"""Checks the release workflow: code runs without write access, publishing jobs run no code of ours.
+
+Every action is pinned by its commit.
+"""
 
 import re
 import subprocess
@@ -14,8 +17,8 @@ REFERENCES = HOUSE / "service" / "hapticvlm" / "vision" / "shipped" / "reference
 
 
 def jobs() -> dict[str, dict[str, Any]]:
-    found: dict[str, dict[str, Any]] = yaml.safe_load(WORKFLOWS[0].read_text())["jobs"]
-    return found
+    declared: dict[str, dict[str, Any]] = yaml.safe_load(WORKFLOWS[0].read_text())["jobs"]
+    return declared
 
 
 def test_every_action_is_pinned_by_its_commit_with_its_version_beside_it() -> None:

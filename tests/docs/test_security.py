@@ -1,4 +1,4 @@
-"""SECURITY.md: every claim names a test, and every test that it names is there."""
+"""Checks SECURITY.md: every claim names a test, and every named test exists."""
 
 import re
 from pathlib import Path
@@ -11,18 +11,18 @@ NAMED = re.compile(r"`([\w/]+\.py)?(?:::(test_\w+))?`")
 
 
 def named() -> list[tuple[str, str]]:
-    """(file, test) of all that is named; `::test` alone is of the file named before it."""
-    found = []
+    """Every named file and test; `::test` alone belongs to the file named before it."""
+    pairs = []
     file = ""
     for match in NAMED.finditer(TEXT):
         file = match[1] or file
         if match[1] or match[2]:
-            found.append((file, match[2] or ""))
-    return [(file, test) for file, test in found if "/hapticvlm/" not in file]
+            pairs.append((file, match[2] or ""))
+    return [(file, test) for file, test in pairs if "/hapticvlm/" not in file]
 
 
 def tables() -> list[list[str]]:
-    """The rows of every table, without its head and rule, as cells."""
+    """The cells of every row of every table, without heads and rules."""
     rows = re.findall(r"^\|(.+)\|$", TEXT, re.MULTILINE)
     cells = [[cell.strip() for cell in row.split("|")] for row in rows]
     heads = [number + 1 for number, row in enumerate(cells) if set(row[0]) == {"-"}]

@@ -154,7 +154,7 @@ def test_a_plate_that_is_silent_is_wrong_only_if_it_was_asked_for():
         plate = Peltier("cable", open_port=cable.open, clock=cable.clock)
         found = devices.check_plate("cable", plate, is_asked)
         assert found.verdict == verdict
-        assert "nothing understandable" in found.message
+        assert "no valid message came" in found.message
 
 
 @pytest.mark.skipif(os.name != "posix" or not hasattr(os, "geteuid"), reason="POSIX permissions")

@@ -1,7 +1,7 @@
-"""The compiled firmware on a simulated chip, in lock-step with the project's plant.
+"""Runs the compiled firmware on a simulated chip, in lock-step with the project's plant.
 
-Time is simulated: it advances in `Board.advance` alone, so a run is repeatable bit for bit
-(`Board.fingerprint`) whatever the machine does. The plant takes a step of 10 ms with the mean
+Time is simulated and advances only in `Board.advance`, so a run is repeatable bit for bit
+(`Board.fingerprint`) on any machine. The plant advances in steps of 10 ms with the mean
 current of that step. Not simulated: electrical noise but the ADC's, the driver's ripple, the two
 byte deep receive buffer (simavr's is 64 deep), the supply.
 """
@@ -21,10 +21,10 @@ HZ = 16_000_000
 STEP_S = 0.01
 STEP_CYCLES = round(STEP_S * HZ)
 RESET_POWER_ON, RESET_EXTERNAL, RESET_BROWN_OUT = 1, 2, 4  # as in MCUSR
-CUT_OUT_STARTED_S = 0.2  # until its button is pressed, the board sees the cut-out open
+CUT_OUT_STARTED_S = 0.2  # the cut-out is open until its button is pressed
 _STOPPED = (6, 7)  # simavr's cpu_Done and cpu_Crashed
 
-Sensor = Callable[["Board"], float]  # millivolts at its pin now
+Sensor = Callable[["Board"], float]  # millivolts at its pin
 
 
 class _Bridge(ctypes.Structure):
@@ -71,12 +71,12 @@ def load(library: Path) -> ctypes.CDLL:
 
 
 def plate_mv(board: Board) -> float:
-    """Return the voltage of a sound thermistor on the plate."""
+    """Return the voltage of a working thermistor on the plate."""
     return thermistor_mv(board.plant.plate_c)
 
 
 def sink_mv(board: Board) -> float:
-    """Return the voltage of a sound thermistor on the sink."""
+    """Return the voltage of a working thermistor on the sink."""
     return thermistor_mv(board.plant.sink_c)
 
 
@@ -101,9 +101,9 @@ class Board:
         self.hottest_plate_c = self.coldest_plate_c = plant.plate_c
         self.hottest_sink_c = plant.sink_c
         self.cut_out_opened_at: float | None = None
-        self.limited_s = 0.0  # how long the passive limit held the current
+        self.limited_s = 0.0  # time during which the passive limit acted
         self.duty = self.current_a = 0.0
-        self.shared_ground_ohm = 0.0  # of the thermistors' ground, through which the module returns
+        self.shared_ground_ohm = 0.0  # of the ground that thermistors and module share
         self.cut_out_wire = True  # between its sense contact and the board
         self._sense()
 
@@ -114,12 +114,12 @@ class Board:
 
     @property
     def resets(self) -> int:
-        """How often the chip was reset since it was switched on."""
+        """Number of resets of the chip since it was switched on."""
         return int(self._look().resets)
 
     @property
     def is_driven(self) -> bool:
-        """Tell whether the registers drive the bridge at this moment."""
+        """Return whether the registers drive the bridge at this moment."""
         return bool(self._library.host_is_driven(self._host))
 
     @property
@@ -129,11 +129,11 @@ class Board:
 
     @property
     def shoot_through(self) -> int:
-        """How many samples saw both halves of the bridge driven."""
+        """Number of samples in which both halves of the bridge were driven."""
         return int(self._look().shoot_through)
 
     def advance(self, seconds: float) -> None:
-        """Let time pass; raise RuntimeError when the chip has stopped for good."""
+        """Advance simulated time; raise RuntimeError when the chip has stopped."""
         end = self._library.host_cycle(self._host) + round(seconds * HZ)
         while (cycle := self._library.host_cycle(self._host)) < end:
             if cycle >= self._next_step:
@@ -148,7 +148,7 @@ class Board:
         return int(self._library.host_write(self._host, data, len(data)))
 
     def read(self) -> bytes:
-        """Return what the board has sent since the last call."""
+        """Return the bytes that the board has sent since the last call."""
         buffer = ctypes.create_string_buffer(4096)
         data = b""
         while count := self._library.host_read(self._host, buffer, len(buffer)):
@@ -156,15 +156,15 @@ class Board:
         return data
 
     def reset(self, cause: int) -> None:
-        """Reset the chip from outside, for instance by a brown-out."""
+        """Reset the chip externally, for example by a brown-out."""
         self._library.host_reset(self._host, cause)
 
     def hide_reset_cause(self) -> None:
-        """From now on let a boot loader wipe the cause of every reset, as optiboot does."""
+        """Simulate a boot loader that clears the cause of every reset, as optiboot does."""
         self._library.host_hide_reset_cause(self._host)
 
     def hang(self, *, interrupts: bool) -> None:
-        """Catch the program in one instruction for ever."""
+        """Make the program hang in one instruction."""
         self._library.host_hang(self._host, int(not interrupts))
 
     def peek(self, address: int) -> int:
@@ -176,7 +176,7 @@ class Board:
         self._library.host_poke(self._host, address, value)
 
     def bytes_lost(self) -> int:
-        """Bytes that the board sent and nobody took in time."""
+        """Number of sent bytes that were not read in time."""
         return int(self._library.host_bytes_lost(self._host))
 
     def fingerprint(self) -> str:
@@ -189,23 +189,23 @@ class Board:
         return digest.hexdigest()
 
     def hum(self, millivolts: float, hertz: float) -> None:
-        """Let mains hum of this amplitude lie on every thermistor's pin."""
+        """Add mains hum of this amplitude to every thermistor's pin."""
         self._library.host_hum(self._host, millivolts, hertz)
 
     def change_sink(self, k_per_w: float, j_per_k: float = SINK_J_PER_K) -> None:
-        """Give the sink another thermal resistance, as when its fan dies; the rest goes on."""
+        """Change the thermal resistance of the sink, as when its fan dies."""
         changed = Plant(self.ambient_c, k_per_w, module=Module(sink_j_per_k=j_per_k))
         changed._state_c = self.plant._state_c.copy()
         self.plant = changed
 
     def close(self) -> None:
-        """Switch off; nothing may be asked afterwards."""
+        """Switch the board off; it cannot be used afterwards."""
         if self._host:
             self._library.host_free(self._host)
             self._host = None
 
     def rest_of_heat(self, seconds: float) -> None:
-        """Live on without current: for when the bridge is off and stays off. The chip waits."""
+        """Simulate the plant without current while the bridge stays off; the chip does not run."""
         for _ in range(round(seconds / 0.1)):
             self._live(0.0, 0.1)
 
@@ -214,7 +214,7 @@ class Board:
         return self.cut_out.is_welded or self.now >= CUT_OUT_STARTED_S
 
     def _look(self, *, restart: bool = False) -> _Bridge:
-        """Read counters and means; `restart` begins the next step's means."""
+        """Read counters and means; `restart` resets the means for the next step."""
         bridge = _Bridge()
         self._library.host_bridge(self._host, ctypes.byref(bridge), int(restart))
         return bridge
@@ -223,7 +223,7 @@ class Board:
         bridge = self._look(restart=True)
         self.duty = bridge.heat - bridge.cool
         conducts = not self.cut_out.is_open
-        if not self._is_started:  # the plant's time begins with the cut-out's
+        if not self._is_started:  # the plant starts when the cut-out is started
             self._sense()
             return
         emf_v = SEEBECK * (self.plant.plate_c - self.plant.sink_c)

@@ -1,6 +1,6 @@
 """Builds the firmware and the chip's host with the machine's compilers, outside the sources.
 
-HAPTICVLM_FIRMWARE names another firmware folder than the repository's, for planted defects.
+HAPTICVLM_FIRMWARE selects another firmware folder, for planted defects.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Chip:
     elf: Path
 
     def board(self, ambient_c: float = AMBIENT_C, seed: int = 1) -> Board:
-        """Switch a new board on."""
+        """Return a new board, switched on."""
         return Board(self.library, self.elf, ambient_c, seed)
 
 
@@ -41,13 +41,13 @@ def build(folder: Path) -> Chip:
 
 
 def opened(folder: Path) -> Chip:
-    """Return what `build` left in `folder`."""
+    """Return the result of `build` in `folder`."""
     elf = next((folder / "firmware").glob("*.elf"))
     return Chip(load(folder / "host" / "libavrhost.so"), elf)
 
 
 def missing() -> str | None:
-    """Say what has to be installed first, or None."""
+    """Return the missing packages as a message, or None."""
     absent = [tool for tool in ("avr-gcc", "cc", "make") if shutil.which(tool) is None]
     if not absent and not _has_simavr():
         absent = ["simavr's headers"]

@@ -1,4 +1,4 @@
-"""A busy scene: a seeded hand approaches, touches, slides and lets go, without a pause for long."""
+"""A busy scene: a seeded hand approaches, touches, slides and releases, with short pauses only."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ MARK_S = 5.0  # between fingerprints
 
 @dataclass(frozen=True)
 class Scene:
-    """What a busy scene came to."""
+    """The result of a busy scene."""
 
     fingerprints: tuple[str, ...]
     touches: int
@@ -28,7 +28,7 @@ class Scene:
 
 
 def live(chip: Chip, seconds: float, seed: int = 1) -> Scene:
-    """Live through `seconds` (6 or more) of a scene with objects between 5 and 60 degC."""
+    """Run `seconds` (6 or more) of a scene with objects between 5 and 60 degC."""
     board = chip.board(seed=seed)
     rig = Rig(board)
     chance = random.Random(7)
@@ -58,7 +58,7 @@ def live(chip: Chip, seconds: float, seed: int = 1) -> Scene:
 
 
 def _act(rig: Rig, chance: random.Random) -> int:
-    """Do one thing for a while; 1 when it was a touch."""
+    """Do one action for a while; return 1 if it was a touch."""
     material = chance.choice(MATERIALS)
     contact = scenes.contact(material, chance.choice((5.0, 15.0, 23.0, 30.0, 45.0, 60.0)))
     what, now = chance.random(), rig.board.now

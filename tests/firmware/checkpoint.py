@@ -1,7 +1,7 @@
-"""What a sweep has tried so far, a line of JSON per trial, so that it can stop and go on.
+"""Saves the results of a sweep, one JSON line per trial, so that it can be interrupted and resumed.
 
-A line counts only for the firmware, plant and trials it was made with: another digest of these
-starts afresh, and the old lines stay unread.
+A line is valid only for the firmware, plant and trials that produced it: a different digest of
+these starts a new sweep and ignores the old lines.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ MADE_OF: tuple[ModuleType, ...] = (plant, board, faults, hardware, rawhost, situ
 
 @dataclass(frozen=True)
 class Failure:
-    """A trial that told nothing, and why."""
+    """A trial without a result, with the reason."""
 
     faults: tuple[str, ...]
     situation: str
@@ -38,12 +38,12 @@ Key = tuple[tuple[str, ...], str]
 
 
 def key(result: Result) -> Key:
-    """Return what was tried."""
+    """Return the identity of a trial."""
     return result.faults, result.situation
 
 
 def digest(firmware: Path) -> str:
-    """Identify a built firmware and all that a trial puts it through."""
+    """Return a digest of a built firmware and the code of the trials."""
     found = hashlib.sha256(firmware.read_bytes())
     found.update((Path(__file__).parent / "sim" / "avrhost.c").read_bytes())
     for module in MADE_OF:
@@ -52,7 +52,7 @@ def digest(firmware: Path) -> str:
 
 
 class Checkpoint:
-    """The lines of one file that count for one digest."""
+    """The lines of one file that are valid for one digest."""
 
     def __init__(self, path: Path, digest: str) -> None:
         self._path, self._digest = path, digest
@@ -60,24 +60,24 @@ class Checkpoint:
         self._lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
 
     def outcomes(self) -> Iterable[Outcome]:
-        """Yield what was tried already; failures are to be tried again."""
+        """Yield the results of earlier runs; failures are tried again."""
         for line in self._lines:
             try:
                 kept = json.loads(line)
             except json.JSONDecodeError:
-                continue  # cut off in the middle of writing
+                continue  # truncated by an interrupted write
             if kept["digest"] == self._digest and "outcome" in kept:
                 yield _outcome(kept["outcome"])
 
     def keep(self, result: Result) -> None:
-        """Write one result down at once."""
+        """Write one result at once."""
         kind = "outcome" if isinstance(result, Outcome) else "failure"
         line = json.dumps({"digest": self._digest, kind: asdict(result)})
         with self._path.open("a", encoding="utf-8") as file:
             file.write(line + "\n")
 
 
-def _outcome(told: dict[str, object]) -> Outcome:
-    """JSON has no tuples."""
-    values = {name: tuple(it) if isinstance(it, list) else it for name, it in told.items()}
+def _outcome(fields: dict[str, object]) -> Outcome:
+    """Convert JSON lists back to tuples."""
+    values = {name: tuple(it) if isinstance(it, list) else it for name, it in fields.items()}
     return Outcome(**values)  # type: ignore[arg-type]

@@ -1,4 +1,4 @@
-"""Boards with the compiled firmware; without a toolchain a stated skip, in CI a failure."""
+"""Boards with the compiled firmware; skips without a toolchain, and fails in CI."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def board(chip: Chip) -> Iterator[Board]:
 
 @pytest.fixture
 def host(board: Board) -> RawHost:
-    """A host that the board has greeted; the bridge is off."""
+    """A host after its HELLO; the bridge is off."""
     host = RawHost(board)
     host.greet()
     return host

@@ -1,9 +1,9 @@
-"""The table of faults: what breaks, what catches it, and by when. No fault is left out for passing.
+"""The table of faults: what fails, which guard must act, and its deadline.
 
-A fault is injected into a running board. `sees_s` is how long after that the fault shows at all;
-its deadline counts from there. Each `sees_s` follows from the plant and the scene, not from what
-the firmware took: nothing is driven before IDLE_S; a pair must differ by 1.5 degC; heat at the
-limit of 0.75 A moves a plate by less than 2 degC/s.
+A fault is injected into a running board. `sees_s` is the time until the fault has any effect;
+its deadline counts from there. Each `sees_s` follows from the plant and the scene, not from
+measurements of the firmware: nothing is driven before IDLE_S; a pair must differ by 1.5 degC; heat
+at the limit of 0.75 A moves a plate by less than 2 degC/s.
 """
 
 from __future__ import annotations
@@ -29,20 +29,20 @@ from .hardware import (
 from .situations import COLD, COLD_WARM, HOT, Situation
 
 ELECTRICAL_S = 0.15  # electrical and computing faults
-HOST_S = 0.5  # silent host: the setpoint is left
+HOST_S = 0.5  # silent host: the setpoint ends
 WINDOW_S = 1.5  # implausible sensor: runaway window of 1 s, and the time to reach full drive
-SLOW_S = 420.0  # heat that builds up, or nothing that harms: no deadline but the skin's limits
+SLOW_S = 420.0  # slow heating or harmless faults: the only deadline is the skin's limits
 IDLE_S = 2.3  # the host is silent for 0.3 s, then rests at neutral for 2 s
 
 Guard = Literal["firmware", "current limit", "cut-out"]
-BAG_BETA_K = 3380.0  # the next usual kind below 3950
+BAG_BETA_K = 3380.0  # the next common type below 3950
 HUM_MV = 100.0
 TIMSK0 = 0x6E  # TIMSK1 and TIMSK2 follow
 
 
 @dataclass(frozen=True)
 class Fault:
-    """One way to break; `numbers` are the firmware's names for it, any of which is right.
+    """One fault; `numbers` are the firmware's names for it, any of which is correct.
 
     `guards` are what may catch it; none when the skin stays within its limits by itself. They must
     act in the situations of `acts_in`, in the others they may.
@@ -58,7 +58,7 @@ class Fault:
     at_start: bool = False
     silent: bool = False
     noise: bool = False
-    off_every_s: float = 0.0  # the host switches off and on again, each for so long
+    off_every_s: float = 0.0  # the host switches off and on with this period
     acts_in: tuple[Situation, ...] = (HOT, COLD, COLD_WARM)
 
 
@@ -84,7 +84,7 @@ def _reads(true_c: Callable[[Board], float], offset_c: float, rate: float, since
 
 
 def _wrong(offset_c: float, rate: float, *channels: int) -> Callable[[Board], None]:
-    """Let the sensors read `offset_c` too much, and `rate` degC/s more with time."""
+    """Make the sensors read `offset_c` too high, plus a drift of `rate` degC/s."""
 
     def begin(board: Board) -> None:
         for channel in channels:
@@ -113,7 +113,7 @@ def _swapped(board: Board) -> None:
 
 
 def _loose(board: Board) -> None:
-    """A contact that opens for 5 ms now and then."""
+    """A contact that occasionally opens for 5 ms."""
     chance = random.Random(7)
 
     def sensor(board: Board) -> float:
@@ -186,7 +186,7 @@ def one_bag_and_the_cut_out(board: Board) -> None:
 
 
 def _nothing(board: Board) -> None:
-    """Break nothing on the board: the fault is the host's or the line's."""
+    """Change nothing on the board: the fault is in the host or the line."""
 
 
 BOTH = (PLATE_A, PLATE_B)
@@ -202,7 +202,7 @@ FAULTS = (
     Fault("plate B loose", _loose, ("PLATE_B_OPEN", "READING_JUMPS"), sees_s=0.3),
     Fault("sink open", _volts(SUPPLY_MV, SINK), ("SINK_OPEN",)),
     Fault("sink short", _volts(0.0, SINK), ("SINK_SHORT",)),
-    # Shows when the sound one has moved on by 1.5 degC: at 1 to 2 degC/s.
+    # Shows when the working one has moved by 1.5 degC: at 1 to 2 degC/s.
     Fault("plate A frozen", _frozen(PLATE_A), _LIES, deadline_s=WINDOW_S, sees_s=1.5),
     Fault("plate B frozen", _frozen(PLATE_B), _LIES, deadline_s=WINDOW_S, sees_s=1.5),
     # 1.5 degC apart after 3 s.
@@ -213,7 +213,7 @@ FAULTS = (
     Fault("sink too fast", _wrong(0, 150, SINK), ("READING_JUMPS", "SINK_HOT", "SINK_IMPLAUSIBLE")),
     # From a room of 15 degC to the trip at 44 in 2.5 s.
     Fault("sink reads too hot", _wrong(0, 12, SINK), ("SINK_HOT", "SINK_IMPLAUSIBLE"), sees_s=2.6),
-    # The pair differs by 1.6 degC at 37 degC, where a sound plate is 5.7 s after the start.
+    # The pair differs by 1.6 degC at 37 degC, which a working plate reaches 5.7 s after the start.
     Fault(
         "plate A wrong beta",
         _other_beta(PLATE_A),
@@ -226,7 +226,7 @@ FAULTS = (
     # No wire is broken: two plausible readings disagree, which takes 0.3 s to be no noise. Hence
     # the class of implausible sensors, although nothing is driven yet.
     Fault("plate A swapped with sink", _swapped, _LIES, deadline_s=WINDOW_S, at_start=True),
-    # A sink that stands still harms nobody by itself: the plate's own guards do not need it.
+    # A frozen sink reading is harmless by itself, because the plate's own guards do not need it.
     Fault("sink frozen", _frozen(SINK), ("SINK_IMPLAUSIBLE",), (), SLOW_S),
     Fault("both frozen alike", _frozen(*BOTH), _LIES, deadline_s=WINDOW_S, sees_s=1.5),
     # Each burst is too short for the window of a second; their energy counts together.
@@ -298,8 +298,8 @@ FAULTS = (
         sees_s=IDLE_S + 0.5,
         at_start=True,
     ),
-    # Without current nothing is harmed; it shows once the plate should outrun the room, and in a
-    # room of 15 degC the plate cools by itself nearly as fast as it should: 14 s.
+    # Without current it is harmless; it shows once the plate should change faster than the room.
+    # In a room of 15 degC the plate cools by itself nearly as fast as it should: 14 s.
     Fault("no current", _no_current, ("RUNAWAY",), deadline_s=SLOW_S),
     Fault("sink 5 K/W", _sink(5.0), ("COOLING_REVERSED", "SINK_HOT"), (), SLOW_S, at_start=True),
     Fault("sink 8 K/W", _sink(8.0), ("COOLING_REVERSED", "SINK_HOT"), (), SLOW_S, at_start=True),

@@ -1,8 +1,8 @@
-"""What stands between the chip and the skin: thermistors, driver, limits, cut-out, the palm's dose.
+"""Models the parts between chip and skin: thermistors, driver, limiter, cut-out, dose of the palm.
 
-Parts as firmware/PROTOCOL.md and firmware/README.md name them. Heat itself is in the project's one
-plant model, `hapticvlm.devices.simulated.plant`; nothing here models it again. Figures marked
-[assumption] are ours: no such part was measured.
+The parts are those of firmware/PROTOCOL.md and firmware/README.md. Heat flow is in the project's
+plant model, `hapticvlm.devices.simulated.plant`, and is not repeated here. Values marked
+[assumption] were not measured.
 """
 
 from __future__ import annotations
@@ -13,14 +13,15 @@ from dataclasses import dataclass
 
 SUPPLY_MV = 5000.0
 DIVIDER_OHM, R25_OHM, BETA_K, OTHER_BETA_K = 10e3, 10e3, 3950.0, 3435.0
-COLDEST_C = -100.0  # a drifting reading goes no further
+COLDEST_C = -100.0  # lower limit of a drifting reading
 PLATE_A, PLATE_B, SINK = 0, 1, 2  # ADC channels
 NOISE_MV = 2.0  # standard deviation at the ADC pin [assumption]
 
 FULL_SCALE_A = 3.0  # module current at duty 1
-HEAT_LIMIT_A, COOL_LIMIT_A = 0.75, 2.0  # what the firmware may ask for
-# What limits the current whatever the chip says, on the module's own leads beyond its plug: so it
-# goes by the module's direction, and outlives a shorted FET (firmware/README.md). [assumption]
+HEAT_LIMIT_A, COOL_LIMIT_A = 0.75, 2.0  # the firmware's limits
+# The passive limiter works whatever the chip does. It is on the module's own leads beyond the
+# plug, so it follows the module's polarity and survives a shorted FET: an [assumption] of
+# firmware/README.md.
 SUPPLY_V, MODULE_OHM, LEADS_OHM = 5.0, 0.367, 0.1
 SERIES_OHM, BYPASS_OHM, DIODE_V = 6.2, 2.0, 0.45
 SENSE_OHM, CHOKE_OHM = 0.05, 0.05  # of the driver, one and two of them; a shorted FET leaves them
@@ -34,14 +35,14 @@ CUT_OUT_LAG_S = 1.5
 
 
 def thermistor_mv(temperature_c: float, beta_k: float = BETA_K) -> float:
-    """Voltage at the ADC pin: thermistor to ground, DIVIDER_OHM to the supply."""
+    """Return the voltage at the ADC pin: thermistor to ground, DIVIDER_OHM to the supply."""
     temperature_c = max(temperature_c, COLDEST_C)
     ohm = R25_OHM * math.exp(beta_k * (1.0 / (temperature_c + 273.15) - 1.0 / 298.15))
     return SUPPLY_MV * ohm / (ohm + DIVIDER_OHM)
 
 
 def taken_for_c(true_c: float, beta_k: float, taken_for_k: float) -> float:
-    """What a bead of `beta_k` at `true_c` is read as by someone who takes it for another."""
+    """Return the reading of a bead of `beta_k` at `true_c` when another beta is assumed."""
     inverse = 1.0 / 298.15
     inverse += beta_k / taken_for_k * (1.0 / (true_c + 273.15) - 1.0 / 298.15)
     return 1.0 / inverse - 273.15
@@ -49,15 +50,15 @@ def taken_for_c(true_c: float, beta_k: float, taken_for_k: float) -> float:
 
 class CutOut:
     """Window comparator with its own thermistor and a relay that holds itself, in series with
-    the module: once open it stays open until somebody presses its button.
+    the module: once open it stays open until its button is pressed.
 
-    `reads` turns the bead's temperature into the one its dividers stand for.
+    `reads` converts the bead's temperature to the one its dividers represent.
     """
 
     def __init__(self, plate_c: float) -> None:
         self._bead_c = plate_c
         self.is_open = False
-        self.is_welded = False  # both contacts, for good
+        self.is_welded = False  # both contacts, permanently
         self.reads: Callable[[float], float] = float
 
     def feel(self, plate_c: float, dt_s: float) -> None:
@@ -69,11 +70,11 @@ class CutOut:
 
 @dataclass
 class Driver:
-    """Bridge, plug and limits: mean duty -1..1 to current through the module, in ampere.
+    """Bridge, plug and limiter: mean duty -1..1 to current through the module, in ampere.
 
     The driver controls its current as far as supply, resistors, diode and the module's own voltage
     let it. `shorted` is the direction (1 heats, -1 cools) that two failed FETs conduct in for good,
-    whatever the chip says. `polarity` is -1 when the plug is turned, 0 when it is out. An ideal
+    whatever the chip does. `polarity` is -1 when the plug is reversed, 0 when it is out. An ideal
     one gives what the firmware may ask for.
     """
 
@@ -90,7 +91,7 @@ class Driver:
         return min(max(self._wanted_a(duty), -cool_a), heat_a)
 
     def is_limiting(self, duty: float) -> bool:
-        """Tell whether the passive limit keeps back more than the firmware may ask for."""
+        """Return whether the passive limiter reduces the current below the firmware's limits."""
         return not -COOL_LIMIT_A <= self._wanted_a(duty) <= HEAT_LIMIT_A
 
     def _wanted_a(self, duty: float) -> float:
@@ -99,7 +100,7 @@ class Driver:
         return self.polarity * (self.shorted * math.inf if self.shorted else duty * FULL_SCALE_A)
 
     def _most_a(self, emf_v: float) -> tuple[float, float]:
-        """Most that can cool, and heat, now."""
+        """Return the current limits of cooling and heating."""
         if self.is_ideal:
             return COOL_LIMIT_A, HEAT_LIMIT_A
         inner = MODULE_OHM + LEADS_OHM + SENSE_OHM + 2.0 * CHOKE_OHM
@@ -113,14 +114,14 @@ class Driver:
 
 @dataclass
 class Skin:
-    """Extremes of the skin surface and its dose in minutes at 43 degC (CEM43)."""
+    """The extremes of the skin surface and its dose in minutes at 43 degC (CEM43)."""
 
     lowest_c: float = math.inf
     highest_c: float = -math.inf
     dose_cem43: float = 0.0
 
     def feel(self, skin_c: float, dt_s: float) -> None:
-        """Account for `dt_s` at `skin_c`."""
+        """Add `dt_s` at `skin_c`."""
         self.lowest_c = min(self.lowest_c, skin_c)
         self.highest_c = max(self.highest_c, skin_c)
         self.dose_cem43 += self.rate(skin_c) * dt_s

@@ -1,4 +1,4 @@
-"""The serial protocol spoken a second time, apart from the service's, for bytes it never sends."""
+"""A second implementation of the serial protocol, for bytes that the service never sends."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ _TELEMETRY = struct.Struct("<IBIiiiihBHHHHB")
 
 @dataclass(frozen=True)
 class Telemetry:
-    """One telemetry message; None is no reading."""
+    """One telemetry message; None is a missing reading."""
 
     uptime_s: float
     state: str
@@ -80,12 +80,12 @@ def frame(type: int, seq: int, payload: bytes = b"") -> bytes:
 
 
 def stuffed(body: bytes) -> bytes:
-    """COBS without the ending zero; each block here is under 254 bytes."""
+    """Encode COBS without the final zero; each block here is under 254 bytes."""
     return b"".join(bytes([len(block) + 1]) + block for block in body.split(b"\0"))
 
 
 def unstuffed(wire: bytes) -> bytes | None:
-    """Undo `stuffed`; None when it is not COBS."""
+    """Decode COBS; None when it is invalid."""
     body, at = bytearray(), 0
     while at < len(wire):
         code = wire[at]

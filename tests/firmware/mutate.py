@@ -3,8 +3,8 @@
     python tests/firmware/mutate.py [PART OF A NAME] [--markdown FILE]
 
 Prints a line per defect and, last, one of JSON. Exit code 1 when a defect survives, when its text
-is not found exactly once, or when a test named for it fails on the sound firmware too.
-Host tests are built without sanitizers and optimisation: it is the asserts that must catch.
+is not found exactly once, or when a test named for it also fails on the unchanged firmware.
+Host tests are built without sanitizers and optimisation, because the asserts must catch it.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ SLOWEST_S = 900
 
 
 def main() -> int:
-    """Run the chosen defects; 0 when all were caught."""
+    """Run the selected defects; return 0 when all were caught."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("name", nargs="?", default="", help="only defects with this in their name")
     parser.add_argument("--markdown", type=Path, help="write the table there too")
@@ -57,7 +57,7 @@ def main() -> int:
 
 
 def report(chosen: list[Mutation]) -> Iterable[Mutation]:
-    """Say which defect is next, for whoever watches."""
+    """Print each defect before it is tried."""
     for number, mutation in enumerate(chosen, 1):
         print(f"{number:3} of {len(chosen)}  {mutation.name}", flush=True)
         yield mutation
@@ -73,7 +73,7 @@ def sound_failures(sound: Path, chosen: list[Mutation]) -> set[str]:
 
 
 def verdict(mutation: Mutation, sound: Path, broken: set[str]) -> str:
-    """Plant one defect in a copy of the sound firmware: "caught" or why not."""
+    """Plant one defect in a copy of the unchanged firmware: return "caught" or the reason."""
     if {mutation.host, mutation.chip} & broken:
         return say("its test fails without the defect")
     planted = sound.with_name("planted")
@@ -103,7 +103,7 @@ def say(found: str) -> str:
 
 
 def build(firmware: Path) -> None:
-    """Build the host tests, reusing what was copied along and has not changed."""
+    """Build the host tests, reusing unchanged objects of the copy."""
     command = ["make", "-C", str(firmware / "hosttests"), "BUILD=build", *HOST_FLAGS, "build/tests"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=SLOWEST_S)
     if done.returncode:

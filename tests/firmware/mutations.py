@@ -1,4 +1,4 @@
-"""Defects planted in the safety code, and the test that must catch each. Run by mutate.py.
+"""The defects planted in the safety code, and the test that must catch each. Run by mutate.py.
 
 Each replaces text that occurs once in one file of firmware/. `host` is a test case of
 firmware/hosttests (`*` from its first comma on), `chip` a test of this folder on the chip;
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Mutation:
-    """One defect: what it breaks, where, and what catches it."""
+    """One defect: its name, the changed file and text, and the tests that catch it."""
 
     name: str
     file: str
@@ -85,7 +85,7 @@ MUTATIONS = (
         "a sink of 44 degC trips",
     ),
     Mutation(
-        "jumps believed",
+        "jumps accepted",
         SENSORS,
         "return any ? bit(READING_JUMPS) : 0;",
         "return any ? 0 : 0;",
@@ -99,49 +99,49 @@ MUTATIONS = (
         "two plate thermistors apart by 1.6 degC for 300 ms are a fault*",
     ),
     Mutation(
-        "frozen thermistor not looked for",
+        "frozen thermistor not detected",
         SENSORS,
         "return frozen ? bit(PLATE_FROZEN) : 0;",
         "return frozen ? 0 : 0;",
         "a thermistor that stands still while the other moves is named frozen",
     ),
     Mutation(
-        "standing still under heat is no runaway",
+        "standing still under heat is not a runaway",
         JUDGE,
         "    if (stands_still(state, sensors, drive)) return bit(RUNAWAY);\n",
         "    (void)stands_still;\n",
         "a plate that stands still under a second of heat or cold is a runaway",
     ),
     Mutation(
-        "drifting under heat is no runaway",
+        "drifting under heat is not a runaway",
         JUDGE,
         "    if (!has_stalled(state, along_c, drive.power_w)) return 0;\n",
         "    if (!has_stalled(state, along_c, 0.0f)) return 0;\n",
         "a plate that drifts without following is a runaway after some seconds",
     ),
     Mutation(
-        "module wired backwards not looked for",
+        "module wired backwards not detected",
         JUDGE,
         "    if (runs_backwards(state, along_c, late_c)) return bit(WIRED_BACKWARDS);\n",
         "    (void)runs_backwards, (void)late_c;\n",
-        "a plate that goes the other way is wired backwards",
+        "a plate that moves in the wrong direction is wired backwards",
     ),
     Mutation(
-        "no back-off when the sign of cooling turns",
+        "no back-off when cooling reverses",
         JUDGE,
         "    state.cool_ceiling_a = REVERSED_BACK_OFF * -current_a;\n",
         "    (void)current_a;\n",
         "more cooling and a warmer plate*",
     ),
     Mutation(
-        "turned sign of cooling never given up",
+        "reversed cooling never raises a fault",
         JUDGE,
         "return ++state.strikes >= REVERSED_STRIKES ? bit(COOLING_REVERSED) : 0;",
         "return ++state.strikes >= REVERSED_STRIKES ? 0 : 0;",
         "more cooling and a warmer plate*",
     ),
     Mutation(
-        "blind sink not looked for",
+        "blind sink not detected",
         JUDGE,
         "    return bit(SINK_IMPLAUSIBLE);\n",
         "    return 0;\n",
@@ -221,25 +221,25 @@ MUTATIONS = (
         "a time to live of nothing or of more than a second is refused",
     ),
     Mutation(
-        "no greeting needed",
+        "no HELLO needed",
         BOARD,
-        "    if (!board.greeted) return NEEDS_HELLO;\n    if (setpoint_mc",
+        "    if (!board.hello_received) return NEEDS_HELLO;\n    if (setpoint_mc",
         "    if (setpoint_mc",
-        "nothing is held before a greeting*",
+        "no setpoint is held before a HELLO*",
     ),
     Mutation(
         "another major version accepted",
         MESSAGES,
-        "board.greeted = major == PROTOCOL_MAJOR;",
-        "board.greeted = major || true;",
-        "another major version is refused*",
+        "board.hello_received = major == PROTOCOL_MAJOR;",
+        "board.hello_received = major || true;",
+        "another major version is refused with a HELLO_REPLY*",
     ),
     Mutation(
         "another major version leaves the bridge driven",
         MESSAGES,
-        "if (!board.greeted) open_bridge(board);",
+        "if (!board.hello_received) open_bridge(board);",
         "",
-        "another major version is refused*",
+        "another major version is refused with a HELLO_REPLY*",
         "test_parity.py::test_the_simulated_board_answers_the_same_bytes_as_the_firmware",
     ),
     Mutation(
@@ -268,7 +268,7 @@ MUTATIONS = (
         LOOP,
         "const float given_a = clamp(wanted_a, -most_cool_a, HEAT_LIMIT_A);",
         "const float given_a = wanted_a;\n    (void)most_cool_a;",
-        "a target that the current cannot reach waits for the plate and says so",
+        "a target that the current cannot reach waits for the plate and reports it",
     ),
     Mutation(
         "caps of the output dropped",
@@ -296,7 +296,7 @@ MUTATIONS = (
         LOOP,
         "fminf(cool_ceiling_a, COOL_LIMIT_A * (1.0f - sink_share(sink_c)));",
         "fminf(cool_ceiling_a, COOL_LIMIT_A);",
-        "a warm sink gives up cooling step by step*",
+        "a warm sink reduces cooling step by step*",
     ),
     Mutation(
         "the bridge turns without a rest",
@@ -329,7 +329,7 @@ MUTATIONS = (
     Mutation(
         "armed word ignored",
         BOARD,
-        "    if (was_driving(keepsake)) board.reset_cause |= RESET_WHILE_DRIVING;\n",
+        "    if (was_driving(persistent_state)) board.reset_cause |= RESET_WHILE_DRIVING;\n",
         "",
         "every kind of reset but power-on is a fault when it should be",
         f"{_FAULT}[brown-out, boot loader hides it, hot, warm room]",
@@ -337,17 +337,17 @@ MUTATIONS = (
     Mutation(
         "a reset clears the faults",
         BOARD,
-        "recall(keepsake, kept);",
-        "(void)recall;",
+        "restore(persistent_state, saved);",
+        "(void)restore;",
         "a reset clears no fault*",
         "test_resets.py::test_a_fault_whose_cause_has_gone_outlives_a_reset",
     ),
     Mutation(
-        "what was kept is believed without its check",
+        "saved state trusted without its CRC",
         SESSION,
         "return record.crc == crc_of(record);",
         "return record.crc == record.crc || crc_of(record);",
-        "RAM as it comes up recalls nothing",
+        "uninitialised RAM restores nothing",
     ),
     Mutation(
         "brown-out ignored",
@@ -447,10 +447,10 @@ MUTATIONS = (
         "each frame begins with a zero*",
     ),
     Mutation(
-        "kept memory cleared at start",
+        "persistent memory cleared at start",
         PORT,
-        'plate::Keepsake keepsake __attribute__((section(".noinit")));',
-        "plate::Keepsake keepsake;",
+        'plate::PersistentState persistent_state __attribute__((section(".noinit")));',
+        "plate::PersistentState persistent_state;",
         chip="test_resets.py::test_a_fault_whose_cause_has_gone_outlives_a_reset",
     ),
     Mutation(
@@ -464,8 +464,8 @@ MUTATIONS = (
     Mutation(
         "the test of the cut-out outlives a power cut",
         BOARD,
-        "    board.memory = kept.memory;\n",
-        "    board.memory = kept.memory;\n    board.memory.cut_out_tested = 1;\n",
+        "    board.memory = saved.memory;\n",
+        "    board.memory = saved.memory;\n    board.memory.cut_out_tested = 1;\n",
         "the test of the cut-out outlives a reset by the port*",
     ),
     Mutation(
@@ -479,8 +479,8 @@ MUTATIONS = (
     Mutation(
         "clearings forgotten by a reset",
         BOARD,
-        "    board.memory = kept.memory;\n",
-        "    board.memory.cut_out_tested = kept.memory.cut_out_tested;\n",
+        "    board.memory = saved.memory;\n",
+        "    board.memory.cut_out_tested = saved.memory.cut_out_tested;\n",
         "the third clearing of a fault within a minute*",
     ),
     Mutation(
@@ -488,7 +488,7 @@ MUTATIONS = (
         BOARD,
         "           watch_beads(board.pulse, board.sensors, grown, room, goal_c);\n",
         "           (room && goal_c < 0.0f ? bit(PLATE_FROZEN) : 0);\n",
-        "thermistors that froze alike are found*",
+        "thermistors frozen at the same value are found*",
         "test_faults.py::test_beads_that_freeze_at_a_steady_plate_are_found_by_a_test_pulse[36.0]",
     ),
     Mutation(
@@ -499,11 +499,11 @@ MUTATIONS = (
         "one thermistor that answers does not speak for the other",
     ),
     Mutation(
-        "a changing goal puts the test pulse off for ever",
+        "a changing goal postpones the test pulse forever",
         PULSE,
         " || pulse.broken_off >= PULSES_BROKEN_OFF",
         "",
-        "a host that changes its mind whenever a pulse begins*",
+        "a host that changes its setpoint whenever a pulse begins*",
     ),
     Mutation(
         "the loop works against the test pulse",
@@ -543,8 +543,8 @@ MUTATIONS = (
     Mutation(
         "the serial line set once",
         PORT,
-        "            keep_serial();\n",
-        "            if (tx_head == TX_ROOM) keep_serial();\n",
+        "            refresh_serial();\n",
+        "            if (tx_head == TX_ROOM) refresh_serial();\n",
         chip=f"{_RENEWED}[UBRR0L]",
     ),
 )

@@ -1,8 +1,8 @@
-"""What the circuit of firmware/hardware/parts.py does to the module's current, from its nets alone.
+"""Computes the module's current from the nets of firmware/hardware/parts.py.
 
-No formula of the circuit is repeated here: resistors, diode, module, plug and driver are put
-where their pins are, and Kirchhoff's law decides. A part that hangs on the wrong net gets the
-wrong current. Knows nothing of temperatures.
+No formula of the circuit is repeated here: resistors, diode, module, plug and driver are connected
+as their pins state, and Kirchhoff's law gives the currents. A part on the wrong net gets the
+wrong current. Temperatures are not modelled.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 from .hardware import CHOKE_OHM, DIODE_V, FETS_OHM, LEADS_OHM, MODULE_OHM, SUPPLY_V, Driver
 
 BOARD_V = 5.0
-LEAK_OHM = 1e9  # between every net and the driver's second output, so that none floats
+LEAK_OHM = 1e9  # between every net and the driver's second output, so that no net floats
 RESISTORS, CHOKES = ("RS", "R13", "R14"), ("L1", "L2")
 
 
@@ -31,7 +31,7 @@ class Part(Protocol):
 
 @dataclass(frozen=True)
 class Flow:
-    """Currents in ampere: into the module's plus lead, and through each part by its name."""
+    """The currents in ampere: into the module's plus lead, and through each part by its name."""
 
     module_a: float
     through_a: dict[str, float]
@@ -49,7 +49,7 @@ class _Branch:
 
 
 class Netlist:
-    """The power stage of some parts; `turned` has the module's plug the wrong way round."""
+    """The power stage of some parts; `turned` reverses the module's plug."""
 
     def __init__(self, parts: Sequence[Part], *, turned: bool = False) -> None:
         self._pins = {part.name: part.pins for part in parts}
@@ -59,8 +59,8 @@ class Netlist:
     def flow(self, duty: float, emf_v: float = 0.0) -> Flow:
         """Return the currents at a mean duty (heat positive) and a voltage of the module.
 
-        The driver moves its output until the voltage over its sense pins is what its control
-        input asks for, and stays at its supply where it cannot.
+        The driver adjusts its output until the voltage over its sense pins equals what its control
+        input demands, or saturates at its supply.
         """
         asked_v = self._control_v(duty) / 10.0
         wanted_v = min(max(asked_v, -self._limit_v("MAXIN")), self._limit_v("MAXIP"))
@@ -74,11 +74,11 @@ class Netlist:
         return self._currents(high_v, emf_v, FETS_OHM)
 
     def shorted(self, direction: int, emf_v: float = 0.0) -> Flow:
-        """Return the currents with two transistors of the bridge conducting for good."""
+        """Return the currents with two shorted transistors of the bridge."""
         return self._currents(direction * SUPPLY_V, emf_v, 0.0)
 
     def _control_v(self, duty: float) -> float:
-        """CTLI - REF: the operational amplifier's inputs end up at one voltage."""
+        """Return CTLI - REF: the operational amplifier brings its inputs to the same voltage."""
         heat_v, cool_v = max(duty, 0.0) * BOARD_V, max(-duty, 0.0) * BOARD_V
         levels = {self._pins["U1"]["D9"]: heat_v, self._pins["U1"]["D10"]: cool_v}
         plus, minus = self._pins["U2"]["+"], self._pins["U2"]["-"]
@@ -114,7 +114,7 @@ class Netlist:
         return self._pins["U1"]["D9"], self._pins["U1"]["D10"]
 
     def _limit_v(self, pin: str) -> float:
-        """Most volts over the sense pins that a limit pin allows: its share of REF, of 150 mV."""
+        """Return the sense voltage that a limit pin allows: its share of REF times 150 mV."""
         net, reference = self._pins["U3"][pin], self._pins["U3"]["REF"]
         share, _ = self._divided(net, {reference: 1.0, "GND": 0.0})
         return 0.15 * share
@@ -131,7 +131,7 @@ class Netlist:
     def _solved(
         self, output_v: float, emf_v: float, fets_ohm: float
     ) -> tuple[dict[str, float], list[_Branch]]:
-        """Net voltages with the diode as it must be: blocking unless it would then conduct.
+        """Return the net voltages with the diode blocking, unless it would then conduct.
 
         `output_v` is what the second output is above the first, so that more of it heats.
         """
@@ -172,12 +172,12 @@ class Netlist:
 
 
 def _current_a(branch: _Branch, volts: dict[str, float]) -> float:
-    """Current from `one` to `other` inside the branch; `volts` of its own drive it that way."""
+    """Return the current from `one` to `other` in the branch, driven by its `volts`."""
     return (volts[branch.one] - volts[branch.other] + branch.volts) / branch.ohm
 
 
 def _node_voltages(branches: Sequence[_Branch]) -> dict[str, float]:
-    """Kirchhoff: the currents of every net but one sum to nothing; that one is zero volts."""
+    """Solve Kirchhoff's law: currents sum to zero in every net but one, which is at zero volts."""
     nets = sorted({net for it in branches for net in (it.one, it.other)})
     place = {net: row for row, net in enumerate(nets)}
     matrix, right = np.zeros((len(nets), len(nets))), np.zeros(len(nets))
@@ -196,7 +196,7 @@ def _node_voltages(branches: Sequence[_Branch]) -> dict[str, float]:
 
 
 class DrawnDriver(Driver):
-    """The driver of the closed loop with the drawn circuit instead of its two formulas."""
+    """The driver of the closed loop, computed from the drawn circuit instead of formulas."""
 
     def __init__(self, netlist: Netlist) -> None:
         super().__init__()

@@ -1,6 +1,6 @@
 """The pyserial URL `sim://NAME`: a port whose other end is a simulated board.
 
-A read that waits lets simulated time pass instead of the wall clock's, so the unmodified service
+A blocking read advances simulated time instead of waiting, so the unmodified service
 runs in lock-step with the chip. Register a board in BOARDS, and this package in pyserial's
 `protocol_handler_packages`. Opening resets the board, as DTR does on an Uno or Nano.
 """
@@ -20,7 +20,7 @@ POLL_S = 0.004
 
 
 class Serial(SerialBase):  # type: ignore[misc]
-    """What pyserial makes of a sim:// URL."""
+    """The port behind a sim:// URL."""
 
     def open(self) -> None:
         """Find the board and reset it. Raises SerialException for an unknown name."""
@@ -35,17 +35,17 @@ class Serial(SerialBase):  # type: ignore[misc]
         self.is_open = True
 
     def close(self) -> None:
-        """Let go; the board lives on."""
+        """Close the port; the board keeps running."""
         self.is_open = False
 
     @property
     def in_waiting(self) -> int:
-        """Bytes that can be read without waiting."""
+        """Number of bytes that can be read without waiting."""
         self._received += self._board.read()
         return len(self._received)
 
     def read(self, size: int = 1) -> bytes:
-        """Return up to `size` bytes; up to the timeout passes, in simulated time."""
+        """Return up to `size` bytes, after at most the timeout in simulated time."""
         if not self.is_open:
             raise PortNotOpenError
         timeout_s = math.inf if self._timeout is None else self._timeout
@@ -63,20 +63,20 @@ class Serial(SerialBase):  # type: ignore[misc]
         return self._board.write(bytes(data))
 
     def flush(self) -> None:
-        """Do nothing: bytes leave by themselves."""
+        """Do nothing: bytes are sent automatically."""
 
     def reset_input_buffer(self) -> None:
-        """Forget what was received."""
+        """Drop all received bytes."""
         self._received += self._board.read()
         self._received.clear()
 
     def reset_output_buffer(self) -> None:
-        """Do nothing: what is queued is on its way."""
+        """Do nothing: queued bytes are already being sent."""
 
     def _reconfigure_port(self, *_: Any, **__: Any) -> None:
-        """Take any settings."""
+        """Accept any settings."""
 
     def _update_dtr_state(self) -> None:
-        """Take any line state."""
+        """Accept any line state."""
 
     _update_rts_state = _update_dtr_state

@@ -1,4 +1,4 @@
-"""A host that may do what the service never would: stop talking, or send any bytes."""
+"""A host that can do what the service never does: stop sending, or send any bytes."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from . import line
 from .board import Board
 from .line import Telemetry
 
-RENEW_S = 0.1  # as the service: well inside a time to live
+RENEW_S = 0.1  # as in the service: well within the time to live
 TTL_S = 0.25
-SWITCHED_ON_S = 0.3  # the board has started, and so has the cut-out
+SWITCHED_ON_S = 0.3  # by then board and cut-out have started
 _SLICE_S = 0.01
 
-Course = Callable[[float], float]  # seconds since it began -> setpoint_c
+Course = Callable[[float], float]  # seconds since its start -> setpoint_c
 
 
 class RawHost:
-    """Speaks to one board in simulated time; keeps what the board said."""
+    """Communicates with one board in simulated time and stores its messages."""
 
     def __init__(self, board: Board) -> None:
         self.board = board
@@ -29,13 +29,13 @@ class RawHost:
         self._rest = b""
 
     def send(self, type: int, payload: bytes = b"") -> int:
-        """Queue one message; its seq."""
+        """Queue one message; return its seq."""
         self._seq = (self._seq + 1) % 256
         self.board.write(line.frame(type, self._seq, payload))
         return self._seq
 
     def ask(self, type: int, payload: bytes = b"") -> str:
-        """Send one message and wait for its answer; "" when none comes within 0.2 s."""
+        """Send one message and return its answer; "" after 0.2 s without one."""
         seq = self.send(type, payload)
         for _ in range(20):
             self.advance(_SLICE_S)
@@ -45,14 +45,14 @@ class RawHost:
         return ""
 
     def greet(self) -> None:
-        """Let the board start and say HELLO."""
+        """Let the board start and send HELLO."""
         self.advance(SWITCHED_ON_S)
         answer = self.ask(line.HELLO, b"\x01\x00")
         if answer != "ok":
             raise RuntimeError(f"the board answered HELLO with {answer!r}")
 
     def advance(self, seconds: float) -> None:
-        """Let time pass without a word; take in what the board says."""
+        """Advance time without sending; store the messages of the board."""
         for _ in range(round(seconds / _SLICE_S)):
             self.board.advance(_SLICE_S)
             self._listen()
@@ -60,7 +60,7 @@ class RawHost:
     def follow(
         self, course: Course, seconds: float, *, until: Callable[[], bool] | None = None
     ) -> None:
-        """Renew the setpoint of `course` for `seconds`, or until something holds."""
+        """Renew the setpoint of `course` for `seconds`, or until a condition holds."""
         for step in range(round(seconds / RENEW_S)):
             self.send(line.SETPOINT, line.setpoint(course(step * RENEW_S), TTL_S))
             self.advance(RENEW_S)

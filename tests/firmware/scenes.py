@@ -1,7 +1,7 @@
-"""The service's own way from a touch to a setpoint, on a simulated board, in simulated time.
+"""The service's path from a touch to a setpoint, on a simulated board in simulated time.
 
 `Rig` joins the unmodified `devices/plate/peltier.py`, over `sim://`, with the rendering that a
-session uses: course, then limits. Nothing here knows the protocol.
+session uses: course, then limits. It is independent of the protocol.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _PACKAGE = __package__ or "firmware"
 
 @dataclass(frozen=True)
 class Moment:
-    """One step at 50 Hz: what physics wanted, what was sent, what the plate truly was."""
+    """One step at 50 Hz: the temperature from physics, the sent setpoint, the true plate."""
 
     now: float
     wanted_c: float
@@ -38,12 +38,12 @@ class Moment:
     limited_by: str | None
     plate_c: float
     skin_c: float
-    physics_c: float  # what the skin should be
+    physics_c: float  # target temperature of the skin
     reading: PlateReading
 
     @property
     def is_limited(self) -> bool:
-        """Whether a limit of the service or of the board acts."""
+        """Return whether a limit of the service or of the board acts."""
         return self.limited_by is not None or self.reading.current_limited
 
 
@@ -85,7 +85,7 @@ class Rig:
         self.peltier.poll()
         now = self.board.now
         reading = self.peltier.advance(now)
-        wanted_c = self.course.wanted_c(now)
+        wanted_c = self.course.target_c(now)
         limited = plate_limits.limit(wanted_c, self._setpoint_c, now - self._last, reading)
         self._setpoint_c, self._last = limited.setpoint_c, now
         self.peltier.command(limited.setpoint_c, LEASE_S, now)

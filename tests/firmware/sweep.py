@@ -1,9 +1,9 @@
-"""Every fault alone in every situation, and in pairs: `python tests/firmware/sweep.py --pairs`.
+"""Tries every fault alone and in pairs: `python tests/firmware/sweep.py --pairs`.
 
 Prints a table and, as its last line, one JSON document. A worker per process; the result does not
-depend on their number. Every trial is written down as it ends, and a second call goes on where the
-first one stopped. Pairs are shuffled, always alike, so that a part of the sweep has tried every
-fault; the cool room comes first, where the cut-out has least to spare. Ends with 1 when a trial
+depend on their number. Every trial is saved when it ends, and a second call resumes where the
+first one stopped. Pairs are shuffled with a fixed seed, so that a partial sweep has tried every
+fault; the cool room comes first, where the cut-out has the least margin. Exits with 1 when a trial
 left the skin's limits or failed.
 """
 
@@ -38,8 +38,8 @@ KEPT = Path(__file__).parents[2] / ".work" / "firmware-sweep.jsonl"
 SEED = 5
 BATCH = 64
 
-# Two faults that nothing covers: the second guard behind the bridge is gone as well. The first of
-# them is named at every switch-on, before a hand is on the plate.
+# Two faults that no guard covers, because the second guard behind the bridge has failed as well.
+# The first is reported at every switch-on, before a hand is on the plate.
 BEYOND = [
     {"cut-out welded", "bridge shorted to heat"},
     {"cut-out welded", "bridge shorted to cool"},
@@ -50,7 +50,7 @@ _chip: Chip | None = None
 
 
 def main() -> int:
-    """Run what was asked for; 0 when all was safe."""
+    """Run the requested trials; return 0 when all were safe."""
     asked = _asked()
     if reason := build.missing():
         sys.exit(reason)
@@ -88,7 +88,7 @@ def _asked() -> argparse.Namespace:
 
 
 def jobs(only: str = "", *, pairs: bool) -> list[Job]:
-    """Return every trial there is to run, in its order."""
+    """Return all trials in order."""
     named = [fault.name for fault in FAULTS if only in fault.name]
     singles = [((name,), situation) for name in named for situation in SITUATIONS]
     both = [pair for pair in itertools.combinations(named, 2) if set(pair) not in BEYOND]
@@ -112,7 +112,7 @@ def _run(folder: Path, left: list[Job], workers: int, ends_at: float) -> Iterato
 
 
 def _batch(folder: Path, batch: list[Job], workers: int) -> Iterator[Result]:
-    """Try some jobs; those that were lost with a dead process are tried again, each by itself."""
+    """Run some jobs; jobs lost with a dead process are tried again, one by one."""
     lost = []
     with ProcessPoolExecutor(workers, initializer=_open, initargs=(folder,)) as pool:
         for job, future in [(job, pool.submit(_try, job)) for job in batch]:

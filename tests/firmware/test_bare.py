@@ -1,4 +1,4 @@
-"""The firmware on a board with no plate: what a maker sees of it before buying one."""
+"""The firmware on a board without a plate, as a maker can try it before buying one."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def is_lit(board: Board) -> bool:
 
 
 def blinks(host: RawHost, seconds: float) -> int:
-    """Count how often the light goes on."""
+    """Count how often the light turns on."""
     was, count = is_lit(host.board), 0
     for _ in range(round(seconds / 0.01)):
         host.advance(0.01)
@@ -31,14 +31,14 @@ def blinks(host: RawHost, seconds: float) -> int:
 
 
 def reads(board: Board, millivolts: float) -> None:
-    """Let three fixed resistors stand for the thermistors."""
+    """Replace the thermistors by three fixed resistors."""
     for channel in (PLATE_A, PLATE_B, SINK):
         board.sensors[channel] = lambda _: millivolts
 
 
 @pytest.fixture
 def bare(board: Board) -> RawHost:
-    """A board with its three pull-up resistors and nothing else, greeted."""
+    """A board with only its three pull-up resistors, after a HELLO."""
     reads(board, SUPPLY_MV)
     host = RawHost(board)
     host.greet()
@@ -47,7 +47,7 @@ def bare(board: Board) -> RawHost:
 
 @pytest.fixture
 def stand_in(board: Board) -> RawHost:
-    """A board whose thermistors are resistors of 10 kohm, and D7 tied to ground."""
+    """A board with resistors of 10 kohm as thermistors, and D7 tied to ground."""
     reads(board, ROOM_MV)
     host = RawHost(board)
     host.greet()

@@ -1,4 +1,4 @@
-"""The firmware's pages say what its header says."""
+"""The firmware's documents agree with its headers."""
 
 from __future__ import annotations
 

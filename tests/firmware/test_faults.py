@@ -1,4 +1,4 @@
-"""Every fault of the table, alone: what catches it, by when, and what the skin felt."""
+"""Every single fault of the table: the guard that acts, its deadline, and the skin's limits."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .rawhost import RawHost
 from .situations import COLD_WARM, HOT, Situation
 from .trials import trial
 
-LONGEST_S = 100.0  # the sweep goes on for longer
+LONGEST_S = 100.0  # the sweep runs longer trials
 CASES = [
     (fault, situation)
     for fault in FAULTS
@@ -45,7 +45,7 @@ def test_a_fault_is_caught_in_time_and_the_skin_is_safe(
 
 
 def test_a_cut_out_with_a_bead_of_the_same_wrong_bag_would_not_save_the_skin(chip: Chip) -> None:
-    # Why the cut-out's bead is of another maker, value and beta: the documents ask for it.
+    # The reason why the cut-out's bead must be of another maker, value and beta.
     bag = Fault("one bag", one_bag_and_the_cut_out, at_start=True)
     shorted = BY_NAME["bridge shorted to heat"]
 
@@ -130,9 +130,9 @@ def test_a_fault_stays_latched_after_its_cause_is_gone(host: RawHost) -> None:
     host.board.sensors[0] = sound
     host.hold(38.0, 2.0)
 
-    told = host.state()
-    assert told.state == "faulted"
-    assert "PLATE_A_OPEN" in told.faults
+    telemetry = host.state()
+    assert telemetry.state == "faulted"
+    assert "PLATE_A_OPEN" in telemetry.faults
     assert not host.board.is_driven
 
 

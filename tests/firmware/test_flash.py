@@ -1,6 +1,6 @@
-"""The program that ships: made of these sources, and written by `hapticvlm plate flash`.
+"""The shipped program: built from these sources, and written by `hapticvlm plate flash`.
 
-avrdude is a stand-in that hands the file over: simavr is started with it, as a boot loader would.
+avrdude is replaced by a stand-in that passes the file to simavr, like a boot loader.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def prebuilt() -> ModuleType:
 
 
 def test_the_shipped_program_is_made_of_these_sources(prebuilt: ModuleType) -> None:
-    print(prebuilt.compared())  # whether this compiler is the one that made it
+    print(prebuilt.compared())  # states whether bytes were compared
 
     assert flash.SHIPPED.parent == prebuilt.SHIPPED
     assert prebuilt.differences() == []
@@ -60,11 +60,11 @@ def test_other_sources_another_version_and_other_bytes_are_told(
     other = tmp_path / "plate.hex"
     other.write_bytes(b":00000001FF\n")
     monkeypatch.setattr(prebuilt, "HEX", other)
-    assert "is not the file" in prebuilt.differences()[0]
+    assert "does not have the SHA-256" in prebuilt.differences()[0]
 
 
 def as_elf(path: Path, folder: Path) -> Path:
-    """Make of a .hex what simavr loads."""
+    """Convert a .hex to an ELF file for simavr."""
     elf = folder / "written.elf"
     command = ["avr-objcopy", "-I", "ihex", "-O", "elf32-avr", "--rename-section", ".sec1=.text"]
     subprocess.run([*command, str(path), str(elf)], check=True)
@@ -120,7 +120,7 @@ class Cable:
 
 @pytest.fixture
 def cable(chip: Chip, tmp_path: Path) -> Iterator[Cable]:
-    """A board that someone built with a number of its own."""
+    """A board built with its own board number."""
     command = ["make", "-C", str(FIRMWARE / "avr"), f"BUILD={tmp_path}/own", "BOARD_ID=7"]
     subprocess.run(command, check=True, capture_output=True)
     cable = Cable(chip.library, tmp_path / "own" / "plate.elf")

@@ -1,4 +1,4 @@
-"""The circuit that is documented is the one that firmware and simulation assume."""
+"""The documented circuit matches the assumptions of firmware and simulation."""
 
 from __future__ import annotations
 
@@ -143,7 +143,7 @@ def test_a_plug_turned_round_exchanges_heat_and_cold_but_not_their_limits() -> N
 @pytest.mark.parametrize(
     ("part", "pins"),
     [
-        ("J1", {"1": "CS"}),  # the module beside the sense resistor instead of behind it
+        ("J1", {"1": "CS"}),  # the module in parallel to the sense resistor instead of behind it
         ("J1", {"1": "OS2", "2": "OS1"}),
         ("D1", {"A": "D1K", "K": "M1"}),
         ("U1", {"D9": "COOL", "D10": "HEAT"}),

@@ -1,4 +1,4 @@
-"""The core of the firmware on this machine: tests under the sanitizers, two fuzzers, its size."""
+"""The firmware's core on this machine: tests with sanitizers, two fuzzers, and its size."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def need(*tools: str) -> None:
 
 
 def make(folder: str, *arguments: str) -> str:
-    """Run make in a folder of the firmware; what it printed. A failure fails the test."""
+    """Run make in a folder of the firmware and return its output; a failure fails the test."""
     command = ["make", "--no-print-directory", "-C", str(FIRMWARE / folder), *arguments]
     done = subprocess.run(
         command, capture_output=True, text=True, errors="replace", timeout=SLOWEST_S

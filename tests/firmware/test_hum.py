@@ -13,7 +13,7 @@ QUIET: dict[float, list[float]] = {}  # by setpoint
 
 
 def plate_c(chip: Chip, setpoint_c: float, hum_hz: float | None) -> list[float]:
-    """What the true plate does while the board holds a setpoint, every 0.1 s; no fault may come."""
+    """Return the true plate every 0.1 s while the board holds a setpoint; faults fail the test."""
     board = chip.board()
     host = RawHost(board)
     host.greet()

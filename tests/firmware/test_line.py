@@ -1,4 +1,4 @@
-"""Damage on the serial line: counted, never executed, and the next good frame is obeyed."""
+"""Damage on the serial line: counted, never executed, and the next valid frame is carried out."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .board import Board
 from .rawhost import RawHost
 
 HELD_C = 34.0
-# What would change something if it were obeyed while 34 degC are held.
+# Messages that would have an effect if they were carried out while 34 degC are held.
 ORDERS = {
     "hello": (line.HELLO, b"\x02\x00"),
     "setpoint": (line.SETPOINT, line.setpoint(19.0, 1.0)),
@@ -26,22 +26,22 @@ SEQ = 0xA5
 
 @pytest.fixture
 def holding(host: RawHost) -> Iterator[RawHost]:
-    """A host that holds 34 degC and has no unanswered order."""
+    """A host that holds 34 degC and has no unanswered message."""
     host.hold(HELD_C, 3.0)
     yield host
     assert host.board.resets == 0
-    told = host.state()
-    assert told.state == "holding"
-    assert told.setpoint_c == pytest.approx(HELD_C, abs=0.01)
+    telemetry = host.state()
+    assert telemetry.state == "holding"
+    assert telemetry.setpoint_c == pytest.approx(HELD_C, abs=0.01)
     assert all(seq != SEQ for _, seq, _ in host.acks), "no damaged order was answered"
-    bad = told.bad_frames
+    bad = telemetry.bad_frames
     host.hold(HELD_C + 1.0, 0.5)
     assert host.acks[-1] == (line.SETPOINT, host.acks[-1][1], "ok")
     assert host.state().bad_frames == bad
 
 
 def sent(host: RawHost, wire: bytes) -> None:
-    """Put bytes on the line, an end of frame behind them, and keep the setpoint alive."""
+    """Send bytes and an end of frame, and renew the setpoint."""
     host.board.write(wire + b"\0")
     host.board.write(line.frame(line.SETPOINT, 1, line.setpoint(HELD_C, 0.5)))
     host.advance(0.01)
@@ -90,9 +90,9 @@ def test_a_frame_that_dribbles_in_is_obeyed(host: RawHost) -> None:
 
 
 def flood(host: RawHost, bytes_a_slice: int) -> int:
-    """Send noise and a good setpoint now and then for 2 s; how often the board reported."""
+    """Send noise and some valid setpoints for 2 s; return the number of telemetry messages."""
     chance = random.Random(2)
-    told = 0
+    reports = 0
     for slice in range(200):
         host.board.write(chance.randbytes(bytes_a_slice))
         if slice % 10 == 0:
@@ -100,27 +100,27 @@ def flood(host: RawHost, bytes_a_slice: int) -> int:
             host.send(line.SETPOINT, line.setpoint(HELD_C, 1.0))
         host.telemetry = None
         host.advance(0.01)
-        told += host.telemetry is not None
+        reports += host.telemetry is not None
     host.board.write(b"\0")
-    return told
+    return reports
 
 
 def test_good_frames_amid_a_flood_are_obeyed(holding: RawHost) -> None:
     holding.acks.clear()
-    told = flood(holding, 200)
+    reports = flood(holding, 200)
     holding.advance(0.05)
 
     assert len(holding.acks) == 20
-    assert told >= 0.95 * 2.0 * 20, "twenty times a second"
+    assert reports >= 0.95 * 2.0 * 20, "twenty times a second"
     assert abs(holding.board.plant.plate_c - HELD_C) < 0.5
 
 
 def test_a_flood_at_line_rate_starves_neither_control_nor_telemetry(host: RawHost) -> None:
     host.hold(HELD_C, 3.0)
-    told = flood(host, 250)
+    reports = flood(host, 250)
     host.advance(0.2)
 
-    assert told >= 0.95 * 2.0 * 20, "twenty times a second"
+    assert reports >= 0.95 * 2.0 * 20, "twenty times a second"
     assert host.board.resets == 0
     assert host.state().faults == ()
     host.board.write(b"\0")

@@ -1,4 +1,4 @@
-"""Faults in pairs. Here the ones that strip guards from each other; `sweep.py` runs every pair."""
+"""Pairs of faults that disable each other's guards; `sweep.py` runs all pairs."""
 
 from __future__ import annotations
 

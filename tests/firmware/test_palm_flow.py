@@ -1,4 +1,4 @@
-"""`calibrate plate` finds palms' plate resistance through the compiled firmware."""
+"""`calibrate plate` measures the plate resistance of palms through the compiled firmware."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ import numpy as np
 import pytest
 from unknown_plate import UnknownPlate
 
-from hapticvlm_studio.calibration.plate_course import swing
 from hapticvlm_studio.calibration.plate_flow import PlateEstimate, estimate, middle_c
+from hapticvlm_studio.calibration.plate_trajectory import swing
 
 from .build import Chip
 from .scenes import Rig
 
-OVERHEAD_S = 3e-4  # of a turn of the host, whose ticks are never the board's
+OVERHEAD_S = 3e-4  # of a turn of the host, whose clock is independent of the board's
 RESISTANCES = (2e-4, 5e-4, 1e-3)
 
 
 def found(chip: Chip, seed: int) -> list[PlateEstimate]:
-    """Lay palms, one after the other, on a plate of which only the type is known."""
+    """Place palms, one after the other, on a plate of which only the type is known."""
     unknown = UnknownPlate(seed)
     board = chip.board(seed=seed)
     board.plant = unknown._plant

@@ -1,5 +1,5 @@
-"""The simulated board beside the compiled firmware: the same bytes, the same answers; the same
-scene, the same current. What the simulation lacks (the guards of sensors and drive) is not asked.
+"""Compares the simulated board with the compiled firmware: same bytes, same answers; same
+scene, same current. The guards of sensors and drive, which the simulation lacks, are not compared.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ WORDS: list[tuple[int, bytes]] = [
 
 
 class Simulated:
-    """A simulated board, its bytes taken apart like the chip's."""
+    """A simulated board whose bytes are decoded like the chip's."""
 
     def __init__(self) -> None:
         self.board = SimulatedBoard()
@@ -70,7 +70,7 @@ class Simulated:
         self.state = "off"
 
     def hear(self, wire: bytes) -> None:
-        """Put bytes on the line and let a turn pass."""
+        """Send bytes and advance by one turn."""
         received = b""
         for step in range(10):
             self.now += TURN_S / 10.0
@@ -86,7 +86,7 @@ class Simulated:
 def test_the_simulated_board_answers_the_same_bytes_as_the_firmware(board: Board) -> None:
     host, simulated = RawHost(board), Simulated()
     host.advance(0.3)
-    told: list[str] = []
+    states: list[str] = []
     for seq, (type, payload) in enumerate(WORDS):
         wire = line.frame(type, seq, payload)
         board.write(wire)
@@ -95,16 +95,16 @@ def test_the_simulated_board_answers_the_same_bytes_as_the_firmware(board: Board
         simulated.hear(wire)
         simulated.hear(b"")
         assert host.telemetry is not None
-        told.append(f"{seq}: {host.telemetry.state}")
-        assert told[-1] == f"{seq}: {simulated.state}"
+        states.append(f"{seq}: {host.telemetry.state}")
+        assert states[-1] == f"{seq}: {simulated.state}"
 
     assert simulated.acks == host.acks
     assert len(host.acks) == len(WORDS)
-    assert {state.split()[1] for state in told} == {"off", "holding", "returning"}
+    assert {state.split()[1] for state in states} == {"off", "holding", "returning"}
 
 
 def asked_c(elapsed_s: float) -> float:
-    """Rest, the coldest, and up again."""
+    """Return the setpoint: rest, the coldest, then warmer again."""
     if elapsed_s < 1.0:
         return 32.0
     return 18.0 if elapsed_s < 12.0 else 36.0
@@ -137,6 +137,6 @@ def test_the_simulated_plate_is_driven_like_the_firmware_drives_it(
 
     rms_a = math.sqrt(sum(a * a for a in apart_a) / len(apart_a))
     # 4 % of full duty: noise at the limit, test pulses, and the firmware's feed-forward of cooling,
-    # which the simulated plate takes a step later; what the skin gets of it is bounded below.
+    # which the simulated plate applies a step later; its effect on the skin is bounded below.
     assert rms_a < 0.05 * FULL_SCALE_A
     assert max(apart_c) < 0.35

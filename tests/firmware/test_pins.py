@@ -1,4 +1,4 @@
-"""What off means at the pins of the simulated chip: nothing is left for noise to switch on."""
+"""The state "off" at the pins of the simulated chip, which noise cannot switch on."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from . import line
 from .rawhost import RawHost
 
 DDRB, PORTB, TCCR1A, TCCR1B = 0x24, 0x25, 0x80, 0x81
-# What the length of a step, the conversions and the serial line hang on.
+# The registers that determine the length of a step, the conversions and the serial line.
 STEP_CLOCK = {"TCCR0A": 0x44, "TCCR0B": 0x45, "OCR0A": 0x47, "DIDR0": 0x7E, "ADCSRB": 0x7B}
 SERIAL = {"UBRR0L": 0xC4, "UBRR0H": 0xC5, "UCSR0C": 0xC2}
 SAMPLES_A_STEP = 200  # of 0.1 ms

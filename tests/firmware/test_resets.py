@@ -1,4 +1,4 @@
-"""What a reset of the chip must not wipe: latched faults whose cause has gone, and heat."""
+"""A reset of the chip must not clear heating time and latched faults whose cause has gone."""
 
 from __future__ import annotations
 

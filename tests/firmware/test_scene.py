@@ -1,4 +1,4 @@
-"""A long busy scene: fast enough to test with, and the same bit for bit when run again."""
+"""A long busy scene: fast enough for tests, and repeatable bit for bit."""
 
 from __future__ import annotations
 

@@ -20,15 +20,15 @@ def test_the_plate_follows_the_limited_setpoint(
     done = tracking.touch(chip, material, ambient_c)
 
     assert done.limited_rms_c < LIMIT_C, done
-    assert done.unnamed == 0, "a setpoint that a limit shaped says which"
+    assert done.unnamed == 0, "a limited setpoint must name its limit"
     print(done)
 
 
 # In a room of 15 degC 2 A cannot follow metal at all; at 1e-3 the skin is still behind half a
-# second after the limits let go on these two, whose deeper skin has missed most.
+# second after the limits end on these two, whose deeper skin has missed most.
 OUT_OF_REACH = [("metal", 15.0, 5e-4), ("metal", 15.0, 1e-3)]
 STILL_BEHIND = [("glass", 15.0, 1e-3), ("metal", 22.0, 1e-3)]
-# The limits let go sooner than at 5 degC/s, and so the skin below is judged while it still lags.
+# The limits end sooner than at 5 degC/s, and so the skin below is judged while it still lags.
 STILL_BEHIND += [("glass", 15.0, 5e-4), ("glass", 22.0, 1e-3), ("metal", 15.0, 2e-4)]
 
 
@@ -38,7 +38,7 @@ STILL_BEHIND += [("glass", 15.0, 5e-4), ("glass", 22.0, 1e-3), ("metal", 15.0, 2
 def test_the_skin_follows_physics_wherever_no_limit_acts(
     chip: Chip, material: str, ambient_c: float, palm_resistance: float
 ) -> None:
-    """What is behind at 1 s was at a limit, of slew or current, for most of the time until then."""
+    """A skin that lags at 1 s was limited by slew or current for most of the time until then."""
     felt = tracking.felt(chip, material, ambient_c, palm_resistance)
     print(felt)
 

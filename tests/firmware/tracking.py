@@ -1,4 +1,4 @@
-"""How well the compiled firmware follows a touch's setpoint, and what pre-conditioning buys."""
+"""Measures how well the compiled firmware follows a touch, and the effect of pre-conditioning."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ class Tracking:
     ambient_c: float
     approached: bool
     limited_rms_c: float  # against the setpoint that was sent, from 1 s after contact
-    unlimited_rms_c: float  # against what physics wanted, from 1 s after contact
-    first_rms_c: float  # against what physics wanted, in the first second
-    first_skin_rms_c: float  # modelled skin against what physics wanted, in the first second
+    unlimited_rms_c: float  # against the target from physics, from 1 s after contact
+    first_rms_c: float  # against the target from physics, in the first second
+    first_skin_rms_c: float  # modelled skin against the target from physics, in the first second
     limited_by: tuple[str, ...]
-    unnamed: int  # moments whose setpoint was not the wanted one and no limit was named
+    unnamed: int  # moments with a changed setpoint but without a reported limit
 
 
 @dataclass(frozen=True)
 class Felt:
-    """What a palm of one resistance to the plate got of a touch; errors of the skin in degC."""
+    """The touch as felt by a palm of one plate resistance; errors of the skin in degC."""
 
     material: str
     ambient_c: float
@@ -44,13 +44,13 @@ class Felt:
     at_1s_c: float
     limited_share: float  # of the time from the lead's begin to 1 s after contact
     free_rms_c: float | None  # from 1 s on, where no limit has acted for FREE_S; None: nowhere
-    strict_rms_c: float | None  # where no limit acts just then
+    strict_rms_c: float | None  # over moments without a limit
 
 
 def felt(chip: Chip, material: str, ambient_c: float, palm_resistance: float) -> Felt:
-    """Touch with a palm whose resistance is known, after a lead of an older client's length.
+    """Touch with a palm of known resistance, after a lead as short as an older client's.
 
-    The skin is counted from where it rested: heat from the core keeps it above a neutral plate.
+    The skin is measured from its resting temperature: body heat keeps it above a neutral plate.
     """
     board = chip.board(ambient_c)
     board.plant.touch(palm_resistance)
@@ -82,7 +82,7 @@ def felt(chip: Chip, material: str, ambient_c: float, palm_resistance: float) ->
 
 
 def _free_rms(moments: list[Moment], off: list[float], first: int, since_s: float) -> float | None:
-    """RMS from the moment `first` on, where no limit has acted for so long, degC."""
+    """Return the RMS from `first` on over moments without a recent limit, degC."""
     last_limited, kept = -math.inf, []
     for at, moment in enumerate(moments):
         if moment.is_limited:
@@ -100,7 +100,7 @@ def touch(
     approached: bool = True,
     contact_s: float = CONTACT_S,
 ) -> Tracking:
-    """Let a palm rest on a neutral plate, then approach and touch; or touch out of nowhere."""
+    """Let a palm rest on a neutral plate, then approach and touch, or touch without approach."""
     board = chip.board(ambient_c)
     rig = Rig(board)
     try:

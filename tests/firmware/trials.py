@@ -1,7 +1,7 @@
-"""One trial: a hand on the plate, a host that keeps asking, faults injected, and what came of it.
+"""Runs one trial: a hand on the plate, a persistent host, injected faults, and the outcome.
 
-The host is stubborn: it renews its setpoint and says HELLO again whatever the board answers. The
-palm never leaves. A trial ends when no current can flow any more, and then lives on for another
+The host renews its setpoint and repeats HELLO whatever the board answers. The
+palm never leaves. A trial ends when no current can flow any more, and then continues for another
 minute, in which a hot sink heats the plate through the open module. Where nothing switches off,
 the dose is carried on to the session's 15 min.
 """
@@ -31,7 +31,7 @@ MakeBoard = Callable[[float], Board]  # from an ambient in degC
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a trial came to; times in s after the injection, None when it did not happen."""
+    """The outcome of a trial; times in s after the injection, None when it did not happen."""
 
     faults: tuple[str, ...]
     situation: str
@@ -50,7 +50,7 @@ class Outcome:
 
     @property
     def is_safe(self) -> bool:
-        """Tell whether the skin stayed within the project's limits."""
+        """Return whether the skin stayed within the project's limits."""
         return self.skin_low_c >= 13.0 and self.skin_high_c <= 43.0 and self.dose_cem43 <= 2.0
 
 
@@ -67,7 +67,7 @@ class _Trial:
         self._marked_at, self._marks = 0.0, (0.0, 0.0, 0.0)
 
     def run(self, longest_s: float) -> Outcome:
-        """Live through it all."""
+        """Run the whole trial."""
         self._inject(at_start=True)
         self.host.advance(SWITCHED_ON_S)
         begun_at = self.board.now

@@ -1,4 +1,4 @@
-"""Every picture that a page shows is there, and one command makes it anew."""
+"""Every picture that a page shows is there, and one command draws it again."""
 
 import re
 from pathlib import Path
@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("playwright.sync_api", reason="no playwright: pip install -e '.[dev]'")
 
-from hapticvlm_lab.bench.pictures.recipes import RECIPES, names
+from hapticvlm_lab.bench.pictures.recipes import KEPT, RECIPES, names
 
 ROOT = Path(__file__).parents[2]
 SHOWN = re.compile(r"!\[[^\]]+\]\(([^)#]+)\)")
@@ -30,10 +30,11 @@ def test_a_page_shows_no_picture_that_is_not_there() -> None:
 
 
 def test_every_picture_shown_has_its_command_and_every_command_a_page() -> None:
-    assert {path.name for path in shown()} == set(RECIPES)
+    assert {path.name for path in shown()} == set(RECIPES) | KEPT
+    assert not KEPT & set(RECIPES)
 
 
 def test_an_unknown_picture_is_refused_with_the_names_there_are() -> None:
-    with pytest.raises(KeyError, match=r"plates\.png: the pictures are demo\.webp"):
+    with pytest.raises(KeyError, match=r"plates\.png: the pictures are dashboard\.png"):
         names(["dashboard.png", "plates.png"])
     assert names([]) == list(RECIPES)

@@ -119,7 +119,7 @@ def test_a_catalogue_lists_nothing_that_teaches(data: Path) -> None:
 
 
 def test_a_folder_without_labels_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(catalogue.CatalogueError, match="not the data folder"):
+    with pytest.raises(catalogue.CatalogueError, match="is not a data folder"):
         catalogue.read_catalogue(tmp_path)
 
 

@@ -25,7 +25,7 @@ def test_a_new_table_takes_the_place_of_the_old_one_and_nothing_else_changes():
 
 
 def test_a_document_without_the_comments_is_refused():
-    with pytest.raises(UsageError, match="comments are gone"):
+    with pytest.raises(UsageError, match="lacks the comments"):
         put("# Measured\n", "a table")
 
 

@@ -13,7 +13,6 @@ from tiny_capture import SIDE, drawn, write_capture
 from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.galleries.storage import load_gallery
 from hapticvlm.vision.pictures import crop
-from hapticvlm_lab.bench.material.breaks import Curve, Step, sentence
 from hapticvlm_lab.bench.material.data import FOUR, Source
 from hapticvlm_lab.bench.material.perturb import SHAKES, Shake, apply, darken
 from hapticvlm_lab.bench.material.picture import (
@@ -27,9 +26,12 @@ from hapticvlm_lab.bench.material.picture import (
 from hapticvlm_lab.bench.material.reading import read_capture
 from hapticvlm_lab.bench.material.stability import (
     BLANKS,
+    Curve,
     Default,
+    Step,
     blank_answers,
     predict_clean,
+    sentence,
     shaken,
 )
 
@@ -242,7 +244,7 @@ def test_the_command_draws_curves_and_gives_their_figures(tmp_path: Path) -> Non
         assert Path(file).stat().st_size > 5000
 
 
-def test_a_capture_without_pictures_to_shake_is_refused(tmp_path: Path) -> None:
+def test_a_capture_without_pictures_is_refused(tmp_path: Path) -> None:
     (tmp_path / "capture.jsonl").write_text("")
     asked = ["--capture", str(tmp_path), "--data", str(tmp_path), "--out", str(tmp_path / "out")]
     done = subprocess.run(
@@ -253,7 +255,7 @@ def test_a_capture_without_pictures_to_shake_is_refused(tmp_path: Path) -> None:
         timeout=300,
     )
     assert done.returncode == 2
-    assert "no pictures to shake" in done.stdout
+    assert "no pictures found" in done.stdout
 
 
 def _step(severity: float, accuracy: float) -> Step:

@@ -1,8 +1,7 @@
-"""The rigs of stop, hostile clients and soak: what they make of what they measured."""
+"""The rig of stop and the hostile clients: what they make of what they measured."""
 
 import subprocess
 import time
-from math import inf
 from pathlib import Path
 
 import numpy as np
@@ -15,15 +14,10 @@ from hapticvlm.messages import MAX_MESSAGE_BYTES
 from hapticvlm.rendering.vibration.patterns import LONGEST_S
 from hapticvlm.rendering.vibration.vibration import IMPACTS
 from hapticvlm.server.edge.limits import MAX_SCENES
-from hapticvlm_lab.bench.audio.conditions import LOAD
-from hapticvlm_lab.bench.audio.sink import Recording
+from hapticvlm_lab.bench.audio import LOAD, Recording
 from hapticvlm_lab.bench.latency.touch import LOADS
 from hapticvlm_lab.bench.reliability.board import PING, PtyBoard, board_on_a_terminal
-from hapticvlm_lab.bench.reliability.chaos import ROWS, SEEN
-from hapticvlm_lab.bench.reliability.chaos import summary as chaos
-from hapticvlm_lab.bench.reliability.floods import KINDS
-from hapticvlm_lab.bench.reliability.soak import Soak
-from hapticvlm_lab.bench.reliability.soak import summary as soaked
+from hapticvlm_lab.bench.reliability.flood_clients import KINDS
 from hapticvlm_lab.bench.reliability.stop import Outputs, Trial, _holds, _row
 from hapticvlm_lab.bench.reliability.stop import summary as stopped
 from hapticvlm_lab.bench.reliability.stop_conditions import (
@@ -41,44 +35,6 @@ with subprocess.Popen(["true"]) as NOTHING:
 def test_every_load_is_one_that_the_service_lets_in():
     assert max(scenes for scenes, _ in LOADS.values()) + 1 <= MAX_SCENES  # beside an owner
     assert int(LOAD[2]) <= MAX_SCENES
-
-
-def an_hour(growth_mb_per_h=0.0, later_ms=1.0):
-    rng = np.random.default_rng(0)
-    at = np.arange(0.0, 3600.0, 1.0)
-    warm = 20.0 * np.minimum(1.0, at / 500.0)
-    held = 80.0 + warm + growth_mb_per_h * at / 3600.0 + rng.normal(0.0, 0.1, at.size)
-    took = np.where(at < 3300.0, 1.0, later_ms)
-    soak = Soak(0.0, touches=list(zip(at, took, strict=True)), echoes=[(0.0, 1.0)])
-    soak.memory_mb = {
-        "gateway": list(zip(at, held, strict=True)),
-        "recogniser 7": list(zip(at[:650], held[:650], strict=True)),
-        "recogniser 8": list(zip(at[1200:2400:10], held[:1200:10], strict=True)),
-        "recogniser 9": list(zip(at[3590:], held[:10], strict=True)),
-    }
-    soak.files, soak.threads = [20, 30, 20], [6, 6, 6]
-    soak.loads = [(second, 2.0 if second < 3000.0 else 9.0) for second in at[::10]]
-    return soaked(soak, 3600.0)
-
-
-@pytest.mark.parametrize("growth", [0.0, 10.0])
-def test_a_leak_is_seen_as_a_slope_and_warming_up_is_not(growth):
-    slope, low, high = an_hour(growth)["memory"]["gateway"]["slope_mb_per_h"]
-    assert low <= slope <= high
-    assert slope == pytest.approx(growth, abs=0.5)
-
-
-def test_a_process_that_starts_anew_has_a_slope_of_its_own_after_its_own_warm_up():
-    memory = an_hour()["memory"]
-    assert set(memory) == {"gateway", "recogniser 7", "recogniser 8"}
-    assert memory["recogniser 8"]["slope_mb_per_h"][0] == pytest.approx(0.0, abs=1.0)
-
-
-def test_the_last_five_minutes_stand_beside_the_first():
-    windows = an_hour(later_ms=7.0)["round_trip_ms"]
-    assert windows["first"]["touch"] == {"n": 300, "median": 1.0, "p99": 1.0, "max": 1.0}
-    assert windows["last"]["touch"]["p99"] == 7.0
-    assert [windows[name]["load"]["median"] for name in ("first", "last")] == [2.0, 9.0]
 
 
 def heard(*sounding_at):
@@ -124,13 +80,6 @@ def test_a_condition_that_fails_is_reported_and_holds_nothing():
     assert not _holds(row)
     assert _holds(stopped([Trial(1.0, 10.0, 20.0, 20.0, 0.2)] * 3))
     assert not _holds(stopped([Trial(1.0, 10.0, 20.0, 60.0, 0.2)] * 3))
-
-
-def test_what_is_awaited_after_a_blow_and_never_comes_is_infinite():
-    row = ROWS["audio engine killed"]
-    seen = [{"told": 0.02, "works again": 1.4, "rest": 0.1}, {"told": 0.04}, {"told": 0.03}]
-    assert chaos(row, seen) == {"told": (0.03, 0.04), "works again": (inf, inf)}
-    assert all(set(each.awaited) <= set(SEEN) for each in ROWS.values())
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -143,7 +143,7 @@ def test_what_is_held_back_is_neither_listed_nor_given_to_the_page(
 
 
 def test_a_data_folder_without_tiles_is_named(tmp_path: Path) -> None:
-    with pytest.raises(RoomsError, match=r"nothing that may teach in .*wood"), opened(tmp_path):
+    with pytest.raises(RoomsError, match=r"no teaching pictures in .*wood"), opened(tmp_path):
         pass
 
 
@@ -180,4 +180,4 @@ def test_the_command_says_what_is_missing(
     arguments = ["rooms", "--data", str(tmp_path), "--out", str(tmp_path / "out"), "--shards", "1"]
     monkeypatch.setattr(sys, "argv", arguments)
     assert __main__.main() == 2
-    assert "nothing that may teach" in capsys.readouterr().err
+    assert "no teaching pictures" in capsys.readouterr().err

@@ -12,10 +12,22 @@ import pytest
 
 from hapticvlm.commands.main import main
 from hapticvlm_lab.bench.safety import chart
-from hapticvlm_lab.bench.safety.core import Core, CoreError, Setting, build, sum_at
-from hapticvlm_lab.bench.safety.rig import Outcome, Phase, Rig
-from hapticvlm_lab.bench.safety.trials import INJECTIONS, STUCK, Off, try_out, try_sound
-from hapticvlm_lab.bench.safety.variations import draw
+from hapticvlm_lab.bench.safety.chart import Off
+from hapticvlm_lab.bench.safety.rig import (
+    INJECTIONS,
+    STUCK,
+    Core,
+    CoreError,
+    Outcome,
+    Phase,
+    Rig,
+    Setting,
+    build,
+    draw_plates,
+    sum_at,
+    try_out,
+    try_sound,
+)
 
 MISSING = shutil.which("g++") is None
 needs_compiler = pytest.mark.skipif(
@@ -40,11 +52,11 @@ def core(tmp_path_factory: pytest.TempPathFactory) -> Callable[[int, int], Core]
 
 
 def test_plates_repeat_for_a_seed_and_scatter_within_their_ranges() -> None:
-    plates = draw(200)
+    plates = draw_plates(200)
 
-    assert plates == draw(200)
-    assert plates != draw(200, seed=12)
-    assert plates[:20] == draw(20)
+    assert plates == draw_plates(200)
+    assert plates != draw_plates(200, seed=12)
+    assert plates[:20] == draw_plates(20)
     assert min(plate.ambient_c for plate in plates) < 17.0
     assert max(plate.ambient_c for plate in plates) > 30.0
     assert all(1.0 <= plate.sink_k_per_w <= 5.0 for plate in plates)
@@ -59,7 +71,7 @@ def test_a_thermistor_at_25_degrees_reads_half_scale() -> None:
 
 @needs_compiler
 def test_a_sound_plate_follows_its_setpoint_and_nothing_trips(core) -> None:
-    plate = draw(1)[0]
+    plate = draw_plates(1)[0]
     rig = Rig([core(1000, NOMINAL_MA)], plate, seed=3)
     (outcome,) = rig.run([Phase(2.0, 32.0), Phase(8.0, 24.0)])
 
@@ -70,7 +82,7 @@ def test_a_sound_plate_follows_its_setpoint_and_nothing_trips(core) -> None:
 
 @needs_compiler
 def test_the_busy_scene_trips_no_sound_plate(core) -> None:
-    for plate in draw(5):
+    for plate in draw_plates(5):
         (outcome,) = try_sound([core(1000, NOMINAL_MA)], plate)
         assert outcome.faults == ()
         assert 17.0 < outcome.coldest_c < outcome.peak_c < 42.0
@@ -89,7 +101,7 @@ def test_a_fault_switches_off_and_is_named(core, injection) -> None:
         "plate thermistor drifts": "plate_disagrees",
         "module wired backwards": "wired_backwards",
     }
-    (outcome,) = try_out([core(1000, NOMINAL_MA)], draw(1)[0], injection)
+    (outcome,) = try_out([core(1000, NOMINAL_MA)], draw_plates(1)[0], injection)
 
     assert caught[injection.name] in outcome.faults
     assert outcome.off_after_s is not None
@@ -98,7 +110,7 @@ def test_a_fault_switches_off_and_is_named(core, injection) -> None:
 
 @needs_compiler
 def test_a_shorter_window_and_a_lower_cap_keep_a_blind_plate_cooler(core) -> None:
-    plate = draw(1)[0]
+    plate = draw_plates(1)[0]
     short, long = try_out([core(500, FULL_MA), core(4000, FULL_MA)], plate, STUCK)
     (capped,) = try_out([core(4000, NOMINAL_MA)], plate, STUCK)
 
@@ -113,7 +125,7 @@ def test_a_shorter_window_and_a_lower_cap_keep_a_blind_plate_cooler(core) -> Non
 
 @needs_compiler
 def test_cores_on_one_plate_do_what_each_does_alone(core) -> None:
-    plate = draw(2)[1]
+    plate = draw_plates(2)[1]
     together = try_out([core(500, FULL_MA), core(4000, FULL_MA)], plate, STUCK)
     alone = [try_out([core(window, FULL_MA)], plate, STUCK)[0] for window in (500, 4000)]
 
@@ -151,11 +163,11 @@ def test_a_sweep_is_read(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "text", ["", "[]", "{}", '{"alone": [{"fault": "x"}]}', '{"alone": 3}', "table"]
 )
-def test_what_is_no_sweep_is_said_so(tmp_path: Path, text: str) -> None:
+def test_a_file_that_is_not_a_sweep_is_named(tmp_path: Path, text: str) -> None:
     path = tmp_path / "sweep.json"
     path.write_text(text)
 
-    with pytest.raises(ValueError, match=r"sweep\.json is no sweep"):
+    with pytest.raises(ValueError, match=r"sweep\.json is not the output"):
         chart.read_sweep(path)
 
 

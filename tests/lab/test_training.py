@@ -11,9 +11,9 @@ from hapticvlm.vision.encoders import joint_embedding, packaged_weights  # noqa:
 from hapticvlm.vision.encoders.onnx_encoder import open_session  # noqa: E402
 from hapticvlm.vision.galleries.gallery import LinearLayer  # noqa: E402
 from hapticvlm_lab.training import head, lite_graph, making, pool, sources  # noqa: E402
-from hapticvlm_lab.training.centres import choose_references  # noqa: E402
 from hapticvlm_lab.training.describing import NAMES, Described  # noqa: E402
 from hapticvlm_lab.training.lite_graph import Head, Network  # noqa: E402
+from hapticvlm_lab.training.making import choose_references  # noqa: E402
 
 NEVER_TAUGHT = ("choose_web", "report_web", "caltech101", "pb_renders", "weather", "sealed")
 TINY = Network(64, (8, 8, 8, 8, 8, 8, 8), (1, 1, 1, 1, 1, 1, 1))

@@ -11,7 +11,7 @@ pytestmark = pytest.mark.process
 SECONDS = 2.0
 
 
-def test_reads_frames_and_ticks_of_a_running_service_are_timed_and_told_dearest_first(capsys):
+def test_reads_frames_and_ticks_of_a_running_service_are_timed_and_listed_longest_first(capsys):
     assert turns.run(seconds=SECONDS, as_json=True) == 0
     figures = json.loads(capsys.readouterr().out)
     rows, floor = figures["rows"], figures["floor"]
@@ -19,7 +19,7 @@ def test_reads_frames_and_ticks_of_a_running_service_are_timed_and_told_dearest_
     found = {row["what"]: row for row in rows}
     # Each of the 100 touches a second is read, and a picture is put off into a turn of its own.
     assert found["ClientSocket reads"]["n"] >= 0.9 * RATE_HZ * SECONDS
-    assert {"Supervision.run", "Stream._take_put_off"} <= found.keys()
+    assert {"Supervision.run", "ClientSocket._take_deferred_turn"} <= found.keys()
     assert floor["n"] >= 0.9 * RATE_HZ * SECONDS
     for row in (*rows, floor):
         assert 0.0 < row["median_us"] <= row["p99_us"] <= row["longest_us"]

@@ -13,8 +13,8 @@ from hapticvlm_lab.bench.material.answers import embed
 from hapticvlm_lab.bench.material.data import Source, thin
 from hapticvlm_lab.bench.material.reading import default_captures, read_capture
 from hapticvlm_lab.bench.whole import chart, deciding, feeling
-from hapticvlm_lab.bench.whole.rows import STATED as STATED_ALL
-from hapticvlm_lab.bench.whole.rows import Row, undominated
+from hapticvlm_lab.bench.whole.chart import Row, undominated
+from hapticvlm_lab.bench.whole.deciding import STATED as STATED_ALL
 
 STATED = choose_rendition(decide([Evidence("scene", (("metal", 1.0),))]), MATERIALS)
 NOTHING = choose_rendition(decide([]), MATERIALS)
@@ -44,7 +44,7 @@ def test_metal_on_plastic_is_no_plastic_and_its_skin_is_too_cold() -> None:
 
 
 def test_each_way_to_render_is_felt_or_paid_for() -> None:
-    default, *others = ((how, feeling.felt(STATED, "metal", how)) for how in feeling.renderings())
+    default, *others = ((how, feeling.felt(STATED, "metal", how)) for how in feeling.RENDERINGS)
     assert default[0] == feeling.DEFAULT
     for how, found in others:
         differs = found.skin_c > default[1].skin_c + 0.01 or found.texture_db > 0.05

@@ -1,4 +1,4 @@
-"""What a child process answers is data: it decodes the pictures of strangers and is not trusted."""
+"""Tests that the answers of a child process are treated as untrusted data."""
 
 import multiprocessing
 from pathlib import Path
@@ -11,7 +11,7 @@ PLAN = WorkerPlan("test", print, None, dict, 1.0)
 
 
 class Hostile:
-    """A pickle of this makes a folder where it is loaded."""
+    """Its pickle creates a folder when it is loaded."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -30,7 +30,7 @@ def test_a_pickle_from_a_child_runs_nothing_and_ends_the_reading(
     _read(ours, answers.append, PLAN)
     assert answers == []
     assert not folder.exists()
-    assert "answered what cannot be read" in caplog.text
+    assert "an answer that cannot be decoded" in caplog.text
 
     theirs.send(Hostile(folder))
     ours.recv()

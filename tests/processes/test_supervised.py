@@ -1,4 +1,4 @@
-"""A child process under watch: what becomes of it, and that watching never waits."""
+"""Tests the supervision of a child process: restarts, pauses, and that it never blocks."""
 
 import errno
 import multiprocessing
@@ -132,9 +132,9 @@ def test_a_system_without_room_for_a_child_is_one_more_failure_with_a_growing_pa
     child.begin()
     now = time.monotonic()
     for _ in range(3):
-        while (found := child.supervise(now, is_well=True)) is None:
+        while (trouble := child.supervise(now, is_well=True)) is None:
             time.sleep(0.01)
-        said.append(found)
+        said.append(trouble)
         now += 60.0
     child.close(0.0)
     assert said[0] == "the child could not be started: Too many open files; restarted at once"

@@ -1,4 +1,4 @@
-"""What a controller is told to play: every material is felt, none too much, in the palm's order."""
+"""Tests the amplitudes for controllers: all materials are felt, in the order of the palm."""
 
 import itertools
 from functools import cache
@@ -8,7 +8,7 @@ import pytest
 
 from hapticvlm.materials import MATERIALS
 from hapticvlm.rendering.vibration.controller_scale import (
-    LEAST_IMPACT,
+    MIN_IMPACT,
     Form,
     controller_amplitude,
     loudness,
@@ -29,7 +29,7 @@ def planner():
 
 
 def struck(planner, material, kind, form, motion):
-    """The plan of a blow that begins now."""
+    """The plan of an impact that begins now."""
     planner._voices.silence()
     planner.apply(Command(1, material, kind, True, motion, 1, 1.25), 1.0)
     return planner.plan(form, 1.0)
@@ -37,7 +37,7 @@ def struck(planner, material, kind, form, motion):
 
 @cache
 def rubbed(planner, material, speed_mps, form):
-    """The amplitudes (N,) that are played of half a second of a slide."""
+    """The amplitudes (N,) of half a second of a slide."""
     planner._voices.silence()
     played = []
     for step in range(40):
@@ -51,16 +51,16 @@ def rubbed(planner, material, speed_mps, form):
 
 
 def palm_level(planner, material, kind, motion, form):
-    """How strong the same is to the palm: of a blow its strongest, of a slide its mean period."""
+    """Level for the palm: of an impact the strongest period, of a slide the mean one."""
     voices = planner._voices
     voices.silence()
     is_slide = kind == "slide"
     voices.apply(Command(1, material, kind, not is_slide, motion, 1, 9.0))
     voices.render(round(0.3 * PLAN_HZ) if is_slide else 0, 0.0)
     wave = voices.render(round(0.5 * PLAN_HZ), 0.3)
-    found = levels(loudness(wave, PLAN_HZ) if form == "amplitude" else wave, PERIOD_S[form])
+    level = levels(loudness(wave, PLAN_HZ) if form == "amplitude" else wave, PERIOD_S[form])
     voices.silence()
-    return found.mean() if is_slide else found.max()
+    return level.mean() if is_slide else level.max()
 
 
 @pytest.mark.parametrize("form", FORMS)
@@ -101,7 +101,7 @@ def test_the_order_of_materials_is_that_of_the_palm(planner, kind, form):
 def test_the_lightest_touch_of_a_weak_material_is_still_a_tap(planner):
     for form in FORMS:
         plan = struck(planner, "rubber", "tap", form, Motion(0.02, 0.05))
-        assert max(plan.amplitude) == pytest.approx(LEAST_IMPACT, abs=1e-3)
+        assert max(plan.amplitude) == pytest.approx(MIN_IMPACT, abs=1e-3)
 
 
 @pytest.mark.parametrize("form", FORMS)

@@ -1,4 +1,4 @@
-"""What is not sure is felt by its expectation: between the materials believed in."""
+"""Tests that an uncertain material is rendered as the expectation over the beliefs."""
 
 import pytest
 from hypothesis import given
@@ -21,10 +21,12 @@ def contact_c(thermal, surface_c=22.0) -> float:
 
 
 @given(beliefs, st.floats(-20.0, 80.0))
-def test_the_contact_temperature_is_the_mean_over_the_beliefs(found, surface_c) -> None:
-    total = sum(found.values())
-    mean = sum(p / total * contact_c(MATERIALS[n].thermal, surface_c) for n, p in found.items())
-    assert contact_c(expected_thermal(found, MATERIALS), surface_c) == pytest.approx(mean, abs=1e-6)
+def test_the_contact_temperature_is_the_mean_over_the_beliefs(shares, surface_c) -> None:
+    total = sum(shares.values())
+    mean = sum(p / total * contact_c(MATERIALS[n].thermal, surface_c) for n, p in shares.items())
+    assert contact_c(expected_thermal(shares, MATERIALS), surface_c) == pytest.approx(
+        mean, abs=1e-6
+    )
 
 
 def test_a_sure_belief_is_the_material_itself() -> None:
@@ -41,8 +43,8 @@ def test_a_graded_vibration_is_of_what_lies_between() -> None:
 
 
 @given(beliefs)
-def test_a_graded_vibration_is_of_something_believed(found) -> None:
-    assert nearest_vibration(found, MATERIALS) in found
+def test_a_graded_vibration_is_of_something_believed(shares) -> None:
+    assert nearest_vibration(shares, MATERIALS) in shares
 
 
 def test_what_startles_takes_more_belief() -> None:

@@ -1,4 +1,4 @@
-"""A press: what is soft gives way in grains, the denser the softer, and only while it deepens."""
+"""Tests presses: softer materials have denser grains, and only while the press deepens."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from msgspec.structs import replace as changed
 from numpy.typing import NDArray
 
 from hapticvlm.materials import MATERIALS
-from hapticvlm.rendering.vibration.grains import MOST_HZ, STEP_M, Grains, steps
+from hapticvlm.rendering.vibration.grains import MAX_RATE_HZ, STEP_M, Grains, steps
 from hapticvlm.rendering.vibration.patterns import Pattern
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 from hapticvlm.rendering.vibration.voices import Command, Voices
@@ -23,7 +23,7 @@ PRESS = Command(1, "rubber", "press", True, Motion(0.1, 1.0), 3, 100.0)
 
 
 def press(name: str, newtons: float, seconds: float, hold_s: float = 0.1, seed: int = 3) -> Wave:
-    """Press ever harder, then hold: the grains alone, (N,)."""
+    """Press harder and harder, then hold; return the grains alone, (N,)."""
     grains = Grains(MATERIALS[name].vibration, seed)
     blocks = round((seconds + hold_s) * RATE_HZ / BLOCK)
     rising = (min(newtons * at * BLOCK / RATE_HZ / seconds, newtons) for at in range(blocks))
@@ -49,15 +49,15 @@ def test_the_softer_it_is_the_denser_the_grains_and_stone_has_none() -> None:
 
 @pytest.mark.parametrize(("name", "newtons"), [("rubber", 3.0), ("leather", 5.0), ("paper", 9.0)])
 def test_a_grain_comes_for_each_step_that_it_gives_way(name: str, newtons: float) -> None:
-    wanted = newtons / (MATERIALS[name].vibration.stiffness * STEP_M)
-    assert abs(begun(press(name, newtons, 2.0)) - wanted) <= 1
+    expected = newtons / (MATERIALS[name].vibration.stiffness * STEP_M)
+    assert abs(begun(press(name, newtons, 2.0)) - expected) <= 1
 
 
 def test_a_sudden_press_of_the_softest_is_no_tone() -> None:
     grains = Grains(MATERIALS["foliage"].vibration, 3)
     wave = np.concatenate([grains.render(BLOCK, Motion(0.0, 20.0)) for _ in range(40)])
     one = float(np.square(press("paper", 3.0, 1.0)).sum())
-    assert np.square(wave).sum() < (MOST_HZ * wave.size / RATE_HZ + 2) * 4.0 * one
+    assert np.square(wave).sum() < (MAX_RATE_HZ * wave.size / RATE_HZ + 2) * 4.0 * one
     assert np.abs(wave).max() < 1.0
 
 
@@ -93,16 +93,16 @@ def test_a_fork_has_the_same_future_and_changes_nothing() -> None:
 
 
 def felt(command: Command, forces_n: list[float], voices: Voices | None = None) -> Wave:
-    """Press in the mixer, a force every 20 ms: (N,)."""
+    """Press through the mixer with a new force every 20 ms; return the wave, (N,)."""
     voices = voices or Voices()
     voices.apply(command)
-    found = []
+    blocks = []
     for number, force_n in enumerate(forces_n):
         now = number * 0.02
         motion = Motion(0.0, force_n)
         voices.apply(changed(command, onset=False, motion=motion))
-        found += [voices.render(240, now + part * 0.005) for part in range(4)]
-    return np.concatenate(found)
+        blocks += [voices.render(240, now + part * 0.005) for part in range(4)]
+    return np.concatenate(blocks)
 
 
 RISING = [0.2 * step for step in range(40)]

@@ -1,4 +1,4 @@
-"""Recordings in place of synthesis: any rate, mono or stereo, levelled, and clear refusals."""
+"""Tests recordings in place of synthesis: rates, channels, levels and clear errors."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ from hapticvlm.rendering.vibration.patterns import (
     PRESETS,
     PatternError,
     PatternTexture,
-    named,
     pattern,
+    replaced_key,
 )
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 from hapticvlm.rendering.vibration.voices import Command, Voices
@@ -73,16 +73,16 @@ def test_a_recording_of_any_rate_and_either_channels_keeps_its_pitch(
 
 
 def test_names_are_those_of_the_paper_or_a_material_and_an_interaction() -> None:
-    assert [named(preset.name, MATERIALS) for preset in PRESETS] == [
+    assert [replaced_key(preset.name, MATERIALS) for preset in PRESETS] == [
         ("wood", "carve"),
         ("wood", "strike"),
         ("glass", "tap"),
         ("fabric", "slide"),
         ("metal", "swing"),
     ]
-    assert named("my-oak-press", (*MATERIALS, "my-oak")) == ("my-oak", "press")
-    with pytest.raises(PatternError, match=r"names no pattern.*wood-carving"):
-        named("wood_carve", MATERIALS)
+    assert replaced_key("my-oak-press", (*MATERIALS, "my-oak")) == ("my-oak", "press")
+    with pytest.raises(PatternError, match=r"is not the name of a pattern.*wood-carving"):
+        replaced_key("wood_carve", MATERIALS)
 
 
 def test_every_preset_can_be_felt() -> None:
@@ -114,15 +114,15 @@ def test_a_recorded_impact_is_as_strong_as_what_it_replaces() -> None:
     motion = Motion(1.0, 2.0)
     burst = tone(0.2, 100.0) * np.exp(-20.0 * np.arange(9600) / RATE_HZ)
     for gain in (0.01, 1.0):
-        made = pattern(("wood", "strike"), gain * burst, RATE_HZ).impact(motion)
+        recording = pattern(("wood", "strike"), gain * burst, RATE_HZ).impact(motion)
         plain = impact(MATERIALS["wood"].vibration, "strike", motion, 0)
-        ratio = np.sum(made.astype(float) ** 2) / np.sum(plain.astype(float) ** 2)
+        ratio = np.sum(recording.astype(float) ** 2) / np.sum(plain.astype(float) ** 2)
         assert abs(10 * np.log10(ratio)) < 2.0
 
 
 def test_force_and_speed_set_its_level_and_a_still_hand_feels_nothing() -> None:
-    made = pattern(("wood", "slide"), tone(1.0), RATE_HZ)
-    soft, hard = (PatternTexture(made) for _ in range(2))
+    recording = pattern(("wood", "slide"), tone(1.0), RATE_HZ)
+    soft, hard = (PatternTexture(recording) for _ in range(2))
     low = np.sqrt(np.mean(soft.render(9600, Motion(0.05, 0.5)) ** 2))
     high = np.sqrt(np.mean(hard.render(9600, Motion(0.5, 5.0)) ** 2))
     assert high > 1.5 * low
@@ -133,8 +133,8 @@ def test_force_and_speed_set_its_level_and_a_still_hand_feels_nothing() -> None:
 @pytest.mark.parametrize("interaction", ["slide", "strike"])
 def test_what_a_recording_has_outside_the_band_is_not_played(interaction: str) -> None:
     noise = np.random.default_rng(3).normal(0.0, 0.2, RATE_HZ)
-    made = pattern(("wood", interaction), noise, RATE_HZ)
-    voices = Voices(patterns=(made,))
+    recording = pattern(("wood", interaction), noise, RATE_HZ)
+    voices = Voices(patterns=(recording,))
     strikes = interaction == "strike"
     command = replace(RUB, material="wood", interaction=interaction, onset=strikes)
     voices.apply(replace(command, expires_at=0.5))
@@ -146,15 +146,15 @@ def test_what_a_recording_has_outside_the_band_is_not_played(interaction: str) -
 
 
 def test_a_looped_recording_has_no_seam() -> None:
-    made = pattern(("wood", "slide"), tone(0.3, 97.3), RATE_HZ)
-    wave = PatternTexture(made).render(2 * RATE_HZ, Motion(0.5, 2.0))
+    recording = pattern(("wood", "slide"), tone(0.3, 97.3), RATE_HZ)
+    wave = PatternTexture(recording).render(2 * RATE_HZ, Motion(0.5, 2.0))
 
     assert above_band_db(wave) < -50.0
 
 
 def test_blocks_of_any_size_join() -> None:
-    made = pattern(("wood", "slide"), tone(0.3), RATE_HZ)
-    whole, cut = PatternTexture(made), PatternTexture(made)
+    recording = pattern(("wood", "slide"), tone(0.3), RATE_HZ)
+    whole, cut = PatternTexture(recording), PatternTexture(recording)
     blocks = [cut.render(size, RUB.motion) for size in (1, 300, 0, 77, 9222)]
     assert np.allclose(np.concatenate(blocks), whole.render(9600, RUB.motion), atol=2e-6)
 
@@ -162,13 +162,15 @@ def test_blocks_of_any_size_join() -> None:
 def test_a_speaker_weak_at_a_recordings_pitch_is_driven_harder() -> None:
     both = tone(1.0, 60.0) + tone(1.0, 250.0)
     flat = pattern(("wood", "slide"), both, RATE_HZ)
-    made = pattern(("wood", "slide"), both, RATE_HZ, Correction((40.0, 80.0, 250.0), (6, 6, 0)))
+    recording = pattern(
+        ("wood", "slide"), both, RATE_HZ, Correction((40.0, 80.0, 250.0), (6, 6, 0))
+    )
 
     def tilt_db(wave: NDArray[np.float32]) -> float:
         spectrum = np.abs(np.fft.rfft(wave * np.hanning(wave.size), 10 * RATE_HZ))
         return float(20 * np.log10(spectrum[590:610].max() / spectrum[2490:2510].max()))
 
-    assert tilt_db(made.samples) - tilt_db(flat.samples) == pytest.approx(6.0, abs=0.3)
+    assert tilt_db(recording.samples) - tilt_db(flat.samples) == pytest.approx(6.0, abs=0.3)
 
 
 def write(path: Path, samples: Wave, rate_hz: int = RATE_HZ) -> None:
@@ -176,10 +178,10 @@ def write(path: Path, samples: Wave, rate_hz: int = RATE_HZ) -> None:
 
 
 BAD = {
-    "silent": (np.zeros(RATE_HZ), "nothing to feel"),
-    "beyond the band": (tone(1.0, 5000.0), "nothing to feel"),
-    "not numbers": (np.full(RATE_HZ, np.nan), "no numbers"),
-    "infinite": (np.where(np.arange(RATE_HZ) == 9, np.inf, tone(1.0)), "no numbers"),
+    "silent": (np.zeros(RATE_HZ), "nothing can be felt"),
+    "beyond the band": (tone(1.0, 5000.0), "nothing can be felt"),
+    "not numbers": (np.full(RATE_HZ, np.nan), "not numbers"),
+    "infinite": (np.where(np.arange(RATE_HZ) == 9, np.inf, tone(1.0)), "not numbers"),
     "too long": (tone(11.0), "cut it"),
     "too short": (tone(0.01), "cut it"),
     "empty": (np.zeros(0), "cut it"),
@@ -203,14 +205,14 @@ def test_other_faults_of_a_folder_are_named(tmp_path: Path) -> None:
     with pytest.raises(PatternError, match="0 WAV files"):
         read_patterns(tmp_path, MATERIALS)
     (tmp_path / "glass-tap.wav").write_bytes(b"RIFF nonsense")
-    with pytest.raises(PatternError, match="not a sound file"):
+    with pytest.raises(PatternError, match="not a readable sound file"):
         read_patterns(tmp_path, MATERIALS)
     write(tmp_path / "glass-tap.wav", tone())
     write(tmp_path / "glass-tapping.wav", tone())
-    with pytest.raises(PatternError, match="stand for the same"):
+    with pytest.raises(PatternError, match="replace the same pattern"):
         read_patterns(tmp_path, MATERIALS)
     (tmp_path / "glass-tapping.wav").rename(tmp_path / "glas-tap.wav")
-    with pytest.raises(PatternError, match=r"glas-tap.*names no pattern"):
+    with pytest.raises(PatternError, match=r"glas-tap.*is not the name of a pattern"):
         read_patterns(tmp_path, MATERIALS)
 
 
@@ -226,7 +228,7 @@ def test_the_engine_plays_the_patterns_it_is_given(tmp_path: Path) -> None:
 
 
 def felt(*options: str, capsys: pytest.CaptureFixture[str]) -> dict[float, float]:
-    """Levels in dB by frequency in Hz of a strike on wood as `feel` tells them."""
+    """Levels in dB by frequency in Hz of a strike on wood, as `feel` prints them."""
     arguments = ["feel", "wood", "--interaction", "strike", "--seconds", "0.5", "--json"]
     assert main([*arguments, *options]) == 0
     bands = json.loads(capsys.readouterr().out)["vibration"]["spectrum"]

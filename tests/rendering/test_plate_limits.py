@@ -1,4 +1,4 @@
-"""The limits of the plate, one by one; what is no number; what a stalled caller earns."""
+"""Tests the limits of the plate one by one, with NaN and with a stalled caller."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A hand strokes to and fro: each way begins and ends at rest and is fastest in its middle."""
+"""Tests that a stroke begins and ends at rest, and is fastest in its middle."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ PEAK = Motion(2.0, 3.0)
 @pytest.mark.parametrize("interaction", TEXTURES)
 def test_a_sweep_is_a_bell_that_peaks_in_its_middle(interaction: str) -> None:
     sweep_s = SWEEP_S[interaction]
-    course = [motion_at(interaction, PEAK, x * sweep_s).speed_mps for x in np.linspace(0, 0.99, 34)]
+    speeds = [motion_at(interaction, PEAK, x * sweep_s).speed_mps for x in np.linspace(0, 0.99, 34)]
 
-    assert course[0] == 0.0
+    assert speeds[0] == 0.0
     assert motion_at(interaction, PEAK, sweep_s / 2).speed_mps == pytest.approx(2.0)
-    assert max(course) <= 2.0
-    rising = np.diff(course) > 0.0
+    assert max(speeds) <= 2.0
+    rising = np.diff(speeds) > 0.0
     assert rising[:16].all()
     assert not rising[17:].any()
 

@@ -1,4 +1,4 @@
-"""The contact model against high-precision closed forms, finite differences and the tables."""
+"""Tests the contact model against closed forms, finite differences and the tables."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ MOMENTS = tuple(10.0 ** (power / 4) for power in range(-12, 9))  # 1 ms to 100 s
 
 
 def exact_share(contact: ThermalContact, elapsed_s: float) -> float:
-    """exp(x^2) erfc(x) written out, with digits enough that it neither overflows nor cancels."""
+    """exp(x^2) erfc(x) with enough digits that it neither overflows nor cancels."""
     with mpmath.workdps(60):
         skin, bulk = mpmath.mpf(SKIN.effusivity), mpmath.mpf(contact.thermal.effusivity)
         settled = bulk / (skin + bulk)
@@ -42,7 +42,7 @@ def exact_share(contact: ThermalContact, elapsed_s: float) -> float:
 
 
 def exact_sheet_share(contact: ThermalContact, elapsed_s: float) -> float:
-    """The sheet's Laplace transform brought back by Talbot's contour at 25 digits."""
+    """The sheet's Laplace transform inverted on Talbot's contour with 25 digits."""
     bulk, thickness_m = contact.thermal, contact.thickness_m
     diffusivity = bulk.conductivity / (bulk.density * bulk.heat_capacity)
 

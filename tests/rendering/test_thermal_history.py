@@ -1,4 +1,4 @@
-"""The skin's memory against closed forms: its kernel, its way back from Laplace, its tables."""
+"""Tests the skin's memory against closed forms: kernel, inverse Laplace transform, tables."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from hapticvlm.materials import MATERIALS, Thermal
 from hapticvlm.rendering.heat import history as thermal_history
 from hapticvlm.rendering.heat.contact import SKIN, share, thermal_contact
-from hapticvlm.rendering.heat.history import RATES, after, aged, faded_c, fading, left_c
+from hapticvlm.rendering.heat.history import RATES, after, aged, faded_c, fading, remaining_c
 
 GLASS = thermal_contact(MATERIALS["glass"].thermal, 22.0)
 STEEL = thermal_contact(Thermal(15, 8000, 500), 22.0, contact_resistance=0.0)
@@ -19,18 +19,18 @@ EVEN = (1.0, *(0.0 for _ in RATES[1:]))  # one height, all but still
 
 @pytest.mark.parametrize("elapsed_s", np.geomspace(1e-4, 100.0, 12))
 def test_the_rates_give_the_kernel_of_the_skin(elapsed_s: float) -> None:
-    found = thermal_history._WEIGHTS @ np.exp(-RATES * elapsed_s)
+    value = thermal_history._WEIGHTS @ np.exp(-RATES * elapsed_s)
     stated = 4e-3 if elapsed_s < 10.0 else 1e-2
-    assert found == pytest.approx(1.0 / math.sqrt(math.pi * elapsed_s), rel=stated)
+    assert value == pytest.approx(1.0 / math.sqrt(math.pi * elapsed_s), rel=stated)
 
 
 @pytest.mark.parametrize("elapsed_s", [1e-3, 1.0, 100.0])
 @pytest.mark.parametrize("rate", [1e-3, 1.0, 1e3])
 def test_four_points_bring_an_exponential_back_from_laplace(elapsed_s: float, rate: float) -> None:
     s = thermal_history._CONTOUR / elapsed_s
-    found = (thermal_history._CONTOUR_WEIGHTS / elapsed_s / (s + rate)).sum().real
+    value = (thermal_history._CONTOUR_WEIGHTS / elapsed_s / (s + rate)).sum().real
 
-    assert found == pytest.approx(math.exp(-rate * elapsed_s), abs=5e-5)
+    assert value == pytest.approx(math.exp(-rate * elapsed_s), abs=5e-5)
 
 
 @pytest.mark.parametrize("elapsed_s", [0.01, 0.1, 1.0, 10.0])
@@ -52,7 +52,7 @@ def test_a_perfect_contact_leaves_what_the_closed_form_says() -> None:
 
     for since_s in (0.01, 0.1, 1.0, 10.0):
         left = change_c * 2.0 / math.pi * math.atan(math.sqrt(2.0 / since_s))
-        assert left_c(past, since_s) == pytest.approx(left, abs=0.02)
+        assert remaining_c(past, since_s) == pytest.approx(left, abs=0.02)
 
 
 def test_a_contact_that_gives_even_heat_leaves_what_the_closed_form_says() -> None:
@@ -62,18 +62,23 @@ def test_a_contact_that_gives_even_heat_leaves_what_the_closed_form_says() -> No
 
     for since_s in (0.01, 0.1, 1.0, 10.0):
         left = change_c * (math.sqrt(1.0 + since_s) - math.sqrt(since_s))
-        assert left_c(past, since_s) == pytest.approx(left, rel=0.01)
+        assert remaining_c(past, since_s) == pytest.approx(left, rel=0.01)
 
 
 def test_a_past_ages_in_any_number_of_steps() -> None:
     past = after((), GLASS, 1.0, share(GLASS, 1.0) * -10.0)
 
     assert aged(aged(past, 0.3), 0.7) == pytest.approx(aged(past, 1.0))
-    assert sum(aged(past, 1.0)) == pytest.approx(left_c(past, 1.0))
+    assert sum(aged(past, 1.0)) == pytest.approx(remaining_c(past, 1.0))
 
 
 def test_no_past_costs_nothing_and_shows_nothing() -> None:
-    assert (fading((), GLASS), aged((), 1.0), left_c((), 1.0), faded_c((), 1.0)) == ((), (), 0, 0)
+    assert (fading((), GLASS), aged((), 1.0), remaining_c((), 1.0), faded_c((), 1.0)) == (
+        (),
+        (),
+        0,
+        0,
+    )
 
 
 @pytest.mark.parametrize("elapsed_s", [-1.0, 0.0, math.nan, 1e5, math.inf])

@@ -1,4 +1,4 @@
-"""The course of a touch against finite differences: what contacts leave in the skin."""
+"""Tests trajectories of touches against finite differences: what contacts leave in the skin."""
 
 from __future__ import annotations
 
@@ -30,19 +30,19 @@ STATED_C = 0.05  # of which finite differences have 0.02 themselves
 
 
 def largest_error_c(stages: list[Stage], until_s: float) -> float:
-    """Difference between the course and finite differences, where these can be trusted."""
+    """Largest error against finite differences, where these can be trusted, degC."""
     rows = skin_surface(stages, until_s)
-    course, found, done = REAL, np.zeros(len(rows)), 0
+    trajectory, computed_c, done = REAL, np.zeros(len(rows)), 0
     ends = [stage.begins_at for stage in stages[1:]] + [math.inf]
     for stage, end_s in zip(stages, ends, strict=True):
         if stage.contact is None:
-            course = course.release(stage.begins_at)
+            trajectory = trajectory.release(stage.begins_at)
         else:
-            course = course.touch(stage.contact, stage.begins_at, stage.begins_at)
+            trajectory = trajectory.touch(stage.contact, stage.begins_at, stage.begins_at)
         while done < len(rows) and rows[done, 0] <= end_s:
-            found[done] = course.skin_c(rows[done, 0])
+            computed_c[done] = trajectory.skin_c(rows[done, 0])
             done += 1
-    return float(np.abs(found - rows[:, 1])[sharp(rows[:, 0], stages)].max())
+    return float(np.abs(computed_c - rows[:, 1])[sharp(rows[:, 0], stages)].max())
 
 
 @pytest.mark.parametrize("after", [FABRIC, WOOD, GLASS, METAL])
@@ -77,10 +77,10 @@ def test_many_slides_cost_no_more_and_stay_within_the_stated_error() -> None:
     stages = [Stage(0.4 * turn, contact) for turn, contact in enumerate(touched)]
     assert largest_error_c(stages, 8.0) < STATED_C
 
-    course = REAL
+    trajectory = REAL
     for stage in stages:
-        course = course.touch(stage.contact, stage.begins_at, stage.begins_at)
-    assert len(course.past) == RATES.size
+        trajectory = trajectory.touch(stage.contact, stage.begins_at, stage.begins_at)
+    assert len(trajectory.past) == RATES.size
 
 
 def test_a_slide_off_thin_metal_stays_within_the_stated_error() -> None:
@@ -133,27 +133,27 @@ def test_skin_remembers_metal_on_wood_and_wood_alone_is_warmer() -> None:
 
 
 def test_the_first_touch_is_the_plain_transient() -> None:
-    course = REAL.touch(GLASS, "pane", 5.0)
+    trajectory = REAL.touch(GLASS, "pane", 5.0)
 
     for elapsed_s in (0.0, 0.01, 1.0, 10.0):
-        assert course.skin_c(5.0 + elapsed_s) == pytest.approx(skin_surface_c(GLASS, elapsed_s))
+        assert trajectory.skin_c(5.0 + elapsed_s) == pytest.approx(skin_surface_c(GLASS, elapsed_s))
 
 
 def test_an_approach_waits_where_contact_goes_on() -> None:
     near = ThermalTrajectory().approach(METAL, 1.0)
     touched = near.touch(METAL, "knife", 2.0)
 
-    assert near.wanted_c(1.0) == near.wanted_c(2.0) == skin_surface_c(METAL, LEAD_S)
-    assert touched.wanted_c(2.0) == near.wanted_c(2.0)
-    assert touched.wanted_c(4.0) == skin_surface_c(METAL, 2.0 + LEAD_S) < near.wanted_c(2.0)
+    assert near.target_c(1.0) == near.target_c(2.0) == skin_surface_c(METAL, LEAD_S)
+    assert touched.target_c(2.0) == near.target_c(2.0)
+    assert touched.target_c(4.0) == skin_surface_c(METAL, 2.0 + LEAD_S) < near.target_c(2.0)
 
 
 def test_a_contact_that_goes_on_does_not_begin_again() -> None:
-    course = ThermalTrajectory().touch(METAL, "knife", 1.0)
+    trajectory = ThermalTrajectory().touch(METAL, "knife", 1.0)
 
-    assert course.touch(METAL, "knife", 1.5) is course
-    believed = course.touch(replace(METAL, surface_c=10.0), "knife", 1.5)
-    assert believed.begun_at == course.begun_at
+    assert trajectory.touch(METAL, "knife", 1.5) is trajectory
+    believed = trajectory.touch(replace(METAL, surface_c=10.0), "knife", 1.5)
+    assert believed.begun_at == trajectory.begun_at
     assert believed.past == ()
 
 
@@ -165,39 +165,39 @@ def test_taps_in_quick_succession_are_one_contact() -> None:
         tapped = tapped.touch(GLASS, "pane", lifted_at + 0.08)
 
     assert tapped.past == ()
-    assert tapped.wanted_c(2.0) == held.touch(GLASS, "pane", 2.0).wanted_c(2.0)
+    assert tapped.target_c(2.0) == held.touch(GLASS, "pane", 2.0).target_c(2.0)
 
 
 def test_a_longer_lift_ends_the_contact_when_the_hand_left() -> None:
-    course = ThermalTrajectory().touch(GLASS, "pane", 0.0)
+    trajectory = ThermalTrajectory().touch(GLASS, "pane", 0.0)
     for now in (1.0, 1.1, 1.01 + BRIEF_LIFT_S):
-        course = course.approach(GLASS, now)
+        trajectory = trajectory.approach(GLASS, now)
 
     touched_c = ThermalTrajectory().touch(GLASS, "pane", 0.0).skin_c(1.0)
-    assert course.past_at == 1.0
-    assert sum(course.past) == pytest.approx(touched_c - GLASS.skin_c)
-    assert course.begun_at is None
+    assert trajectory.past_at == 1.0
+    assert sum(trajectory.past) == pytest.approx(touched_c - GLASS.skin_c)
+    assert trajectory.begun_at is None
 
 
 def test_a_brief_lift_from_one_object_to_another_is_no_slide() -> None:
-    course = (
+    trajectory = (
         ThermalTrajectory()
         .touch(GLASS, "pane", 0.0)
         .approach(GLASS, 1.0)
         .touch(GLASS, "other", 1.1)
     )
 
-    assert course.begun_at == 1.1 - LEAD_S
-    assert course.past == aged(
+    assert trajectory.begun_at == 1.1 - LEAD_S
+    assert trajectory.past == aged(
         ThermalTrajectory().touch(GLASS, "pane", 0.0).release(1.0).past, 1.1 - 1.0
     )
 
 
 def test_an_unknown_material_is_neutral_and_leaves_nothing() -> None:
-    course = ThermalTrajectory().touch(None, "blob", 1.0)
+    trajectory = ThermalTrajectory().touch(None, "blob", 1.0)
 
-    assert course.wanted_c(3.0) == 32.0
-    assert course.release(3.0).past == ()
+    assert trajectory.target_c(3.0) == 32.0
+    assert trajectory.release(3.0).past == ()
 
 
 def test_what_becomes_known_during_a_touch_begins_with_its_lead() -> None:
@@ -208,36 +208,36 @@ def test_what_becomes_known_during_a_touch_begins_with_its_lead() -> None:
 
 
 def test_a_released_hand_wants_a_neutral_plate() -> None:
-    assert ThermalTrajectory().touch(METAL, "knife", 0.0).release(2.0).wanted_c(2.0) == 32.0
-    assert ThermalTrajectory().wanted_c(0.0) == 32.0
+    assert ThermalTrajectory().touch(METAL, "knife", 0.0).release(2.0).target_c(2.0) == 32.0
+    assert ThermalTrajectory().target_c(0.0) == 32.0
 
 
 def test_gain_damps_or_exaggerates_the_deviation_from_neutral() -> None:
-    course = ThermalTrajectory().touch(METAL, "knife", 0.0)
-    full_c = course.wanted_c(1.0) - 32.0
+    trajectory = ThermalTrajectory().touch(METAL, "knife", 0.0)
+    full_c = trajectory.target_c(1.0) - 32.0
 
     for gain in (0.0, 0.5, 2.0):
-        assert course.wanted_c(1.0, gain) - 32.0 == pytest.approx(gain * full_c)
+        assert trajectory.target_c(1.0, gain) - 32.0 == pytest.approx(gain * full_c)
 
 
 def test_skin_warmer_than_neutral_is_where_the_course_starts() -> None:
     warm = replace(GLASS, skin_c=34.0)
-    course = REAL.touch(warm, "pane", 0.0)
+    trajectory = REAL.touch(warm, "pane", 0.0)
 
-    assert course.skin_c(0.0) == 34.0
-    assert course.skin_c(1e9) == pytest.approx(contact_temperature_c(warm), abs=0.01)
+    assert trajectory.skin_c(0.0) == 34.0
+    assert trajectory.skin_c(1e9) == pytest.approx(contact_temperature_c(warm), abs=0.01)
 
 
 @pytest.mark.parametrize("broken_c", [math.nan, math.inf])
 def test_a_broken_contact_leaves_no_trace(broken_c: float) -> None:
-    course = ThermalTrajectory().touch(replace(METAL, surface_c=broken_c), "knife", 0.0)
+    trajectory = ThermalTrajectory().touch(replace(METAL, surface_c=broken_c), "knife", 0.0)
 
-    assert math.isfinite(course.touch(WOOD, "handle", 1.0).wanted_c(1.5))
+    assert math.isfinite(trajectory.touch(WOOD, "handle", 1.0).target_c(1.5))
 
 
 @pytest.mark.parametrize("now", [0.5, -1e9])
 def test_a_clock_that_jumps_back_gives_a_number(now: float) -> None:
-    course = ThermalTrajectory().touch(METAL, "knife", 1.0).touch(WOOD, "handle", 2.0)
+    trajectory = ThermalTrajectory().touch(METAL, "knife", 1.0).touch(WOOD, "handle", 2.0)
 
-    assert 22.0 <= course.wanted_c(now) <= 32.0
-    assert 22.0 <= course.release(now).skin_c(now) <= 32.0
+    assert 22.0 <= trajectory.target_c(now) <= 32.0
+    assert 22.0 <= trajectory.release(now).skin_c(now) <= 32.0

@@ -1,4 +1,4 @@
-"""Waveforms: in the band, from and to zero, joined across blocks, different for every material."""
+"""Tests waveforms: within the band, from and to zero, continuous, and different by material."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def rub(vibration: Vibration, interaction: str, motion: Motion, seconds: float =
 
 
 def power(wave: Wave) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Frequencies in Hz and power; what does not end by itself is seen through a Hann window."""
+    """Frequencies in Hz and power; a wave that does not end by itself gets a Hann window."""
     size = max(wave.size, RATE_HZ)
     window = np.ones(wave.size) if wave[0] == 0.0 else np.hanning(wave.size)
     spectrum = np.abs(np.fft.rfft(wave * window, size)) ** 2
@@ -52,7 +52,7 @@ def rms(wave: Wave) -> float:
 
 
 def felt_db(wave: Wave) -> float:
-    """Energy over the threshold of a palm on a speaker, in dB, computed by third of an octave."""
+    """Energy over the threshold of a palm on a speaker, in dB, by thirds of an octave."""
     spectrum = np.abs(np.fft.rfft(wave, RATE_HZ)) ** 2
     edges = 10.0 * 2.0 ** (np.arange(20) / 3.0)
     total = 0.0

@@ -1,4 +1,4 @@
-"""Whatever a scene does: in range, in the band, without a click, and silent when its lease ends."""
+"""Tests vibration for any input: in range, in the band, without a click, silent after a lease."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def commands(draw: st.DrawFn) -> Command:
 
 
 def above_band_db(wave: Wave) -> float:
-    """Energy above 1050 Hz of the whole event's, through a Hann window around it."""
+    """Share of an event's energy above 1050 Hz, under a Hann window, dB."""
     padded = np.pad(wave.astype(np.float64), wave.size // 2)
     power = np.abs(np.fft.rfft(padded * np.hanning(padded.size))) ** 2
     hertz = np.arange(float(power.size)) * (RATE_HZ / padded.size)
@@ -101,10 +101,10 @@ def test_no_material_of_ours_needs_the_filter_of_the_band() -> None:
 @QUICK
 @given(vibrations, st.sampled_from(TEXTURES), st.lists(strokes, min_size=2, max_size=8), seeds)
 def test_any_texture_under_any_course_of_a_hand(
-    vibration: Vibration, interaction: str, course: list[Motion], seed: int
+    vibration: Vibration, interaction: str, motions: list[Motion], seed: int
 ) -> None:
     texture = Texture(vibration, interaction, seed)
-    wave = np.concatenate([texture.render(640, motion) for motion in course for _ in range(3)])
+    wave = np.concatenate([texture.render(640, motion) for motion in motions for _ in range(3)])
     end = np.concatenate([texture.render(256, Motion(0.0, 0.0)) for _ in range(80)])
     assert not end[-4800:].any()
     wave = np.concatenate((wave, end))
@@ -159,21 +159,21 @@ def test_any_crowd_of_commands_stays_in_range_and_ends_after_a_rest(
     st.lists(st.tuples(st.floats(0.0, 1.0), st.integers(1, 2000)), min_size=1, max_size=20),
 )
 def test_a_glide_never_leaves_the_range_of_its_targets_nor_jumps(
-    course: list[tuple[float, int]],
+    targets: list[tuple[float, int]],
 ) -> None:
     glide, values = SmoothedValue(), [0.0]
-    for target, count in course:
+    for target, count in targets:
         reached = glide.follow(target, count, RATE_HZ)
         values += [reached] * count if isinstance(reached, float) else reached.tolist()
     assert min(values) >= -1e-9
-    assert max(values) <= max(target for target, _ in course) + 1e-6
+    assert max(values) <= max(target for target, _ in targets) + 1e-6
     assert max(abs(b - a) for a, b in itertools.pairwise(values)) < 1.0 / (0.008 * RATE_HZ)
 
 
 def test_updates_at_75_hz_leave_no_ripple_of_their_own() -> None:
-    """A level told in steps 75 times a second rises as a line; 5 % of a step is far below a JND."""
+    """A level sent in steps 75 times a second rises as a line; 5 % of a step is far below a JND."""
     glide, step = SmoothedValue(), 0.01
-    parts = [np.asarray(glide.follow(step * told, 640, RATE_HZ)) for told in range(1, 76)]
+    parts = [np.asarray(glide.follow(step * number, 640, RATE_HZ)) for number in range(1, 76)]
     settled = np.concatenate(parts)[RATE_HZ // 4 :]
     at = np.arange(settled.size)
     ripple = settled - np.polyval(np.polyfit(at, settled, 1), at)

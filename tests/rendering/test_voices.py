@@ -1,4 +1,4 @@
-"""The mixer: both hands, leases, fades, bounds and what it refuses to let out."""
+"""Tests the mixer: both hands, leases, fades, bounds, and what it drops."""
 
 from __future__ import annotations
 
@@ -297,7 +297,7 @@ def test_the_limiter_leaves_what_fits_alone() -> None:
 
 
 def test_two_hands_at_full_level_keep_inside_the_band_at_every_moment() -> None:
-    """Bending peaks sample by sample left -22 dB above the band; a gain that foresees does not."""
+    """Clipping leaves -22 dB above the band; a limiter with look-ahead leaves less."""
     voices = Voices()
     voices.apply(replace(SLIDE, material="stone", motion=Motion(2.0, 9.0)))
     blows = replace(STRIKE, hand=1, material="glass", motion=Motion(20.0, 9.0))

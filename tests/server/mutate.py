@@ -85,7 +85,7 @@ DEFECTS = (
     Defect("server/ownership.py", "            requester.session.set_owner(owner=False)\n", "", f"{RANDOM} -k must_hold"),
     Defect("session/hands.py", "return bool(self._held) and self.outputs(hand) == OUTPUTS", "return False", f"{RANDOM} -k must_hold"),
     # children
-    Defect("backoff.py", "first_s * 2.0 ** min(failures - 1, _MOST_DOUBLINGS)", "first_s", f"{CHILD} -k growing_pause"),
+    Defect("backoff.py", "first_s * 2.0 ** min(failures - 1, _MAX_DOUBLINGS)", "first_s", f"{CHILD} -k growing_pause"),
 )  # fmt: skip
 
 

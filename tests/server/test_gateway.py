@@ -99,11 +99,11 @@ def test_only_an_observer_of_this_machine_states_materials(gateway):
         Scene(id=1, objects=[SceneObject(object_id="a", name="thing")], replace=True), 0.0
     )
     with pytest.raises(MessageError, match="own machine") as refused:
-        gateway.state_materials(remote, stated, 0.0)
+        gateway.override_materials(remote, stated, 0.0)
     assert (refused.value.code, refused.value.id) == ("protocol", 7)
-    assert not owner.stated
-    gateway.state_materials(join(gateway, observer=True), stated, 0.0)
-    assert owner.stated == {"a": "metal"}
+    assert not owner.session.overrides.stated
+    gateway.override_materials(join(gateway, observer=True), stated, 0.0)
+    assert owner.session.overrides.stated == {"a": "metal"}
 
 
 def test_an_observer_never_takes_the_outputs(gateway):

@@ -92,7 +92,7 @@ async def test_a_client_that_speaks_json_is_answered_in_json(gateway):
 @pytest.mark.parametrize(
     ("message", "path", "text"),
     [
-        ({"type": "stop", "id": 7, "scope": "all"}, "$.type", "say hello first"),
+        ({"type": "stop", "id": 7, "scope": "all"}, "$.type", "send hello first"),
         (hello(id=7, protocol={"major": 99, "minor": 3}), "$.protocol.major", "speaks protocol 99"),
         (hello(id=7, role="king"), "$.role", "before hello"),
         (hello(id=7, client={"name": "x" * 20_000, "version": ""}), None, "at most"),

@@ -1,5 +1,6 @@
 """Who may ask for pages and open a WebSocket: hosts, origins, and browsers of other sites."""
 
+import base64
 from types import SimpleNamespace
 from typing import Any
 
@@ -7,8 +8,11 @@ import pytest
 from websockets.datastructures import Headers
 from websockets.http11 import Request
 
+from hapticvlm.messages import SceneObject
 from hapticvlm.server.access import Address
 from hapticvlm.server.web import http
+from hapticvlm.server.web.local_pages import LoopbackPages
+from hapticvlm.session.overrides import MaterialOverrides
 from hapticvlm_studio.trials import page_server
 
 TOKEN = "twelve-chars-at-least"
@@ -66,3 +70,18 @@ def test_the_pages_of_a_study_are_served_only_where_a_study_runs(is_study, code,
     answer = http.answer(browser, request, policy, dict)
     assert answer is not None
     assert answer.status_code == code
+
+
+@pytest.mark.parametrize(("peer", "code"), [("127.0.0.1", 200), ("192.168.1.9", 403)])
+def test_material_overrides_never_leave_this_machine(peer, code):
+    policy = Address("0.0.0.0", token=TOKEN, pages_from="lan").policy()
+    stated = MaterialOverrides({"cup": "glass"}).with_stated([SceneObject("box", material="wood")])
+    pages = LoopbackPages(policy, lambda: stated)
+    password = base64.b64encode(f":{TOKEN}".encode()).decode()
+    headers = [("Host", "192.168.1.5:8790"), ("Authorization", f"Basic {password}")]
+    browser: Any = SimpleNamespace(remote_address=(peer, 1), local_address=("192.168.1.5", 8790))
+    answer = pages.answer(browser, Request("/stated.json", Headers(headers)))
+    assert answer is not None
+    assert answer.status_code == code
+    assert (b"glass" in answer.body and b"wood" in answer.body) == (code == 200)
+    assert pages.answer(browser, Request("/stated.json/other", Headers(headers))) is None

@@ -159,7 +159,7 @@ def test_a_key_that_others_can_read_is_warned_of(pair, tmp_path, caplog):
 
 
 def test_the_steps_of_the_documentation_make_a_certificate_that_is_served_and_trusted(tmp_path):
-    text = (ROOT / "docs" / "reach.md").read_text()
+    text = (ROOT / "docs" / "connecting.md").read_text()
     (steps,) = re.findall(r"```sh\n(.*?)```", text, re.DOTALL)
     script = "set -e\n" + steps.replace("rsa:3072", "rsa:2048")  # 3072 bits take their time
     subprocess.run(

@@ -5,7 +5,8 @@ import pytest
 
 from hapticvlm.messages import Decision, MessageError, Ok, Scene, SceneObject, Touch
 from hapticvlm.session.actions import Reply
-from hapticvlm.session.session import SceneSession, with_materials
+from hapticvlm.session.overrides import with_materials
+from hapticvlm.session.session import SceneSession
 from hapticvlm.session.settings import SessionSettings
 
 MUG = SceneObject(object_id="mug", name="TeaMug_01", temperature_c=45.0)

@@ -20,7 +20,6 @@ from hapticvlm.devices.simulated.simulated import SimulatedPlate
 from hapticvlm.devices.simulated.simulated_board import SimulatedBoard
 from hapticvlm.rendering.heat.limits import COOL_SLEW_C_PER_S
 from hapticvlm.server.options import plate_resistance
-from hapticvlm_studio.calibration.plate_course import Turn, simulated_time, swing
 from hapticvlm_studio.calibration.plate_flow import (
     RUN_S,
     SETTLE_S,
@@ -29,6 +28,7 @@ from hapticvlm_studio.calibration.plate_flow import (
     estimate,
     middle_c,
 )
+from hapticvlm_studio.calibration.plate_trajectory import NextTick, simulated_time, swing
 
 RESISTANCES = (2e-4, 5e-4, 1e-3)
 OVERHEAD_S = 3e-4  # of a turn of the host, whose ticks are never the board's
@@ -94,7 +94,7 @@ def test_a_palm_with_a_horny_layer_is_found_and_its_interval_holds(
 
 
 @pytest.fixture(scope="module")
-def simulated() -> tuple[SimulatedPlate, Turn, Floats]:
+def simulated() -> tuple[SimulatedPlate, NextTick, Floats]:
     """A plate that has swung bare."""
     plate, turn = SimulatedPlate(palm_resistance=math.inf), simulated_time()
     return plate, turn, swing(plate, 28.0, turn)

@@ -16,15 +16,15 @@ from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.heat.contact import skin_surface_c, thermal_contact
 from hapticvlm.rendering.heat.limits import limit
 from hapticvlm.rendering.heat.trajectory import ThermalTrajectory
-from hapticvlm_studio.calibration.palm_trial import Bench
-from hapticvlm_studio.calibration.staircase import (
+from hapticvlm_studio.calibration.contact_estimate import (
     JUDGED_S,
     RESISTANCES,
     TRIALS,
-    Calibration,
+    ContactEstimator,
     SimulatedPalm,
     colder_chance,
 )
+from hapticvlm_studio.calibration.plate_driver import PlateDriver
 from hapticvlm_studio.commands import calibrate_thermal as thermal
 
 METAL = MATERIALS["metal"].thermal
@@ -50,7 +50,7 @@ def on_plate(tried: float, palm_resistance: float, compensated: float) -> float:
             plant._state_c[2:] = rested
             plant.touch(palm_resistance)
             course = course.touch(contact, "plate", now)
-        setpoint_c = limit(course.wanted_c(now), setpoint_c, TICK_S, plate.advance(now)).setpoint_c
+        setpoint_c = limit(course.target_c(now), setpoint_c, TICK_S, plate.advance(now)).setpoint_c
         plate.command(setpoint_c, 0.25, now)
         now += TICK_S
     plate.advance(now)
@@ -61,7 +61,7 @@ def calibrated_on_plate(planted, palm_resistance, compensated, seed):
     """Let a palm answer that feels the plant; the share of its R'' that is found."""
     felt = functools.cache(lambda tried: on_plate(tried, palm_resistance, compensated))
     real_c = skin_surface_c(thermal_contact(METAL, 22.0, contact_resistance=planted), JUDGED_S)
-    calibration, rng = Calibration(METAL, 22.0), np.random.default_rng(seed)
+    calibration, rng = ContactEstimator(METAL, 22.0), np.random.default_rng(seed)
     for _ in range(TRIALS):
         tried = calibration.next_resistance()
         chance = colder_chance(np.array(felt(tried) - real_c), np.array(0.3))
@@ -85,16 +85,16 @@ def test_what_the_plate_does_not_compensate_is_taken_for_a_better_contact():
     assert calibrated_on_plate(5.5e-4, 5e-4, 0.0, seed=0) < 0.5
 
 
-def test_the_bench_goes_ahead_of_the_skin_as_the_service_does():
+def test_the_driver_goes_ahead_of_the_skin_as_the_service_does():
     coldest = {}
     for resistance in (0.0, 1e-3):
         plate = Notes()
-        bench = Bench(plate, resistance)
-        bench.prepare(thermal_contact(METAL, 22.0))
+        driver = PlateDriver(plate, resistance)
+        driver.prepare(thermal_contact(METAL, 22.0))
         until = time.monotonic() + 2.0
         while time.monotonic() < until:
             time.sleep(0.05)
-        bench.close()
+        driver.close()
         coldest[resistance] = min(plate.setpoints)
 
     assert coldest[1e-3] < coldest[0.0] - 2.0
@@ -102,7 +102,7 @@ def test_the_bench_goes_ahead_of_the_skin_as_the_service_does():
 
 def calibrated(planted: float, noise_c: float = 0.3, seed: int = 0, trials: int = TRIALS):
     """Let a simulated palm answer; return the estimate."""
-    calibration, palm = Calibration(METAL, 22.0), SimulatedPalm(planted, noise_c, seed)
+    calibration, palm = ContactEstimator(METAL, 22.0), SimulatedPalm(planted, noise_c, seed)
     for _ in range(trials):
         tried = calibration.next_resistance()
         answer = palm.is_real_colder(METAL, 22.0, tried)
@@ -147,7 +147,7 @@ def test_a_noisy_palm_is_known_to_be_noisy():
 
 
 def test_nothing_answered_leaves_everything_open():
-    found = Calibration(METAL, 22.0).estimate()
+    found = ContactEstimator(METAL, 22.0).estimate()
 
     assert found.low < 2 * RESISTANCES[0]
     assert found.high > RESISTANCES[-1] / 2
@@ -156,7 +156,7 @@ def test_nothing_answered_leaves_everything_open():
 
 @pytest.mark.parametrize("always", [True, False])
 def test_a_person_who_always_says_the_same_ends_at_an_edge_and_breaks_nothing(always):
-    calibration = Calibration(METAL, 22.0)
+    calibration = ContactEstimator(METAL, 22.0)
     for _ in range(40):
         calibration.learn(calibration.next_resistance(), real_was_colder=always)
     found = calibration.estimate()
@@ -244,16 +244,16 @@ class Notes(SimulatedPlate):
         super().rest(now)
 
 
-def test_the_bench_cools_for_a_touch_and_rests_the_plate_at_the_end():
+def test_the_driver_cools_for_a_touch_and_rests_the_plate_at_the_end():
     plate = Notes()
-    bench = Bench(plate)
-    bench.prepare(thermal_contact(METAL, 22.0))
-    bench.touch()
+    driver = PlateDriver(plate)
+    driver.prepare(thermal_contact(METAL, 22.0))
+    driver.touch()
     while not plate.setpoints or plate.setpoints[-1] > 31.5:
         assert len(plate.setpoints) < 3000
         time.sleep(0.01)
-    bench.release()
-    bench.close()
+    driver.release()
+    driver.close()
 
     assert plate.rested
     assert min(plate.setpoints) >= 18.0

@@ -15,13 +15,13 @@ from serving import endpoint, says, sends
 from hapticvlm.vlm.contract import VlmSettings
 from hapticvlm.vlm.remote import RemoteVlm
 from hapticvlm_studio.evaluation.asking import Answered, by_vlm
+from hapticvlm_studio.evaluation.grades import figures, grade
 from hapticvlm_studio.evaluation.pictures import (
     LabelledPicture,
     LabelledPictureError,
     read_picture,
     read_pictures,
 )
-from hapticvlm_studio.evaluation.rendition import figures, grade
 from hapticvlm_studio.evaluation.scores import (
     LEVELS,
     PAPER,
@@ -229,7 +229,7 @@ def test_an_absent_estimate_or_model_is_said_to_be(labelled: Path, tmp_path: Pat
         (["image,temperature_c", ",20"], "row 2, column image: empty"),
         (["image,temperature_c", "none.png,20"], "row 2, column image: no file `none.png`"),
         (["image,temperature_c", "a.png,20", "a.png,warm"], "row 3, column temperature_c: `warm`"),
-        (["image,temperature_c", "a.png,"], "row 2, column temperature_c: `` is no number"),
+        (["image,temperature_c", "a.png,"], "row 2, column temperature_c: `` is not a number"),
         (["image,temperature_c", "a.png"], "row 2, column temperature_c"),
         (["image,temperature_c", "a.png,nan"], "row 2, column temperature_c: nan"),
         (["image,temperature_c", "a.png,295"], "row 2, column temperature_c: 295 degC is not"),

@@ -251,7 +251,7 @@ def test_the_file_lays_the_study_out_and_stays_as_it_was_begun(form: Form, tmp_p
         layout(tmp_path, "--participants", "3")
     path = tmp_path / "study.toml"
     path.write_text(path.read_text().replace("How old are you?", "Your age?"))
-    with pytest.raises(StudyError, match=r"begun with \(other: question\)"):
+    with pytest.raises(StudyError, match=r"had begun \(question\)"):
         layout(tmp_path)
 
 

@@ -269,9 +269,9 @@ def test_the_search_keeps_apart_what_loudness_alone_would_tell_apart():
     loud, soft = np.full((1, 16), 30.0), np.full((1, 16), 25.0)
     other = np.concatenate((np.full((1, 8), 30.0), np.full((1, 8), 15.0)), axis=1)
 
-    assert answers.apart(loud, soft)[0, 0] < 1.0
-    assert answers.apart(loud, other)[0, 0] > 5.0
-    assert answers.apart(soft, loud) == pytest.approx(answers.apart(loud, soft).T, abs=1e-6)
+    assert answers.distances(loud, soft)[0, 0] < 1.0
+    assert answers.distances(loud, other)[0, 0] > 5.0
+    assert answers.distances(soft, loud) == pytest.approx(answers.distances(loud, soft).T, abs=1e-6)
 
 
 @pytest.fixture(scope="module")

@@ -53,7 +53,7 @@ def test_another_file_is_refused_with_what_to_give(tmp_path, text, complaint):
 
 @pytest.mark.parametrize("name", ["nowhere.json", "."])
 def test_neither_number_nor_file_says_so(tmp_path, name):
-    with pytest.raises(argparse.ArgumentTypeError, match="no number, and as a file: "):
+    with pytest.raises(argparse.ArgumentTypeError, match="not a number, and as a file: "):
         contact_resistance(str(tmp_path / name))
 
 

@@ -39,7 +39,7 @@ def test_a_full_disk_is_an_error_and_every_event_that_was_kept_is_readable(tmp_p
     kept, text = done.stdout.strip().split("|")
     assert int(kept) >= 3
     assert "P01.jsonl could not be written" in text
-    assert "free some room" in text
+    assert "free some space" in text
     found = events(tmp_path, "P01")
     assert [event.get("number") for event in found] == [*range(int(kept)), None]
     assert found[-1]["event"] == "resumed"

@@ -81,7 +81,7 @@ def test_the_report_says_n_intervals_by_person_and_what_may_be_claimed(nine: Pat
     assert "9 participants, 180 of 180 trials answered" in page
     assert "by person" in page
     assert "<h2>What may be claimed</h2>" in page
-    assert "<h2>What may not</h2>" in page
+    assert "<h2>What may not be claimed</h2>" in page
     assert all(f'alt="{text}"' in page for text in ("Confusion matrices: how often each pattern "
                "presented was answered as each.",))  # fmt: skip
 
@@ -170,7 +170,7 @@ def test_the_smallest_difference_is_that_of_a_power_table(people: int) -> None:
 
 def test_bits_of_a_few_trials_are_not_told(tmp_path: Path) -> None:
     few = text_of(evaluate(results.read(made_up(tmp_path, 2, repeats=1))))
-    assert "cannot be told from so few trials" in few
+    assert "cannot be estimated from so few trials" in few
     assert "-0." not in re.sub(r"\|.*", "", few)
 
 

@@ -22,7 +22,7 @@ from hapticvlm.rendering.vibration.impacts import impact
 from hapticvlm.rendering.vibration.textures import Texture
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 from hapticvlm_studio.calibration import speaker_response as measured
-from hapticvlm_studio.calibration.output import FADE_S, Sounding
+from hapticvlm_studio.calibration.output import FADE_S, WavePlayer
 from hapticvlm_studio.calibration.speaker_response import response, simulated_speaker, sweep
 
 pytestmark = pytest.mark.process
@@ -66,9 +66,9 @@ def test_velocity_and_displacement_become_acceleration() -> None:
     ("recorded", "said"),
     [
         (np.zeros(11 * RATE_HZ), "silent"),
-        (np.random.default_rng(0).normal(size=11 * RATE_HZ), "does not hold the sweep"),
+        (np.random.default_rng(0).normal(size=11 * RATE_HZ), "sweep not found"),
         (np.zeros(RATE_HZ), "whole sweep"),
-        (np.full(11 * RATE_HZ, np.nan), "no numbers"),
+        (np.full(11 * RATE_HZ, np.nan), "not numbers"),
     ],
 )
 def test_a_recording_that_is_none_is_refused(recorded: Floats, said: str) -> None:
@@ -95,8 +95,8 @@ def test_the_file_says_what_was_measured(tmp_path: Path) -> None:
         ("hz = [1]", "no such field"),
         ("frequency_hz = [20, 300]", "response_db: needs a list"),
         ("frequency_hz = [20, 300]\nresponse_db = [0, 1, 2]", "2 frequencies but 3"),
-        ("frequency_hz = [300, 20]\nresponse_db = [0, 1]", "does not rise"),
-        ("frequency_hz = [20, 200]\nresponse_db = [0, 1]", "across 250 Hz"),
+        ("frequency_hz = [300, 20]\nresponse_db = [0, 1]", "must rise"),
+        ("frequency_hz = [20, 200]\nresponse_db = [0, 1]", "must include 250 Hz"),
         ("frequency_hz = [20, 300]\nresponse_db = [0, nan]", "is not in"),
         ("frequency_hz = [20, 300]\nresponse_db = [0, 'x']", "is not a number"),
     ],
@@ -199,7 +199,7 @@ def test_an_output_that_is_not_there_is_named_not_played(
 
 def test_a_waveform_is_played_whole_within_its_range_and_then_nothing() -> None:
     wave = 2.0 * np.sin(np.arange(3000) / 50.0).astype(np.float32)
-    output = Sounding("simulated")
+    output = WavePlayer("simulated")
     output._wave = wave
     played = np.concatenate([output.fill(512) for _ in range(8)])
     assert np.array_equal(played[:3000], np.clip(wave, -1.0, 1.0))
@@ -207,7 +207,7 @@ def test_a_waveform_is_played_whole_within_its_range_and_then_nothing() -> None:
 
 
 def test_what_is_broken_off_fades_without_a_step() -> None:
-    output = Sounding("simulated")
+    output = WavePlayer("simulated")
     output._wave = np.full(48_000, 0.5, np.float32)
     before = output.fill(512)
     output._aim = 0.0

@@ -14,7 +14,7 @@ from hapticvlm.rendering.heat.contact import LEAD_S, share, thermal_contact
 from hapticvlm.rendering.heat.trajectory import BRIEF_LIFT_S
 from hapticvlm_studio.design import design as designs
 from hapticvlm_studio.design import stimuli
-from hapticvlm_studio.design.design import Plan, free_orders, orders, square
+from hapticvlm_studio.design.design import Plan, blocked_orders, free_orders, square
 from hapticvlm_studio.design.patterns import paper_like
 from hapticvlm_studio.design.stimuli import LIFT_S, Part, StudyError, parts
 from hapticvlm_studio.trials import record
@@ -36,13 +36,13 @@ def test_in_a_square_every_pattern_follows_every_other_equally_often(patterns: i
 
 
 def test_each_block_presents_each_pattern_once() -> None:
-    for trials in orders(NAMES, participants=7, repeats=5, seed=3):
+    for trials in blocked_orders(NAMES, participants=7, repeats=5, seed=3):
         blocks = [trials[at : at + 10] for at in range(0, 50, 10)]
         assert all(sorted(block) == sorted(NAMES) for block in blocks)
 
 
 def test_ten_blocks_in_a_row_balance_what_comes_before() -> None:
-    two_people = orders(NAMES, participants=2, repeats=5, seed=8)
+    two_people = blocked_orders(NAMES, participants=2, repeats=5, seed=8)
     blocks = [trials[at : at + 10] for trials in two_people for at in range(0, 50, 10)]
     follows = Counter(pair for block in blocks for pair in pairwise(block))
     assert set(follows.values()) == {1}
@@ -68,9 +68,9 @@ def test_the_order_is_kept_with_the_study_and_older_ones_are_blocked(tmp_path: P
 
 
 def test_the_seed_decides_the_orders_and_people_differ() -> None:
-    first = orders(NAMES, 3, 5, seed=1)
-    assert first == orders(NAMES, 3, 5, seed=1)
-    assert first != orders(NAMES, 3, 5, seed=2)
+    first = blocked_orders(NAMES, 3, 5, seed=1)
+    assert first == blocked_orders(NAMES, 3, 5, seed=1)
+    assert first != blocked_orders(NAMES, 3, 5, seed=2)
     assert len(set(first)) == 3
 
 
@@ -201,7 +201,7 @@ def test_a_pattern_that_cannot_be_played_is_refused(change: dict[str, object], s
         ("pattern = 3", r"\[\[pattern\]\]"),
         ("[[pattern]]\nname = 'a'", "missing"),
         ("[[pattern]]\nnoise = 'a'", "no field `noise`"),
-        ("[[pattern]]\nname = 7", "name 7 is no str"),
+        ("[[pattern]]\nname = 7", "name 7 is not a str"),
         ("[[pattern", "not TOML"),
     ],
 )

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from hapticvlm import materials
 from hapticvlm.vlm import contract
 from hapticvlm.vlm.local import LocalVlm
-from hapticvlm_lab.bench.ambient import random_model
+from hapticvlm_lab.bench import random_vlm
 
 Pixels = NDArray[np.uint8]
 
@@ -32,7 +32,7 @@ def write_tiny_vlm(folder: Path, seed: int = 0) -> Path:
     texts = " ".join(text for asked in ASKED for text in (asked.instruction, *asked.questions))
     for name in SPLIT:
         texts = texts.replace(name, "")
-    random_model.write(folder, [texts], random_model.TINY, "float32", seed, SD)
+    random_vlm.write(folder, [texts], random_vlm.TINY, "float32", seed, SD)
     return folder
 
 

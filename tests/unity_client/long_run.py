@@ -1,4 +1,4 @@
-"""The package's connection for as long as the figures ask: 10 kills, 3000 frames at 30 frames/s.
+"""Runs the connection tests at the length of the README's figures: 10 kills, 3000 frames at 30/s.
 
 Run as `python tests/unity_client/long_run.py`; the shorter run is part of the test suite.
 """

@@ -1,4 +1,4 @@
-"""Compiles the Unity package, our engine stubs and the test programs with mcs, and runs them."""
+"""Compiles the Unity package, the engine stubs and the test programs with mcs, and runs them."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class Build:
         return done.stdout
 
 
-# Assemblies in the order they are compiled: name, folders, what they refer to.
+# Assemblies in the order of compilation: name, folders, references.
 PACKAGED = (
     ("HapticVLM.Core.dll", (PACKAGE / "Runtime" / "Core",), ()),
     ("UnityEngine.dll", (HERE / "stubs",), ()),
@@ -78,7 +78,7 @@ PACKAGED = (
         ("HapticVLM.Core.dll", "UnityEngine.dll"),
     ),
 )
-# Parts that only compile where a project has these packages.
+# Parts that compile only in projects with these packages.
 OPTIONAL = (
     ("Packages.dll", (HERE / "optional_stubs",), ("UnityEngine.dll",)),
     *(
@@ -104,7 +104,7 @@ STREAMS = (
 ENGINE = ("HapticVLM.Core.dll", "HapticVLM.Unity.dll", "UnityEngine.dll", "UnityEditor.dll")
 PROGRAMS = (
     ("HapticVLM.Editor.dll", (PACKAGE / "Editor",), ENGINE),
-    # With the core's sources, whose inner parts it uses.
+    # Includes the core's sources, because it uses their internal types.
     ("programs.exe", (HERE / "csharp", PACKAGE / "Runtime" / "Core"), ()),
     ("components.exe", (HERE / "components",), (*ENGINE, "HapticVLM.Editor.dll")),
 )
@@ -113,5 +113,5 @@ TESTS = (
     ("HapticVLM.Tests.Runtime.dll", (PACKAGE / "Tests" / "Runtime",), ENGINE),
     ("samples.dll", (PACKAGE / "Samples~",), ENGINE),
 )
-# Serialised fields are set by the engine alone, which the compiler cannot know.
+# Serialised fields are assigned only by the engine, so these two warnings are wrong.
 QUIET = "-nowarn:0649,0414"

@@ -54,8 +54,8 @@ def test_generated_types_write_what_the_service_itself_would(golden):
 def test_10_000_objects_are_added_in_less_than_100_ms_and_each_that_goes_costs_its_id(
     build, capsys
 ):
-    said = build.run("programs.exe", "large", "10000").split()
-    added_ms, removed_ms, size = (float(value) for value in said[1::2])
+    output = build.run("programs.exe", "large", "10000").split()
+    added_ms, removed_ms, size = (float(value) for value in output[1::2])
     with capsys.disabled():
         print(
             f"\n10,000 objects: {added_ms} ms of CPU, 5,000 removed: {removed_ms} ms, {size} bytes"
@@ -83,14 +83,17 @@ def test_unknown_fields_and_unknown_choices_are_passed_over(build):
         "id": 3,
         "reason": "rate",
     }
-    assert unknown == ["refused", "ErrorCode is not set"]  # read as Other, which is never written
+    assert unknown == [
+        "refused",
+        "ErrorCode is not set",
+    ]  # decoded as Other, never encoded
 
 
 def test_100_000_fuzzed_inputs_raise_only_the_codec_s_own_error(build):
     given = "\n".join(
         case["msgpack"] for case in vectors("accepted", "answers", "refused") if case["msgpack"]
     )
-    said = build.run("programs.exe", "fuzz", str(FUZZED), "1", text=given + "\n")
-    fine, refused = int(said.split()[1]), int(said.split()[3])
+    output = build.run("programs.exe", "fuzz", str(FUZZED), "1", text=given + "\n")
+    fine, refused = int(output.split()[1]), int(output.split()[3])
     assert fine + refused == FUZZED
     assert min(fine, refused) > 1000

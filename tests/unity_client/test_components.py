@@ -1,7 +1,7 @@
 """The package's components in an executable stand-in of the engine, against the real service.
 
-The stand-in (stubs/) is ours: it calls the components as the engine does, hands back pictures late,
-loses its device when told, counts what lives, and measures what our code costs the main thread.
+The stand-in (stubs/) calls the components as the engine does, returns pictures late, simulates a
+lost device, counts live objects, and measures the cost of the package's code on the main thread.
 """
 
 import re
@@ -20,7 +20,7 @@ SIDE = 128
 
 @pytest.fixture
 def play(build, tmp_path):
-    """Plays one program of components/ on a service of its own and returns what it says."""
+    """Runs one program of components/ against a service of its own and returns its output."""
     random = np.random.default_rng(1)
     picture = random.integers(0, 255, (SIDE, SIDE, 3), dtype=np.uint8)
     Image.fromarray(picture).save(tmp_path / "picture.jpg")
@@ -37,9 +37,9 @@ def play(build, tmp_path):
     return run
 
 
-def figure(said, name):
-    found = re.search(rf"\b{name} ([\d.]+(?:E-?\d+)?)", said)
-    assert found, said
+def figure(output, name):
+    found = re.search(rf"\b{name} ([\d.]+(?:E-?\d+)?)", output)
+    assert found, output
     return float(found.group(1))
 
 
@@ -51,7 +51,7 @@ def test_the_package_compiles_for_2021_3_and_for_2022_3_and_later(build):
 
 
 def test_a_hand_approaches_touches_changes_target_and_lets_go(play):
-    said = play("touch")
+    output = play("touch")
     for expected in (
         "approach decides wood by Name",
         "touches True",
@@ -63,50 +63,50 @@ def test_a_hand_approaches_touches_changes_target_and_lets_go(play):
         "resumed Ready warnings 0",
         "threads left 0",
     ):
-        assert expected in said, said
-    assert figure(said, "longest_ms") < 10.0 * MAIN_LOOP_MS
+        assert expected in output, output
+    assert figure(output, "longest_ms") < 10.0 * MAIN_LOOP_MS
 
 
 def test_streaming_allocates_nothing_on_the_main_thread_and_survives_a_lost_device(play, capsys):
-    said = play("stream")
+    output = play("stream")
     with capsys.disabled():
-        print("\n" + next(line for line in said.splitlines() if line.startswith("frames")))
-    assert "sent while lost 0" in said
-    assert figure(said, "in_flight") == 1
-    assert figure(said, "exceptions") == 0
-    assert figure(said, "allocated") == 0
-    assert figure(said, "pictures") > 10
-    assert figure(said, "longest_ms") < 10.0 * MAIN_LOOP_MS
-    assert "left arrays 0 textures 0" in said
-    assert "threads left 0" in said
+        print("\n" + next(line for line in output.splitlines() if line.startswith("frames")))
+    assert "sent while lost 0" in output
+    assert figure(output, "in_flight") == 1
+    assert figure(output, "exceptions") == 0
+    assert figure(output, "allocated") == 0
+    assert figure(output, "pictures") > 10
+    assert figure(output, "longest_ms") < 10.0 * MAIN_LOOP_MS
+    assert "left arrays 0 textures 0" in output
+    assert "threads left 0" in output
 
 
 def test_100_enable_cycles_and_a_reload_leave_nothing_behind(play):
-    said = play("cycles")
-    assert "works after 100 cycles" in said
-    assert "left arrays 0 textures 0" in said
-    assert "threads left 0" in said
-    assert figure(said, "exceptions") == 0
+    output = play("cycles")
+    assert "works after 100 cycles" in output
+    assert "left arrays 0 textures 0" in output
+    assert "threads left 0" in output
+    assert figure(output, "exceptions") == 0
 
 
 def test_only_objects_without_a_sure_material_are_scanned(play):
-    said = play("scan")
-    assert "named wood" in said
-    assert figure(said, "sent") >= 4  # one view of what has a telling name, three of what has none
-    assert "unsure_layer 5" in said
-    assert "stated not shown" in said
-    assert "on demand warnings 0 exceptions 0" in said
-    assert "left arrays 0 textures 0" in said
+    output = play("scan")
+    assert "named wood" in output
+    assert figure(output, "sent") >= 4  # one view of the named object, three of the unnamed one
+    assert "unsure_layer 5" in output
+    assert "stated not shown" in output
+    assert "on demand warnings 0 exceptions 0" in output
+    assert "left arrays 0 textures 0" in output
 
 
 def test_the_editor_window_shows_decisions_and_the_plate_and_stops(play):
-    said = play("window")
-    assert "Connection: up" in said
-    assert re.search(r"Plate: [\d.]+ degC \(simulated\), setpoint", said)
-    assert "OakPlanks: wood" in said
-    assert "Warning: Player Settings > Run In Background" in said
-    assert "stopped; repainted True" in said
-    assert "threads left after reload 0" in said
+    output = play("window")
+    assert "Connection: up" in output
+    assert re.search(r"Plate: [\d.]+ degC \(simulated\), setpoint", output)
+    assert "OakPlanks: wood" in output
+    assert "Warning: Player Settings > Run In Background" in output
+    assert "stopped; repainted True" in output
+    assert "threads left after reload 0" in output
 
 
 def test_the_sample_that_asks_for_an_address_links_to_what_is_typed_and_remembers_it(play):

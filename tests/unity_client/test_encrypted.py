@@ -1,4 +1,4 @@
-"""The package's connection on Mono over wss, with an authority that Mono was told to trust."""
+"""The package's connection on Mono over wss, with an authority that Mono trusts."""
 
 import os
 import subprocess
@@ -17,7 +17,7 @@ def authority(tmp_path_factory: pytest.TempPathFactory) -> Authority:
 
 
 def trusted(authority, folder):
-    """Where Mono looks for roots: files of one certificate, named by the hash of its subject."""
+    """A folder of root certificates for Mono: one per file, named by the hash of its subject."""
     command = ["openssl", "x509", "-in", authority.ca, "-noout", "-subject_hash"]
     done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60)
     roots = folder / ".mono" / "new-certs" / "Trust"
@@ -39,7 +39,7 @@ def run(build, url, environment, seconds):
 
 def test_a_touch_is_felt_over_wss_by_name(build, authority, tmp_path):
     with running(authority.sign().flags) as service:
-        url = service.url.replace("127.0.0.1", "localhost")  # Mono looks for names, not addresses
+        url = service.url.replace("127.0.0.1", "localhost")  # Mono verifies names, not addresses
         done = run(build, url, trusted(authority, tmp_path), 240.0)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "material wood" in done.stdout
@@ -48,6 +48,6 @@ def test_a_touch_is_felt_over_wss_by_name(build, authority, tmp_path):
 def test_an_authority_that_mono_does_not_know_is_not_trusted(build, authority):
     with running(authority.sign().flags) as service:
         url = service.url.replace("127.0.0.1", "localhost")
-        with pytest.raises(subprocess.TimeoutExpired):  # it goes on trying
+        with pytest.raises(subprocess.TimeoutExpired):  # it keeps retrying
             run(build, url, None, 15.0)
         assert not any("owner" in line for line in service.printed)

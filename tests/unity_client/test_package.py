@@ -1,4 +1,4 @@
-"""The package as Unity will find it: manifest, .meta files, its own tests, and what it uses."""
+"""The package as Unity imports it: manifest, .meta files, its own tests, and engine members."""
 
 import json
 import re
@@ -29,10 +29,10 @@ def test_the_package_s_own_tests_of_the_core_pass_under_nunit(build):
 
 
 def test_the_package_s_own_play_mode_tests_pass_in_the_stub_player(build):
-    said = build.run(
+    output = build.run(
         "components.exe", "playmode", str(build.folder / "HapticVLM.Tests.Runtime.dll")
     )
-    assert "play mode tests passed 4" in said
+    assert "play mode tests passed 4" in output
 
 
 def test_the_parts_for_other_packages_compile_and_are_left_out_without_them(build):
@@ -50,12 +50,12 @@ def test_meta_s_parametric_haptics_are_streamed_as_its_page_asks(build):
     sent = build.run("streams.exe").split("\n")
     first, *later = [re.findall(r"[\d.]+", line) for line in sent if line]
     assert (first[0], first[1], first[3]) == ("1", "0", "0.60")
-    assert int(first[2]) >= 30  # ms, as the controller asks for
+    assert int(first[2]) >= 30  # ms, as the controller requires
     *frames, stop = later
-    assert len(frames) == 4  # one in two display frames: 20 ms are asked for
+    assert len(frames) == 4  # every second display frame, as the controller requires 20 ms
     ends = int(first[2])
     for kind, begin, end, most in frames:
-        assert (kind, int(begin), most) == ("2", ends + 5, "0.60")  # no gap, nothing twice
+        assert (kind, int(begin), most) == ("2", ends + 5, "0.60")  # no gap and no overlap
         ends = int(end)
     assert (stop[0], stop[3]) == ("0", "0.00")
 
@@ -102,7 +102,7 @@ def test_the_manifest_is_what_a_registry_of_packages_takes_and_names_no_invented
     assert all(str(address).startswith("https://") for address in given.values())
     text = (PACKAGE / "Documentation~" / "index.md").read_text()
     assert given or all(f"`{field}`" in text for field in (*ADDRESSES, "repository"))
-    for name in ("CHANGELOG.md", "LICENSE.md", "Documentation~/index.md"):  # what Unity opens then
+    for name in ("CHANGELOG.md", "LICENSE.md", "Documentation~/index.md"):  # opened by Unity
         assert (PACKAGE / name).stat().st_size > 0
 
 

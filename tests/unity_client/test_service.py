@@ -38,15 +38,15 @@ def figures(line):
     return {key: float(value) for key, value in re.findall(r"(\w+) (-?[\d.]+(?:E-?\d+)?)", line)}
 
 
-def is_our_fault(said):
-    """The first error that is not of a device of a machine too busy to play sound in time."""
-    line = next(line for line in said.splitlines() if line.startswith("errors "))
+def is_our_fault(output):
+    """Return the first error that is not an audio underrun of a busy machine."""
+    line = next(line for line in output.splitlines() if line.startswith("errors "))
     errors = line.removeprefix("errors ").split("|")
     return next((error for error in errors if error and not error.startswith("Device:")), None)
 
 
 async def python_round_trips(url, count):
-    """Touches in lock-step from the Python client, ms each."""
+    """Return round-trip times of sequential touches from the Python client, ms."""
     trips = []
     async with connect(url) as client:
         await client.scene([{"object_id": "table", "name": "Oak_Table_02"}], ambient_c=21.0)
@@ -61,10 +61,10 @@ async def python_round_trips(url, count):
 def test_a_touch_from_unity_takes_about_as_long_as_one_from_python(build, service, capsys):
     unity, python = [], []
     for _ in range(2):
-        said = build.run("programs.exe", "round-trips", service.url, str(TOUCHES))
-        assert "material wood" in said
-        assert "threads left 0" in said
-        unity += [float(line[3:]) for line in said.splitlines() if line.startswith("ms ")]
+        output = build.run("programs.exe", "round-trips", service.url, str(TOUCHES))
+        assert "material wood" in output
+        assert "threads left 0" in output
+        unity += [float(line[3:]) for line in output.splitlines() if line.startswith("ms ")]
         python += asyncio.run(python_round_trips(service.url, TOUCHES))
     assert len(unity) == 2 * TOUCHES
     medians = statistics.median(unity), statistics.median(python)
@@ -109,22 +109,22 @@ def test_a_stream_of_frames_collects_next_to_no_garbage(build, service, tmp_path
         picture.save(tmp_path / f"{number}.jpg", quality=80)
     write_messages(tmp_path)
     arguments = (service.url, str(tmp_path), str(SOAK_FRAMES), str(SOAK_RATE))
-    said = build.run("programs.exe", "soak", *arguments, "0", timeout=SOAK_S)
+    output = build.run("programs.exe", "soak", *arguments, "0", timeout=SOAK_S)
     bare = build.run("programs.exe", "bare", *arguments, timeout=SOAK_S)
     with capsys.disabled():
-        print(f"\nthe package: {said.splitlines()[0]}\na bare socket: {bare.strip()}")
-    found, floor = figures(said), figures(bare)
-    # The runtime's socket allocates some 1 to 3 KB a frame; of ours there is nothing to collect.
+        print(f"\nthe package: {output.splitlines()[0]}\na bare socket: {bare.strip()}")
+    found, floor = figures(output), figures(bare)
+    # The runtime's socket allocates 1 to 3 KB a frame; the package allocates nothing.
     assert found["collections"] <= floor["collections"] + 1 + SOAK_FRAMES / 1000
     assert found["decisions"] + found["skipped"] > 0
     assert floor["answers"] > SOAK_FRAMES / 2
     assert found["longest_cpu_ms"] < 10.0 * MAIN_LOOP_MS
-    assert is_our_fault(said) is None
-    assert "threads left 0" in said
+    assert is_our_fault(output) is None
+    assert "threads left 0" in output
 
 
 def write_messages(folder):
-    """Write the hello and the frames' messages that a bare socket sends, as bytes."""
+    """Write the encoded hello and frame messages that a bare socket sends."""
     client = {"client": {"name": "bare", "version": "1"}, "protocol": {"major": 1, "minor": 0}}
     hello = {"type": "hello", "id": 1, "role": "scene", **client}
     (folder / "hello.msg").write_bytes(msgpack.packb(hello))
@@ -138,21 +138,21 @@ def write_messages(folder):
 def test_our_own_code_allocates_nothing_per_frame(build):
     answers = {case["name"]: case["msgpack"] for case in json.loads(ANSWERS.read_text())}
     given = f"{answers['decision']}\n{answers['telemetry']}\n"
-    said = figures(build.run("programs.exe", "allocations", "3000", text=given))
-    assert said == {"frames": 3000, "decided": 3000, "allocated": 0}
+    output = figures(build.run("programs.exe", "allocations", "3000", text=given))
+    assert output == {"frames": 3000, "decided": 3000, "allocated": 0}
 
 
 def test_a_refused_hello_says_why_and_the_connection_keeps_trying(build):
     with running(["--token", "secret"]) as service:
-        said = build.run("programs.exe", "refused", service.url)
-    assert "token" in said
-    assert "Waiting" in said
+        output = build.run("programs.exe", "refused", service.url)
+    assert "token" in output
+    assert "Waiting" in output
 
 
 def test_a_mute_peer_holds_nobody_up(build):
     with socket.socket() as mute:
         mute.bind(("127.0.0.1", 0))
         mute.listen()
-        said = build.run("programs.exe", "refused", f"ws://127.0.0.1:{mute.getsockname()[1]}/")
-    assert "no answer from" in said
-    assert "threads left 0" in said
+        output = build.run("programs.exe", "refused", f"ws://127.0.0.1:{mute.getsockname()[1]}/")
+    assert "no answer from" in output
+    assert "threads left 0" in output

@@ -1,7 +1,7 @@
 """Controllers that play the `vibration` event, against the real service and a scripted one.
 
-The scripted service sends plans, then an empty one, then plans again, and then hangs: all that a
-client must fall silent for. Both processes read the same monotonic clock.
+The scripted service sends plans, then an empty one, then plans again, and then hangs: the cases in
+which a client must fall silent. Both processes read the same monotonic clock.
 """
 
 import json
@@ -32,7 +32,7 @@ def welcome(*, simulated):
 
 
 class Script:
-    """One scripted link; `marks` are the times of the stop and of the loss."""
+    """One scripted link; `marks` are the times of the stop and the loss."""
 
     def __init__(self, *, simulated=True):
         self.welcome = welcome(simulated=simulated)
@@ -49,7 +49,7 @@ class Script:
                 time.sleep(0.5)
                 self.play(link)
                 self.marks.append(time.monotonic())
-                time.sleep(0.5)  # a link that hangs, not one that ends
+                time.sleep(0.5)  # the link hangs, it does not close
             link.socket.close()
         except ConnectionClosed:
             return
@@ -74,13 +74,13 @@ def run(build, script, program="controllers"):
     with serve(script, "127.0.0.1", 0) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         url = f"ws://127.0.0.1:{server.socket.getsockname()[1]}/"
-        said = build.run("components.exe", program, url)
+        output = build.run("components.exe", program, url)
         server.shutdown()
-    return said
+    return output
 
 
-def times(said, word):
-    return [float(found) for found in re.findall(rf"^{word} ([\d.]+)$", said, re.MULTILINE)]
+def times(output, word):
+    return [float(found) for found in re.findall(rf"^{word} ([\d.]+)$", output, re.MULTILINE)]
 
 
 @pytest.fixture(scope="module")
@@ -90,24 +90,24 @@ def played(build):
 
 
 def test_a_controller_plays_what_the_service_plans_times_its_gain(played):
-    script, said = played
+    script, output = played
     assert script.feel == [{"right": "amplitude"}]
-    assert "most 0.400 left False" in said
-    assert len(times(said, "on")) >= 2
+    assert "most 0.400 left False" in output
+    assert len(times(output, "on")) >= 2
 
 
 def test_a_controller_is_silent_50_ms_after_a_stop(played, capsys):
-    script, said = played
-    stopped = min(each for each in times(said, "off") if each > script.marks[0] - 0.05)
+    script, output = played
+    stopped = min(each for each in times(output, "off") if each > script.marks[0] - 0.05)
     with capsys.disabled():
         print(f"\nsilent {1e3 * (stopped - script.marks[0]):.0f} ms after the stop")
     assert stopped - script.marks[0] < 0.05
-    assert not [each for each in times(said, "on") if 0.05 < each - script.marks[0] < 0.4]
+    assert not [each for each in times(output, "on") if 0.05 < each - script.marks[0] < 0.4]
 
 
 def test_a_controller_is_silent_100_ms_after_the_link_is_lost(played, capsys):
-    script, said = played
-    silent = times(said, "off")[-1]
+    script, output = played
+    silent = times(output, "off")[-1]
     with capsys.disabled():
         print(f"\nsilent {1e3 * (silent - script.marks[1]):.0f} ms after the loss")
     assert silent - script.marks[1] < 0.1
@@ -115,26 +115,26 @@ def test_a_controller_is_silent_100_ms_after_the_link_is_lost(played, capsys):
 
 
 def test_a_controller_vibrates_also_while_the_service_plays_on_a_real_speaker(build):
-    said = run(build, Script(simulated=False))
-    assert "most 0.400" in said
-    assert "silent because \n" in said
+    output = run(build, Script(simulated=False))
+    assert "most 0.400" in output
+    assert "silent because \n" in output
 
 
 def test_a_controller_rests_beside_a_palm_speaker_where_told_and_says_why(build):
-    said = run(build, Script(simulated=False), "controllers-beside-a-palm-speaker")
-    assert "most 0.000" in said
-    assert "pulses 0" in said
-    assert "silent because the service plays on the speaker 'palm'" in said
-    assert "untick it" in said
+    output = run(build, Script(simulated=False), "controllers-beside-a-palm-speaker")
+    assert "most 0.000" in output
+    assert "pulses 0" in output
+    assert "silent because the service plays on the speaker 'palm'" in output
+    assert "untick it" in output
 
 
 @pytest.mark.realtime
 def test_a_controller_plays_what_the_hand_in_it_touches(build, capsys):
     with running() as service:
-        said = build.run("components.exe", "feel", service.url)
+        output = build.run("components.exe", "feel", service.url)
     with capsys.disabled():
-        print("\n" + said.strip())
-    found = {name: float(value) for name, value in re.findall(r"^(\w+) ([\d.]+)$", said, re.M)}
+        print("\n" + output.strip())
+    found = {name: float(value) for name, value in re.findall(r"^(\w+) ([\d.]+)$", output, re.M)}
     assert found["stroking"] > 0.9  # of the frames
     assert found["stop"] < 50.0  # ms
     assert found["held"] == 0.0

@@ -23,39 +23,39 @@ NOBODY = "ws://127.0.0.1:9/"
     ],
 )
 def test_one_menu_entry_sets_up_a_scene_and_can_be_undone(build, rig, left, right):
-    said = build.run("components.exe", f"setup-{rig}", NOBODY)
+    output = build.run("components.exe", f"setup-{rig}", NOBODY)
     whole = f"clients 1 objects 2 hands Left@{left}+c Right@{right}+c"  # +: complete, c: controller
-    assert f"first: {whole}" in said
-    assert f"again: {whole}" in said
-    assert "tagged 1100" in said  # a table and a body as a whole; no handle of it, no trigger zone
-    assert re.search(r"undone: clients 0 objects 0 hands\s", said)
-    assert "selection tagged 10" in said
-    assert "Start `hapticvlm serve` and press Play" in said
+    assert f"first: {whole}" in output
+    assert f"again: {whole}" in output
+    assert "tagged 1100" in output  # table and body, not the handle or the trigger zone
+    assert re.search(r"undone: clients 0 objects 0 hands\s", output)
+    assert "selection tagged 10" in output
+    assert "Start `hapticvlm serve` and press Play" in output
 
 
 def test_set_up_puts_hands_where_controllers_poke_and_on_all_tracked_fingertips(build):
-    said = build.run("components.exe", "setup-hands", NOBODY)
+    output = build.run("components.exe", "setup-hands", NOBODY)
     tips = ("IndexTip", "LittleTip", "MiddleTip", "Palm", "RingTip", "ThumbTip")
-    line = next(line for line in said.splitlines() if line.startswith("hands: "))
+    line = next(line for line in output.splitlines() if line.startswith("hands: "))
     for side in ("Left", "Right"):
         assert f"{side}@Poke Point+c" in line  # c: only there, since one controller plays once
         for tip in tips:
             assert f"{side}@{side[0]}_{tip}+" in line
     assert line.count("@") == 2 * (1 + len(tips))
     assert line.count("+c") == 2
-    assert "in a prefab: clients 0 objects 0" in said
-    assert "a prefab is open: close it" in said
-    assert "tagged by a selection without colliders 0" in said
-    assert "nothing of the selection has a collider" in said
+    assert "in a prefab: clients 0 objects 0" in output
+    assert "a prefab is open: close it" in output
+    assert "tagged by a selection without colliders 0" in output
+    assert "nothing of the selection has a collider" in output
 
 
 def test_inspectors_warn_and_offer_materials_beside_free_text(build):
-    said = build.run("components.exe", "inspectors", NOBODY)
-    assert "Warning: Not felt: it has no collider, so no hand can touch it" in said
-    assert "Warning: Not felt: it has no collider: add a Sphere Collider" in said
-    assert "chosen metal" in said
-    assert "Material: [another ...]" in said  # what the list does not have
-    assert "several True looked at metal 15 chosen wood 30" in said
+    output = build.run("components.exe", "inspectors", NOBODY)
+    assert "Warning: Not felt: it has no collider, so no hand can touch it" in output
+    assert "Warning: Not felt: it has no collider: add a Sphere Collider" in output
+    assert "chosen metal" in output
+    assert "Material: [another ...]" in output  # a material missing in the list
+    assert "several True looked at metal 15 chosen wood 30" in output
 
 
 def test_the_window_of_10_000_objects_draws_the_rows_in_sight(build):
@@ -78,11 +78,11 @@ def test_a_scan_tags_every_object_once_and_a_person_may_correct_it(build, tmp_pa
     Image.fromarray(pixels[:, :, 0]).save(tmp_path / "mask.png")
     files = str(tmp_path / "picture.jpg"), str(tmp_path / "mask.png")
     with running() as service:
-        said = build.run("components.exe", "scene-scan", service.url, *files)
-    assert "Scan: 2 of 2 objects tagged; save the scene to keep them" in said
-    assert re.search(r"OakPlanks: wood, by Name, \d+ %", said)
-    assert re.search(r"SteelKettle: metal, by Name, \d+ %", said)
-    assert "ids_differ True stated wood metal glass saved True exceptions 0 errors 0" in said
-    assert "after review fabric" in said
-    assert "left textures 0" in said
-    assert "threads left 0" in said
+        output = build.run("components.exe", "scene-scan", service.url, *files)
+    assert "Scan: 2 of 2 objects tagged; save the scene to keep them" in output
+    assert re.search(r"OakPlanks: wood, by Name, \d+ %", output)
+    assert re.search(r"SteelKettle: metal, by Name, \d+ %", output)
+    assert "ids_differ True stated wood metal glass saved True exceptions 0 errors 0" in output
+    assert "after review fabric" in output
+    assert "left textures 0" in output
+    assert "threads left 0" in output

@@ -1,4 +1,4 @@
-"""Which scene is felt: scenes that change, wait, take over, and come back after a pause."""
+"""Ownership of the outputs: scenes that change, wait, take over, and return after a pause."""
 
 import contextlib
 import threading
@@ -32,19 +32,19 @@ def play(build, service, tmp_path):
 
 
 def test_a_scene_that_waits_takes_the_outputs_when_they_are_free_and_is_felt(play):
-    said = play("handover")
-    assert "waiting: owner False touches sent 0 silent because another scene owns" in said
-    assert "felt as wood" in said
-    assert "log: HapticVLM: this scene owns the outputs now and is felt." in said
-    assert "threads left 0" in said
+    output = play("handover")
+    assert "waiting: owner False touches sent 0 silent because another scene owns" in output
+    assert "felt as wood" in output
+    assert "log: HapticVLM: this scene owns the outputs now and is felt." in output
+    assert "threads left 0" in output
 
 
 def test_100_of_100_scene_changes_own_the_outputs(play, capsys):
-    said = play("scene-changes")
+    output = play("scene-changes")
     with capsys.disabled():
-        print("\n" + said.splitlines()[0])
-    assert "scenes 100 owned 100" in said
-    assert "threads left 0" in said
+        print("\n" + output.splitlines()[0])
+    assert "scenes 100 owned 100" in output
+    assert "threads left 0" in output
 
 
 def test_outputs_that_become_free_right_after_the_welcome_are_taken(play, service):
@@ -62,22 +62,22 @@ def test_outputs_that_become_free_right_after_the_welcome_are_taken(play, servic
                     continue
                 free = {"type": "ownership", "id": 0, "owner": False, "free": True}
                 owned = {**welcome, "id": message["id"], "owner": False}
-                for told in (owned, free):
-                    socket.send(msgpack.packb(told))
+                for message in (owned, free):
+                    socket.send(msgpack.packb(message))
 
     with serve(answer, "127.0.0.1", 0, compression=None) as server:
         port = server.socket.getsockname()[1]
         threading.Thread(target=server.serve_forever, daemon=True).start()
-        said = play("scene-changes", f"ws://127.0.0.1:{port}/")
+        output = play("scene-changes", f"ws://127.0.0.1:{port}/")
         server.shutdown()
-    assert "scenes 100 owned 100" in said
+    assert "scenes 100 owned 100" in output
 
 
 def test_of_two_clients_in_one_process_the_first_connects_and_the_second_takes_over(play):
-    said = play("two-clients")
-    assert "first active True second Closed: the Haptic Client 'client' connects for all" in said
-    assert "then second active True" in said
-    assert "then none True" in said
+    output = play("two-clients")
+    assert "first active True second Closed: the Haptic Client 'client' connects for all" in output
+    assert "then second active True" in output
+    assert "then none True" in output
 
 
 def test_a_client_that_is_kept_between_scenes_connects_for_all_without_a_warning(play):
@@ -93,7 +93,7 @@ def test_a_stop_of_an_earlier_session_does_not_make_the_first_touch_unfelt(play)
 
 
 def test_a_scan_in_the_editor_never_owns_the_outputs_and_ends_when_the_scene_plays(play):
-    said = play("play-during-scan")
-    assert "felt beside the scan True" in said
-    assert "scan ended True" in said
-    assert "felt while it plays" in said
+    output = play("play-during-scan")
+    assert "felt beside the scan True" in output
+    assert "scan ended True" in output
+    assert "felt while it plays" in output

@@ -28,38 +28,38 @@ def play(build, service, tmp_path):
 
 
 def test_a_picture_is_upright_and_its_region_in_place_on_every_graphics_api(play):
-    said = play("marker")
+    output = play("marker")
     for starts_at_top in ("False", "True"):
         expected = f"uv_top {starts_at_top} origin Top red_at_its_region True"
-        assert expected in said, said
+        assert expected in output, output
 
 
 def test_pictures_are_taken_without_hdr_msaa_occlusion_culling_and_shadows(play):
-    said = play("marker")
-    assert "hdr False msaa False occlusion False shadows Disable after All" in said
+    output = play("marker")
+    assert "hdr False msaa False occlusion False shadows Disable after All" in output
 
 
 def test_a_scan_uses_a_free_layer_and_changes_no_layer_of_the_scene(play):
-    said = play("layers")
-    assert "layers_changed 0" in said
-    assert f"mask {1 << 29}" in said  # layer 30 has a name, 31 is the editor's
-    assert "exceptions 0" in said
+    output = play("layers")
+    assert "layers_changed 0" in output
+    assert f"mask {1 << 29}" in output  # layer 30 has a name, 31 is the editor's
+    assert "exceptions 0" in output
 
 
 def test_a_scan_draws_batched_and_skinned_meshes_and_no_particles(play):
-    said = play("layers")
-    assert "submesh True drawn 2 far True" in said
+    output = play("layers")
+    assert "submesh True drawn 2 far True" in output
 
 
 def test_a_picture_with_nothing_on_it_is_not_sent(play):
-    said = play("empty")
-    assert re.search(r"without alpha sent [3-9] empty 0", said)
-    assert "hidden sent 0 empty 3" in said
+    output = play("empty")
+    assert re.search(r"without alpha sent [3-9] empty 0", output)
+    assert "hidden sent 0 empty 3" in output
 
 
 def test_memory_is_freed_after_play_mode_ended_with_a_picture_on_the_gpu(play):
-    said = play("retire")
-    assert "left textures 0 errors 0 exceptions 0" in said
+    output = play("retire")
+    assert "left textures 0 errors 0 exceptions 0" in output
 
 
 def test_no_name_of_a_test_program_ships():

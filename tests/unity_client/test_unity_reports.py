@@ -1,4 +1,4 @@
-"""What a developer reads in the console when something is wrong; and no data ends the process."""
+"""Console messages for common errors, and data that must not end the process."""
 
 import re
 
@@ -22,18 +22,18 @@ def play(build, service):
     return lambda program, url=service.url: build.run("components.exe", program, url)
 
 
-def console(said):
+def console(output):
     """The lines of the engine's console."""
-    return re.findall(r"^(?:log|warning|error|exception): .*$", said, re.MULTILINE)
+    return re.findall(r"^(?:log|warning|error|exception): .*$", output, re.MULTILINE)
 
 
 def test_a_missing_service_is_reported_once_with_its_cure(play):
-    said = play("states", NOBODY)
-    (line,) = console(said)
+    output = play("states", NOBODY)
+    (line,) = console(output)
     assert line.startswith(
-        f"warning: HapticVLM: nobody answers at {NOBODY}: start `hapticvlm serve`"
+        f"warning: HapticVLM: no service answers at {NOBODY}: start `hapticvlm serve`"
     )
-    assert "status connecting to" in said
+    assert "status connecting to" in output
 
 
 def test_a_wrong_token_is_reported_once_with_its_cure(play):
@@ -45,10 +45,10 @@ def test_a_wrong_token_is_reported_once_with_its_cure(play):
 
 def test_an_address_and_token_of_the_machine_outrank_the_scene_s(play):
     with running(["--token", "secret"]) as guarded:
-        said = play("address", guarded.url)
-    assert "remembered token secret scene yes" in said
-    assert "forgotten ws://x/ " in said
-    assert "this graphics API hands no pictures back" in said
+        output = play("address", guarded.url)
+    assert "remembered token secret scene yes" in output
+    assert "forgotten ws://x/ " in output
+    assert "this graphics API does not support readback" in output
 
 
 def test_the_first_connection_is_reported_with_what_it_drives(play):
@@ -59,7 +59,7 @@ def test_the_first_connection_is_reported_with_what_it_drives(play):
 def test_a_scene_that_does_not_own_the_outputs_is_told_so_with_the_cure(play):
     lines = console(play("not-owner"))
     assert "Another scene owns the outputs" in lines[0]
-    assert "felt as soon as the other is closed" in lines[0]
+    assert "felt as soon as the other scene is closed" in lines[0]
     assert len(lines) == 1
 
 
@@ -77,24 +77,24 @@ def test_an_incomplete_hand_or_object_is_reported_with_its_cure(play):
 
 
 def test_half_an_emoji_ends_nothing(play):
-    said = play("emoji")
-    assert "decided True touches True openings 1" in said
-    assert "exceptions 0" in said
-    assert "threads left 0" in said
-    assert len(console(said)) == 1
+    output = play("emoji")
+    assert "decided True touches True openings 1" in output
+    assert "exceptions 0" in output
+    assert "threads left 0" in output
+    assert len(console(output)) == 1
 
 
 def test_the_inspector_offers_two_hands_and_an_older_scene_s_third_is_the_right_one(play):
-    said = play("other-hand")
-    assert "offered Left Right decided wood side Right" in said
-    assert "exceptions 0" in said
+    output = play("other-hand")
+    assert "offered Left Right decided wood side Right" in output
+    assert "exceptions 0" in output
 
 
 def test_a_message_that_cannot_be_written_is_one_error_and_the_link_goes_on(play):
-    said = play("unsendable")
-    assert "caller a touch has a hand, left or right, and a phase" in said
-    assert "still decides wood openings 1 errors 1" in said
-    assert [line for line in console(said) if line.startswith("error: ")] == [
+    output = play("unsendable")
+    assert "caller a touch has a hand, left or right, and a phase" in output
+    assert "still decides wood openings 1 errors 1" in output
+    assert [line for line in console(output) if line.startswith("error: ")] == [
         "error: HapticVLM: a message could not be sent: Interaction is not set"
     ]
 
@@ -105,8 +105,8 @@ def test_in_a_webgl_player_the_package_compiles_and_does_nothing(tmp_path):
     for name, folders, using in (*mono.PACKAGED, *mono.PROGRAMS):
         define = "-d:UNITY_WEBGL"
         own.compile(name, mono.sources(*folders), mono.QUIET, define, using=using)
-    said = own.run("components.exe", "webgl", NOBODY)
-    assert "state Closed running 0" in said
-    assert "exceptions 0" in said
-    (line,) = console(said)
+    output = own.run("components.exe", "webgl", NOBODY)
+    assert "state Closed running 0" in output
+    assert "exceptions 0" in output
+    (line,) = console(output)
     assert "WebGL" in line

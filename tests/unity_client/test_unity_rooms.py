@@ -1,4 +1,4 @@
-"""What a hand nears, what layers and rigs do to touches, and effects that are no collider."""
+"""Approaches, the influence of layers and rigs on touches, and effects without a collider."""
 
 import pytest
 
@@ -27,7 +27,7 @@ def test_walking_with_a_bat_is_no_swing(play):
 
 def test_a_script_plays_an_effect_on_a_hand_that_touches_nothing_or_something(play):
     with running() as service:
-        said = play("play", service.url)
-    assert "played True unknown False" in said
-    assert "still touches True leases 1 refused 0" in said
-    assert "threads left 0" in said
+        output = play("play", service.url)
+    assert "played True unknown False" in output
+    assert "still touches True leases 1 refused 0" in output
+    assert "threads left 0" in output

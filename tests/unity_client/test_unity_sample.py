@@ -1,4 +1,4 @@
-"""The sample scene: its files refer to what is there, and pressed Play it is felt by the mouse."""
+"""The sample scene: its references resolve, and the mouse touches its objects in play mode."""
 
 import re
 import subprocess
@@ -95,16 +95,16 @@ def test_pressed_play_the_sample_is_felt_by_the_mouse(build):
     text = "\n".join(lines(documents(FOLDER / "Mouse.unity"))) + "\n"
     with running() as service:
         samples = str(build.folder / "samples.dll")
-        said = build.run("components.exe", "mouse", service.url, samples, text=text)
+        output = build.run("components.exe", "mouse", service.url, samples, text=text)
     for name, material in (
         ("OakTable", "wood"),
         ("WindowGlass", "glass"),
         ("WoolCurtain", "fabric"),
         ("SteelKettle", "metal"),
     ):
-        assert f"screen {name}: {material}, by Name" in said, said
+        assert f"screen {name}: {material}, by Name" in output, output
     shown = "OakTable: wood, by Name"
-    assert shown in said
+    assert shown in output
     assert shown in (PACKAGE / "README.md").read_text()
-    assert "exceptions 0" in said
-    assert "threads left 0" in said
+    assert "exceptions 0" in output
+    assert "threads left 0" in output

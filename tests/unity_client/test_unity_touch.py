@@ -1,4 +1,4 @@
-"""Hands as a headset moves them, in the stand-in of the engine, against the real service."""
+"""Hands with a headset's motion, in the stand-in of the engine, against the real service."""
 
 import re
 
@@ -22,54 +22,54 @@ def play(build, service):
     return lambda program: build.run("components.exe", program, service.url)
 
 
-def figure(said, name):
-    found = re.search(rf"\b{name} (-?[\d.]+(?:E-?\d+)?)", said)
-    assert found, said
+def figure(output, name):
+    found = re.search(rf"\b{name} (-?[\d.]+(?:E-?\d+)?)", output)
+    assert found, output
     return float(found.group(1))
 
 
 def test_the_speed_of_a_stroke_is_right_within_5_percent_at_every_frame_rate(build, capsys):
-    said = build.run("components.exe", "speeds", NOBODY)
+    output = build.run("components.exe", "speeds", NOBODY)
     with capsys.disabled():
-        print("\n" + said.strip())
-    assert said.count("touching True") == len(RATES)
+        print("\n" + output.strip())
+    assert output.count("touching True") == len(RATES)
     for rate in RATES:
-        assert 0.95 < figure(said, f"least_{rate}") <= figure(said, f"most_{rate}") < 1.05
+        assert 0.95 < figure(output, f"least_{rate}") <= figure(output, f"most_{rate}") < 1.05
 
 
 def test_carrying_a_thing_while_walking_and_turning_is_no_rubbing(play):
-    said = play("carry")
-    assert "holds True" in said
-    assert figure(said, "walking speed") < 0.01
-    assert figure(said, "walking speed [0-9.]+ level") < 0.01
-    assert figure(said, "rubbing level") > 0.05  # but rubbing it is
-    assert "errors 0 exceptions 0" in said
+    output = play("carry")
+    assert "holds True" in output
+    assert figure(output, "walking speed") < 0.01
+    assert figure(output, "walking speed [0-9.]+ level") < 0.01
+    assert figure(output, "rubbing level") > 0.05  # but rubbing it is
+    assert "errors 0 exceptions 0" in output
 
 
 def test_a_paused_game_rests(play):
-    said = play("pause")
-    assert figure(said, "sliding level") > 0.05
-    assert figure(said, "paused_level") < 0.005
-    assert figure(said, "paused_speed") == 0.0
+    output = play("pause")
+    assert figure(output, "sliding level") > 0.05
+    assert figure(output, "paused_level") < 0.005
+    assert figure(output, "paused_speed") == 0.0
 
 
 def test_a_teleport_is_no_stroke(build):
-    said = build.run("components.exe", "teleport", NOBODY)
-    assert "touching True" in said
-    assert figure(said, "fastest") < 0.1
+    output = build.run("components.exe", "teleport", NOBODY)
+    assert "touching True" in output
+    assert figure(output, "fastest") < 0.1
 
 
 def test_the_fingers_of_a_hand_are_one_touch(play):
-    said = play("fingers")
-    assert "target wool True changes 0" in said
-    assert "then steel True" in said
-    assert figure(said, "leases_least") == 1  # the other finger's release ends nothing
-    assert "let go True leases_last 0" in said
-    assert figure(said, "reports") > 10
+    output = play("fingers")
+    assert "target wool True changes 0" in output
+    assert "then steel True" in output
+    assert figure(output, "leases_least") == 1  # the other finger's release ends nothing
+    assert "let go True leases_last 0" in output
+    assert figure(output, "reports") > 10
 
 
 def test_how_a_hand_acts_follows_from_its_speed_or_from_a_script(play):
-    said = play("gestures")
+    output = play("gestures")
     for expected in (
         "contact_at 0.05 pattern wood press",
         "contact_at 0.4 pattern wood tap",
@@ -77,8 +77,8 @@ def test_how_a_hand_acts_follows_from_its_speed_or_from_a_script(play):
         "carving wood carve",
         "errors 0 exceptions 0",
     ):
-        assert expected in said, said
-    assert figure(said, "swinging level") > 0.01
+        assert expected in output, output
+    assert figure(output, "swinging level") > 0.01
 
 
 def test_a_hand_of_many_capsules_still_nears_things(play):
@@ -86,11 +86,11 @@ def test_a_hand_of_many_capsules_still_nears_things(play):
 
 
 def test_touching_allocates_nothing_but_what_the_runtime_s_socket_does(play, capsys):
-    said = play("touch-bytes")
+    output = play("touch-bytes")
     with capsys.disabled():
-        print("\n" + said.splitlines()[0])
-    assert "touching True" in said
-    assert figure(said, "quiet_frames") > 100
-    assert figure(said, "quiet_bytes") == 0
-    assert figure(said, "touches") > 50
-    assert figure(said, "bytes_of_the_socket") < 1024
+        print("\n" + output.splitlines()[0])
+    assert "touching True" in output
+    assert figure(output, "quiet_frames") > 100
+    assert figure(output, "quiet_bytes") == 0
+    assert figure(output, "touches") > 50
+    assert figure(output, "bytes_of_the_socket") < 1024

@@ -1,7 +1,7 @@
-"""What Unity gets from `REPOSITORY?path=/unity_client`, and from a packed tarball.
+"""The package that Unity gets from `REPOSITORY?path=/unity_client` and from a packed tarball.
 
-Unity clones the repository and takes the folder as the package's root. Done here with
-git itself on a repository made of the working tree; the editor's part of it is not.
+Unity clones the repository and takes the folder as the package's root. This test
+does so with git on a repository made of the working tree, without an editor.
 """
 
 import json
@@ -18,9 +18,9 @@ import pytest
 from hapticvlm import __version__
 
 ROOT = mono.PACKAGE.parent
-# Assemblies that Unity itself brings.
+# Assemblies that are part of Unity.
 TESTING = frozenset({"UnityEngine.TestRunner", "UnityEditor.TestRunner"})
-# Assemblies of packages that a part is only compiled with.
+# Assemblies of optional packages.
 OTHERS = frozenset(
     {"Unity.InputSystem", "Unity.XR.OpenXR", "Unity.XR.Interaction.Toolkit", "Oculus.VR"}
 )
@@ -83,7 +83,7 @@ def test_package_and_service_are_of_one_version_which_the_changelog_tells(packag
 
 
 def test_every_file_and_folder_unity_imports_has_its_meta_file_with_a_guid_of_its_own(package):
-    # Unity copies a sample with its .meta files, by which a scene knows its scripts.
+    # Unity copies a sample with its .meta files, whose GUIDs link a scene to its scripts.
     hidden = re.compile(r"(^|/)(\.|(?!Samples~/Mouse/)[^/]*~(/|$))")
     assets = [path for path in package.rglob("*") if path.suffix != ".meta"]
     names = {path.relative_to(package).as_posix() for path in assets}

@@ -5,7 +5,7 @@ using UnityEngine;
 
 namespace HapticVLM.Editor
 {
-    /// <summary>Window > HapticVLM: the connection, live decisions, the plate, and a stop button.</summary>
+    /// <summary>Window > HapticVLM: connection, live decisions, plate, and a stop button.</summary>
     public sealed class HapticWindow : EditorWindow
     {
         const float ListHeight = 300f;
@@ -16,7 +16,7 @@ namespace HapticVLM.Editor
         Observer observer;
         SceneScan scan;
         Vector2 scroll, listScroll;
-        List<HapticObject> objects; // null: to be looked for again
+        List<HapticObject> objects; // null: search the scene again
 
         [MenuItem("Window/HapticVLM")]
         static void Open()
@@ -28,8 +28,8 @@ namespace HapticVLM.Editor
         {
             EditorApplication.update += Pump;
             EditorApplication.playModeStateChanged += OnPlayMode;
-            EditorApplication.hierarchyChanged += LookAgain;
-            LookAgain();
+            EditorApplication.hierarchyChanged += ClearObjects;
+            ClearObjects();
             Connect();
         }
 
@@ -37,7 +37,7 @@ namespace HapticVLM.Editor
         {
             EditorApplication.update -= Pump;
             EditorApplication.playModeStateChanged -= OnPlayMode;
-            EditorApplication.hierarchyChanged -= LookAgain;
+            EditorApplication.hierarchyChanged -= ClearObjects;
             if (scan != null) scan.End();
             Disconnect();
         }
@@ -63,11 +63,11 @@ namespace HapticVLM.Editor
             if (objects.Count == 0) EditorGUILayout.HelpBox("None yet: choose GameObject > HapticVLM > Set Up Scene.", MessageType.Info);
             if (scan != null) EditorGUILayout.LabelField("Scan", scan.Status);
             if (!Application.isPlaying && GUILayout.Button("Scan scene")) Scan(objects);
-            if (!Application.isPlaying && GUILayout.Button("Forget the scan")) Forget(objects);
+            if (!Application.isPlaying && GUILayout.Button("Clear the scan")) ClearScan(objects);
             ShowRows();
         }
 
-        /// <summary>Draws the rows in sight alone: this is called many times a second, whatever the size of the scene.</summary>
+        /// <summary>Draws only the visible rows, because it is called many times a second in scenes of any size.</summary>
         void ShowRows()
         {
             listScroll = EditorGUILayout.BeginScrollView(listScroll, GUILayout.Height(ListHeight));
@@ -79,7 +79,7 @@ namespace HapticVLM.Editor
             EditorGUILayout.EndScrollView();
         }
 
-        void LookAgain()
+        void ClearObjects()
         {
             objects = null;
         }
@@ -91,9 +91,9 @@ namespace HapticVLM.Editor
             if (address != null) scan = new SceneScan(address, token, objects);
         }
 
-        static void Forget(List<HapticObject> objects)
+        static void ClearScan(List<HapticObject> objects)
         {
-            foreach (HapticObject shown in objects) Kept.Change(shown, "Forget the scan", () => shown.KeepScan("", "", 0.0));
+            foreach (HapticObject shown in objects) Persisted.Change(shown, "Clear the scan", () => shown.StoreScan("", "", 0.0));
         }
 
         void ShowConnection()
@@ -102,7 +102,7 @@ namespace HapticVLM.Editor
             token = EditorGUILayout.PasswordField("Token", token);
             if (GUILayout.Button("Connect")) Connect();
             foreach (string problem in ProjectChecks.Problems()) EditorGUILayout.HelpBox(problem, MessageType.Warning);
-            if (observer == null) EditorGUILayout.HelpBox("No address: use one like ws://127.0.0.1:8790/", MessageType.Error);
+            if (observer == null) EditorGUILayout.HelpBox("Not an address of a service: use one like ws://127.0.0.1:8790/", MessageType.Error);
             else if (observer.State == LinkState.Ready) EditorGUILayout.LabelField("Connection", "up");
             else EditorGUILayout.HelpBox(observer.State + ": " + observer.LastError, MessageType.Info);
         }
@@ -131,7 +131,7 @@ namespace HapticVLM.Editor
             Repaint();
         }
 
-        /// <summary>The scan is of the scene as it is edited: it ends before the scene plays.</summary>
+        /// <summary>Ends the scan before the scene plays, because it scans the scene in edit mode.</summary>
         void OnPlayMode(PlayModeStateChange change)
         {
             if (change == PlayModeStateChange.ExitingEditMode && scan != null) scan.End();
@@ -146,7 +146,7 @@ namespace HapticVLM.Editor
             observer.Changed += Repaint;
         }
 
-        /// <summary>The service's address; null when the text is none.</summary>
+        /// <summary>Returns the address of the service; null if the text is not an address.</summary>
         Uri Address()
         {
             Uri address;

@@ -3,7 +3,7 @@ using UnityEngine;
 
 namespace HapticVLM.Editor
 {
-    /// <summary>What all inspectors of this package show beside the fields.</summary>
+    /// <summary>Message boxes shared by the inspectors of this package.</summary>
     internal static class Notes
     {
         public static void Problem(string problem)
@@ -63,22 +63,22 @@ namespace HapticVLM.Editor
             var haptics = (ControllerHaptics)target;
             EditorGUILayout.LabelField("Plays", haptics.Amplitude.ToString("F2"));
             if (haptics.Silence != null) EditorGUILayout.HelpBox("Silent: " + haptics.Silence + ".", MessageType.Warning);
-            EditorGUILayout.LabelField("Try it: which is the weakest that you feel?", EditorStyles.boldLabel);
+            EditorGUILayout.LabelField("Try It: find the weakest pulse you can feel", EditorStyles.boldLabel);
             foreach (float amplitude in Trials)
             {
                 if (!GUILayout.Button("Pulse at " + amplitude.ToString("F2"))) continue;
                 tried = amplitude;
                 haptics.Try(amplitude);
             }
-            if (tried > 0f && GUILayout.Button("I feel " + tried.ToString("F2") + ": keep it as threshold")) Keep(haptics);
+            if (tried > 0f && GUILayout.Button("I feel " + tried.ToString("F2") + ": use it as threshold")) StoreThreshold(haptics);
         }
 
-        /// <summary>Values set in play mode are lost at its end, and the log keeps it for whoever wears the headset.</summary>
-        void Keep(ControllerHaptics haptics)
+        /// <summary>Sets the threshold and logs it, since values set in play mode are lost when play mode ends.</summary>
+        void StoreThreshold(ControllerHaptics haptics)
         {
             haptics.Threshold = tried;
             Debug.Log("HapticVLM: threshold " + haptics.Threshold.ToString("F2") + " of the " + haptics.Side.ToString().ToLowerInvariant()
-                + " controller. Enter it in the inspector after play mode, or set it from a settings menu of yours.", haptics);
+                + " controller. Enter it in the inspector after play mode, or set it from your settings menu.", haptics);
         }
 
         public override bool RequiresConstantRepaint()
@@ -103,7 +103,7 @@ namespace HapticVLM.Editor
             if (shown.Material != null) EditorGUILayout.LabelField("Decided", shown.Material + ", by " + shown.Source + ", " + shown.Confidence.ToString("P0"));
         }
 
-        /// <summary>Of several objects only a choice changes the materials: looking at them must not make all one.</summary>
+        /// <summary>Shows the material; with several objects selected, only a choice writes it, so that viewing them changes none.</summary>
         static void ShowMaterial(SerializedProperty material)
         {
             EditorGUI.showMixedValue = material.hasMultipleDifferentValues;

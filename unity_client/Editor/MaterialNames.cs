@@ -4,7 +4,7 @@ using UnityEditor;
 
 namespace HapticVLM.Editor
 {
-    /// <summary>The materials offered in the editor: those a service last named, else the ones every service knows.</summary>
+    /// <summary>The materials offered in the editor: those of the last connected service, else the built-in ones.</summary>
     internal static class MaterialNames
     {
         const string ByService = "(the service decides)";
@@ -25,7 +25,7 @@ namespace HapticVLM.Editor
             }
         }
 
-        /// <summary>A drop-down with free text for what it does not list; returns what was chosen.</summary>
+        /// <summary>A drop-down with a text field for unlisted materials; returns the chosen material.</summary>
         public static string Field(string label, string material)
         {
             material = material ?? "";

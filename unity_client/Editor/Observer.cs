@@ -4,10 +4,10 @@ using HapticVLM.Wire;
 
 namespace HapticVLM.Editor
 {
-    /// <summary>What an observer's connection saw last; works in and out of play mode.</summary>
+    /// <summary>The latest decisions and plate state, from an observer connection that works in and out of play mode.</summary>
     internal sealed class Observer
     {
-        const int Kept = 12;
+        const int MaxDecisions = 12;
 
         public readonly List<string> Decisions = new List<string>();
         readonly HapticConnection connection;
@@ -21,7 +21,7 @@ namespace HapticVLM.Editor
             connection.Open();
         }
 
-        /// <summary>Raised when there is something new to show.</summary>
+        /// <summary>Raised when the values to show have changed.</summary>
         public event Action Changed;
 
         public LinkState State { get { return connection.State; } }
@@ -45,7 +45,7 @@ namespace HapticVLM.Editor
             connection.Stop(Scope.All);
         }
 
-        /// <summary>Ends at once: the editor may be about to reload the scripts.</summary>
+        /// <summary>Ends at once, because the editor may be about to reload the scripts.</summary>
         public void Abort()
         {
             connection.Abort();
@@ -60,10 +60,10 @@ namespace HapticVLM.Editor
         void OnDecided(Decision decision)
         {
             HapticObject shown = HapticObject.ById(decision.ObjectId);
-            string what = shown != null ? shown.name : decision.ObjectId ?? "the touched region";
-            Decisions.Insert(0, what + ": " + decision.Material + " (" + decision.Confidence.ToString("P0") + ", by " + decision.Source
+            string label = shown != null ? shown.name : decision.ObjectId ?? "the touched region";
+            Decisions.Insert(0, label + ": " + decision.Material + " (" + decision.Confidence.ToString("P0") + ", by " + decision.Source
                 + "), " + decision.SetpointC.ToString("F1") + " degC");
-            if (Decisions.Count > Kept) Decisions.RemoveAt(Kept);
+            if (Decisions.Count > MaxDecisions) Decisions.RemoveAt(MaxDecisions);
             if (Changed != null) Changed();
         }
 

@@ -2,7 +2,7 @@ using UnityEditor;
 
 namespace HapticVLM.Editor
 {
-    /// <summary>Threads and sockets must not outlive the scripts they run: ends them before a reload.</summary>
+    /// <summary>Ends threads and sockets before a script reload, because they must not outlive their scripts.</summary>
     [InitializeOnLoad]
     internal static class ReloadGuard
     {

@@ -5,24 +5,24 @@ using UnityEngine;
 namespace HapticVLM.Editor
 {
     /// <summary>
-    /// Where the hands of the scene are: under XR Interaction Toolkit's origin, Meta's camera rig, or
-    /// else the main camera. Known by the names of components, so that no package is needed.
+    /// Finds the hands of the scene: under XR Interaction Toolkit's origin, Meta's camera rig, or else
+    /// the main camera. Identifies them by component name, so that none of those packages is required.
     /// </summary>
     internal sealed class Rig
     {
         static readonly string[] Types = { "XROrigin", "XRRig", "OVRCameraRig" };
 
-        // A controller's are first, as haptics go to it; the hand's name takes the place of {0}.
+        // Controllers come first, because they vibrate; {0} is replaced by the side.
         static readonly string[] Anchors = { "{0} Controller", "{0}Hand Controller", "{0}HandAnchor", "{0} Hand", "{0}Hand" };
 
-        // Where a controller touches, by XR Interaction Toolkit: in front of the fist that its pose is in.
+        // The touching point of a controller in XR Interaction Toolkit, in front of the fist that holds it.
         static readonly string[] PokePoints = { "Poke Point", "Poke Interactor" };
 
         // Joints of XR Hands, whose names begin with L_ or R_.
         static readonly string[] Tips = { "IndexTip", "ThumbTip", "MiddleTip", "RingTip", "LittleTip" };
         const string Palm = "Palm";
 
-        const float ControllerM = 0.02f, TipM = 0.008f, PalmM = 0.03f; // radii of what touches
+        const float ControllerM = 0.02f, TipM = 0.008f, PalmM = 0.03f; // collider radii
 
         /// <summary>A part of the rig that touches, and the radius of its collider.</summary>
         public struct Place
@@ -34,7 +34,7 @@ namespace HapticVLM.Editor
         /// <summary>The whole rig; null when there is only a camera.</summary>
         public Transform Root { get; private set; }
 
-        /// <summary>What the hands go under when the rig has no place for them; null when there is no camera.</summary>
+        /// <summary>The parent of the hands when the rig has no place for them; null when there is no camera.</summary>
         public Transform Camera { get; private set; }
 
         public static Rig Find()
@@ -52,8 +52,8 @@ namespace HapticVLM.Editor
         }
 
         /// <summary>
-        /// All that moves with this hand and can touch: rigs switch controllers off and tracked hands on,
-        /// so both are taken, and all that is of one side is one touch. Empty when the rig has nothing.
+        /// Returns all touching parts of this hand. Rigs switch between controllers and tracked hands, so
+        /// both are included; all parts of one side produce one touch. Empty if the rig has none.
         /// </summary>
         public List<Place> Places(HandSide side)
         {

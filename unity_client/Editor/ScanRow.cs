@@ -1,6 +1,6 @@
 namespace HapticVLM.Editor
 {
-    /// <summary>One object in the list of the scene: what a scan found, and what a person makes of it.</summary>
+    /// <summary>One object in the list of the scene, with the result of the scan and a field to correct it.</summary>
     internal static class ScanRow
     {
         public const float Height = 20f; // a popup and its margin
@@ -16,7 +16,7 @@ namespace HapticVLM.Editor
             string label = shown.ScannedMaterial.Length > 0 ? shown.name + ": " + Describe(shown) : shown.name + ": not scanned";
             string chosen = MaterialNames.Field(label, before);
             if (chosen == before) return;
-            Kept.Change(shown, "Choose material", () => shown.ChosenMaterial = chosen);
+            Persisted.Change(shown, "Choose material", () => shown.ChosenMaterial = chosen);
         }
     }
 }

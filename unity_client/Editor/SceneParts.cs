@@ -4,7 +4,7 @@ using UnityEngine.SceneManagement;
 
 namespace HapticVLM.Editor
 {
-    /// <summary>Finds the parts of all open scenes, without the searches whose names change between versions.</summary>
+    /// <summary>Finds components in all open scenes, without engine searches whose names differ between versions.</summary>
     internal static class SceneParts
     {
         public static List<T> All<T>()
@@ -24,7 +24,7 @@ namespace HapticVLM.Editor
             return found;
         }
 
-        /// <summary>The colliders a hand is to feel: of these objects and below, or of the whole scene.</summary>
+        /// <summary>Returns the colliders that a hand can feel, in the selected objects or else in the whole scene.</summary>
         public static List<Collider> Touchable(GameObject[] selected, Transform rig)
         {
             var all = new List<Collider>();

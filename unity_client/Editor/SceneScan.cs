@@ -7,9 +7,9 @@ using UnityEditor.SceneManagement;
 namespace HapticVLM.Editor
 {
     /// <summary>
-    /// Shows the service every object of the open scene once, in edit mode, and writes what it decides
-    /// into the objects, to be saved with the scene: at run time a touch then needs no picture.
-    /// Stepped by the editor's own loop; never waits.
+    /// Sends pictures of every object of the open scene to the service in edit mode, and stores its
+    /// decisions in the objects, to be saved with the scene: at run time no pictures are needed then.
+    /// Runs in steps of the editor's update loop; never blocks.
     /// </summary>
     internal sealed class SceneScan
     {
@@ -38,7 +38,7 @@ namespace HapticVLM.Editor
             quietSince = Clock.Now;
         }
 
-        /// <summary>Whether every object was shown and answered, or the scan was ended.</summary>
+        /// <summary>Whether the scan is complete or was ended.</summary>
         public bool IsDone { get { return pipe == null; } }
 
         public int Tagged { get; private set; }
@@ -56,7 +56,7 @@ namespace HapticVLM.Editor
         {
             if (IsDone) return;
             connection.Pump();
-            if (!pipe.IsIdle) EditorApplication.QueuePlayerLoopUpdate(); // else the picture may wait until the mouse moves
+            if (!pipe.IsIdle) EditorApplication.QueuePlayerLoopUpdate(); // otherwise the readback may wait until the mouse moves
             if (connection.State != LinkState.Ready || !pipe.IsIdle || connection.Outbox.Frames.IsFull) return;
             scanner.Follow(connection.Session, ViewsEach);
             HapticObject shown;
@@ -78,7 +78,7 @@ namespace HapticVLM.Editor
         {
             if (string.IsNullOrEmpty(shown.ObjectId) || byId.ContainsKey(shown.ObjectId))
             {
-                Kept.Change(shown, "Renew id", shown.RenewId); // a duplicated object has the id of its original
+                Persisted.Change(shown, "Renew id", shown.RenewId); // a duplicated object has the id of its original
             }
             byId[shown.ObjectId] = shown;
             connection.Outbox.Scene.Put(shown.Describe());
@@ -104,7 +104,7 @@ namespace HapticVLM.Editor
             shown.Take(decision);
             if (decision.Source == Rung.Unknown || decision.Source == Rung.Other) return;
             if (shown.ScannedMaterial.Length == 0) Tagged++;
-            Kept.Change(shown, "Scan scene", () => shown.KeepScan(decision.Material, decision.Source.ToString(), decision.Confidence));
+            Persisted.Change(shown, "Scan scene", () => shown.StoreScan(decision.Material, decision.Source.ToString(), decision.Confidence));
             EditorSceneManager.MarkSceneDirty(shown.gameObject.scene);
         }
     }

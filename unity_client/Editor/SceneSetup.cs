@@ -6,8 +6,8 @@ using UnityEngine;
 namespace HapticVLM.Editor
 {
     /// <summary>
-    /// GameObject > HapticVLM > Set Up Scene: all a scene needs to be felt, in one step that can be
-    /// undone. What is there already stays as it is, so it may be chosen again after the scene grew.
+    /// GameObject > HapticVLM > Set Up Scene: adds the components that a scene needs, in one step that
+    /// can be undone. Existing components are unchanged, so it can be run again after the scene grew.
     /// </summary>
     internal static class SceneSetup
     {
@@ -19,7 +19,7 @@ namespace HapticVLM.Editor
         {
             if (PrefabStageUtility.GetCurrentPrefabStage() != null)
             {
-                Debug.LogWarning("HapticVLM: a prefab is open: close it, and set up the scene.", null);
+                Debug.LogWarning("HapticVLM: a prefab is open: close it and set up the scene.", null);
                 return;
             }
             Undo.SetCurrentGroupName(Title);
@@ -30,7 +30,7 @@ namespace HapticVLM.Editor
             foreach (HandSide side in new[] { HandSide.Left, HandSide.Right }) AddHand(side, rig, done);
             int objects = AddObjects(Selection.gameObjects, rig.Root);
             if (objects == 0 && Selection.gameObjects.Length > 0)
-                Debug.LogWarning("HapticVLM: nothing of the selection has a collider without a Haptic Object: add one, or select nothing for the whole scene.", null);
+                Debug.LogWarning("HapticVLM: nothing of the selection has a collider without a Haptic Object: add a collider, or clear the selection to set up the whole scene.", null);
             if (objects > 0) done.Add(objects + (objects == 1 ? " Haptic Object" : " Haptic Objects"));
             Undo.CollapseUndoOperations(group);
             Debug.Log("HapticVLM: " + (done.Count == 0 ? "the scene is set up already" : "added " + string.Join(", ", done.ToArray()))
@@ -53,7 +53,7 @@ namespace HapticVLM.Editor
             string name = side.ToString().ToLowerInvariant();
             if (places.Count == 0 && rig.Camera == null)
             {
-                Debug.LogWarning("HapticVLM: the scene has neither a rig nor a camera: put a Haptic Hand on whatever moves as the " + name + " hand does.", null);
+                Debug.LogWarning("HapticVLM: the scene has neither a rig nor a camera: add a Haptic Hand to an object that moves with the " + name + " hand.", null);
                 return;
             }
             if (places.Count == 0)
@@ -87,7 +87,7 @@ namespace HapticVLM.Editor
             return holder;
         }
 
-        /// <summary>One for each body, or for each collider without a body.</summary>
+        /// <summary>Adds one to each Rigidbody, or to each collider without a Rigidbody.</summary>
         static int AddObjects(GameObject[] selected, Transform rig)
         {
             int added = 0;

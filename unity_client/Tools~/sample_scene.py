@@ -1,7 +1,7 @@
 """Writes the scene and the prefabs of Samples~/Mouse as Unity's text format; `--check` compares.
 
-Scripts and prefabs are referred to by the GUIDs of their .meta files (metas.py), meshes and the
-material by those that every editor has built in. Knows only the few components used here.
+Scripts and prefabs are referenced by the GUIDs of their .meta files (metas.py), meshes and the
+material by the editor's built-in ones. Supports only the few components used here.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def files() -> Iterator[tuple[Path, str]]:
 
 
 def scene() -> str:
-    """Return the scene: camera, light, four things to touch, and the two prefabs."""
+    """Return the scene: camera, light, four objects to touch, and the two prefabs."""
     text = HEAD
     for at, (number, name) in enumerate(SETTINGS, 1):
         text += f"--- !u!{number} &{at}\n{name}:\n  m_ObjectHideFlags: 0\n"
@@ -121,14 +121,14 @@ def vector(values: tuple[float, ...]) -> str:
 
 
 def script(path: str, *fields: str) -> Part:
-    """Return a component of a script of this package, with its fields that differ from new."""
+    """Return a component of a script of this package, with its non-default fields."""
     guid = metas.guid(metas.PACKAGE / path)
     reference = f"m_Script: {{fileID: 11500000, guid: {guid}, type: 3}}"
     return Part(114, "MonoBehaviour", ("m_Enabled: 1", "m_EditorHideFlags: 0", reference, *fields))
 
 
 def mesh(number: int) -> tuple[Part, Part]:
-    """Return what draws a built-in mesh in the built-in material."""
+    """Return the components that draw a built-in mesh in the built-in material."""
     shape = f"m_Mesh: {{fileID: {number}, {BUILT_IN.format('e')}}}"
     paint = f"- {{fileID: 10303, {BUILT_IN.format('f')}}}"
     drawn = ("m_Enabled: 1", "m_CastShadows: 1", "m_ReceiveShadows: 1", "m_Materials:", paint)
@@ -136,12 +136,12 @@ def mesh(number: int) -> tuple[Part, Part]:
 
 
 def client() -> tuple[Part, ...]:
-    """Return the components of the prefab that connects."""
+    """Return the components of the client prefab."""
     return (script("Runtime/Unity/HapticClient.cs"),)
 
 
 def hand() -> tuple[Part, ...]:
-    """Return the components of the prefab that feels: a visible ball moved by the mouse."""
+    """Return the components of the hand prefab: a visible ball moved by the mouse."""
     ball = (
         "m_IsTrigger: 1",
         "m_Enabled: 1",

@@ -1,7 +1,7 @@
 """Records the example capture: a three.js scene in an emulated WebXR headset session.
 
 Serves the page on loopback, opens it in headless Chromium, and asks it for one frame at a time.
-Simulated time is the page's; this script knows files and formats, not the scene.
+The page controls simulated time; this script handles files and formats, not the scene.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ MAKE = Path(__file__).resolve().parent
 LIVING_ROOM = MAKE.parent / "living_room"
 CHROMIUM = "chromium"
 LLVMPIPE_FLAGS = ("--use-gl=angle", "--use-angle=gl-egl", "--ignore-gpu-blocklist")
-# A first frame compiles every shader on the processor.
+# The first frame compiles every shader on the CPU.
 FRAME_TIMEOUT_MS = 120_000
 
 
 @dataclass(frozen=True)
 class Recorded:
-    """What was written: counts and the size of all files together."""
+    """The written capture: counts and the total size of its files."""
 
     frames: int
     touches: int
@@ -51,7 +51,7 @@ def main() -> None:
 
 
 def missing() -> str | None:
-    """Say what must be installed before `record` can run, or None."""
+    """Return what must be installed before `record` can run, or None."""
     if shutil.which(CHROMIUM) is None:
         return (
             "no chromium: apt-get install --no-install-recommends "
@@ -136,7 +136,7 @@ def _served() -> Iterator[str]:
 
 class _Quiet(http.server.SimpleHTTPRequestHandler):
     def log_message(self, format: str, *args: Any) -> None:
-        """Say nothing about requests that went well."""
+        """Do not log successful requests."""
 
 
 if __name__ == "__main__":

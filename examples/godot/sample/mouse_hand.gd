@@ -1,9 +1,9 @@
 extends HapticHand
-## A fingertip moved by the mouse: it hovers over what is under the pointer and touches while a
+## A fingertip moved by the mouse: it hovers over the object under the pointer and touches it while a
 ## button is held.
 
 const HOVER_M := 0.06
-const DEPTH_M := 0.004  # how deep the fingertip's ball is in what it touches
+const DEPTH_M := 0.004  # depth of the fingertip's ball in the touched object
 const FASTEST := 1.2  # m/s, of the fingertip
 const RADIUS_M := 0.02
 

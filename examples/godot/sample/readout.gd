@@ -1,5 +1,5 @@
 extends Label
-## What the service decides and sends, in words, for who looks at the sample.
+## Shows the service's decisions and outputs as text.
 
 @export var hand: HapticHand
 @export var pulses: HapticPulses
@@ -22,13 +22,13 @@ func _felt() -> String:
 	var decision: Dictionary = HapticService.current.decisions.get(hand.object.object_id, {})
 	if decision.is_empty():
 		return "%s: not decided yet" % hand.object.get_parent().name
-	var sure := 100.0 * float(decision["confidence"])
+	var confidence := 100.0 * float(decision["confidence"])
 	return (
 		"%s: %s, %.0f %% sure, by %s; %.1f m/s"
 		% [
 			hand.object.get_parent().name,
 			decision["material"],
-			sure,
+			confidence,
 			decision["source"],
 			hand.speed_mps
 		]
@@ -41,5 +41,5 @@ func _measure(telemetry: Dictionary) -> void:
 
 
 func _silence() -> String:
-	var why := HapticService.current.silence()
-	return "" if why.is_empty() else "Nothing is felt: %s." % why
+	var reason := HapticService.current.silence()
+	return "" if reason.is_empty() else "Nothing is felt: %s." % reason

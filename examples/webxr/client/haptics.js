@@ -1,19 +1,19 @@
 /**
- * A scene's connection to HapticVLM: protocol v1 over one WebSocket. Knows no engine.
+ * A scene's connection to HapticVLM: protocol v1 over one WebSocket. Works with any engine.
  *
  * Events, each with the service's message as `detail`: welcome, decision, telemetry, vibration, ownership, skipped,
  * refused (an `error` of the service); and `state`, whose detail is 'connected' or 'disconnected'.
  *
- * What a scene is told once (objects, hands that feel, gains) is said again after each reconnect, and what only an
- * owner may say after each change of owner.
+ * Objects, requested hands and gains are sent again after each reconnect, and the settings of the
+ * owner after each change of owner.
  */
 import {decode, encode} from '@msgpack/msgpack';
 
 const FIRST_WAIT = 250; // ms before the first reconnect, doubled each time, with jitter
 const LONGEST_WAIT = 5000;
-const SILENT = 10_000; // ms without telemetry, which comes ten times a second: the link is dead
+const SILENT = 10_000; // ms without telemetry, which arrives ten times a second, until the link counts as dead
 const ASK_AGAIN = 2000; // ms between two requests for outputs that another scene owns
-const FASTEST = 20; // m/s, the protocol's limit: a tracked hand that jumps is faster
+const FASTEST = 20; // m/s, the protocol's limit, which a jumping tracked hand can exceed
 const STRONGEST = 200; // N
 const HANDS = ['left', 'right'];
 
@@ -22,27 +22,27 @@ export class Haptics extends EventTarget {
   #hello;
   #Socket;
   #socket = null;
-  #objects = new Map(); // by id: what the scene has said of each
-  #fields = null; // of the scene as a whole; null: nothing was said of it yet
-  #settings = {}; // of the owner: feel and gains
+  #objects = new Map(); // descriptions by id
+  #fields = null; // fields of the whole scene; null: not set yet
+  #settings = {}; // settings of the owner: feel and gains
   #wait = FIRST_WAIT;
   #retry = 0;
   #watch = 0;
-  #heard = 0;
+  #receivedAt = 0;
   #ids = 0;
   #isClosed = false;
   #isOpen = false;
   #isOwner = false;
   #wantsOutputs = true;
-  #asked = -Infinity; // when the outputs were asked for
+  #askedAt = -Infinity; // time of the last request for the outputs
   #askId = 0;
   #isStopped = false;
-  #problem = ''; // why the service refused this connection or its `feel`, in its words
+  #problem = ''; // the service's reason for refusing this connection or its `feel`
   #feelId = 0;
-  #looking = 0; // id of the frame the service has; 0: none
+  #frameId = 0; // id of the unanswered frame; 0: none
   #nextFrame = null;
 
-  /** What was not sent: touches while another scene was felt or none, frames that a newer one replaced. */
+  /** Numbers of dropped messages: touches without ownership of the outputs, frames replaced by a newer one. */
   lost = {touches: 0, frames: 0};
 
   constructor(url, {name = 'web scene', version = '1', token, WebSocket = globalThis.WebSocket} = {}) {
@@ -57,29 +57,29 @@ export class Haptics extends EventTarget {
     return this.#isOpen;
   }
 
-  /** Whether this scene drives the outputs: one scene does, and only it is felt. */
+  /** Whether this scene owns the outputs and is felt; one scene does at a time. */
   get isOwner() {
     return this.#isOwner;
   }
 
-  /** Why nothing is felt, in one sentence; empty when nothing stands in the way. */
+  /** The reason why nothing is felt, in one sentence; empty if there is none. */
   get silence() {
     if (this.#isClosed) return 'the connection was closed';
     if (!this.#isOpen) return this.#problem || `no service answers at ${this.#url}`;
-    if (!this.#wantsOutputs) return 'this scene gave the outputs up';
+    if (!this.#wantsOutputs) return 'this scene released the outputs';
     if (!this.#isOwner) return 'another scene owns the outputs';
-    if (this.#isStopped) return 'a stop holds the outputs: let go and touch again';
+    if (this.#isStopped) return 'outputs stopped: release and touch again';
     return this.#settings.vibration_gain === 0 ? 'the vibration gain is 0' : this.#problem;
   }
 
-  /** Says what the scene holds, now and after each reconnect; forgets what it held before. */
+  /** Describes all objects of the scene, now and after each reconnect; replaces earlier objects. */
   scene(objects, fields = {}) {
     this.#objects = new Map(objects.map((object) => [object.object_id, object]));
     this.#fields = fields;
     this.#describe();
   }
 
-  /** States one object anew, as {object_id, material}, or adds it. */
+  /** Changes or adds one object, as {object_id, material}. */
   state(object) {
     const known = {...this.#objects.get(object.object_id), ...object};
     this.#objects.set(object.object_id, known);
@@ -87,18 +87,18 @@ export class Haptics extends EventTarget {
     if (this.#isOpen) this.#send('scene', {objects: [known], replace: false});
   }
 
-  /** Forgets objects that are no more, by their ids. */
+  /** Removes objects by their ids. */
   forget(ids) {
     for (const id of ids) this.#objects.delete(id);
     if (this.#isOpen) this.#send('scene', {objects: [], replace: false, forget: [...ids]});
   }
 
-  /** Asks for `vibration` events for these hands, as {left: 'amplitude', right: 'amplitude'}. */
+  /** Requests `vibration` events for these hands, as {left: 'amplitude', right: 'amplitude'}. */
   feel(hands) {
     this.#set({feel: hands});
   }
 
-  /** Sets how strong vibration and temperature are, each 0 to 1: {vibration_gain, thermal_gain}. */
+  /** Sets the gains of vibration and temperature, each 0 to 1: {vibration_gain, thermal_gain}. */
   gains(gains) {
     this.#set(gains);
   }
@@ -119,7 +119,7 @@ export class Haptics extends EventTarget {
     });
   }
 
-  /** Sends a frame when the service has answered the one before; the newest waits, older ones are dropped. */
+  /** Sends a frame once the service has answered the last one; the newest waits, older ones are dropped. */
   frame(fields) {
     if (!this.#isOpen || this.#nextFrame) this.lost.frames++;
     if (!this.#isOpen) return;
@@ -127,15 +127,15 @@ export class Haptics extends EventTarget {
     this.#pump();
   }
 
-  /** Rests outputs at once: all, speaker or peltier. */
+  /** Stops outputs at once: all, speaker or peltier. */
   stop(scope = 'all') {
     if (this.#isOpen) this.#send('stop', {scope});
   }
 
-  /** Gives the outputs up, or takes them again: a scene that nobody looks at should not keep them. */
+  /** Takes or releases the outputs; a hidden scene should release them. */
   own(wanted = true) {
     this.#wantsOutputs = wanted;
-    this.#asked = -Infinity;
+    this.#askedAt = -Infinity;
     if (wanted) this.#ask();
     else if (this.#isOpen) this.#send('set', {ownership: 'give'});
     if (!wanted) this.#isOwner = false;
@@ -158,9 +158,9 @@ export class Haptics extends EventTarget {
     socket.onerror = () => {}; // `onclose` follows
   }
 
-  /** Ends a link on which nothing comes any more; its closing handshake would not end either. */
+  /** Drops a dead link without waiting for its closing handshake, which would not end either. */
   #check() {
-    if (performance.now() - this.#heard < SILENT) return;
+    if (performance.now() - this.#receivedAt < SILENT) return;
     const dead = this.#socket;
     this.#disconnected();
     dead.close();
@@ -171,7 +171,7 @@ export class Haptics extends EventTarget {
     const wasOpen = this.#isOpen;
     this.#isOpen = false;
     this.#isOwner = false;
-    this.#looking = 0;
+    this.#frameId = 0;
     this.#nextFrame = null;
     if (wasOpen) this.#notify('state', 'disconnected');
     if (this.#isClosed) return;
@@ -181,9 +181,9 @@ export class Haptics extends EventTarget {
   }
 
   #receive(message) {
-    this.#heard = performance.now();
-    if (message.id && message.id === this.#looking) {
-      this.#looking = 0;
+    this.#receivedAt = performance.now();
+    if (message.id && message.id === this.#frameId) {
+      this.#frameId = 0;
       this.#pump();
     }
     if (message.type === 'welcome') this.#welcomed(message);
@@ -200,7 +200,7 @@ export class Haptics extends EventTarget {
     this.#isOpen = true;
     this.#wait = FIRST_WAIT;
     this.#problem = '';
-    this.#asked = -Infinity;
+    this.#askedAt = -Infinity;
     this.#watch = setInterval(() => this.#check(), SILENT / 4);
     this.#describe();
     if (message.owner && this.#wantsOutputs) this.#begin();
@@ -209,7 +209,7 @@ export class Haptics extends EventTarget {
     this.#notify('state', 'connected');
   }
 
-  /** Says what only the owner may say, and lets go of what a stop of an earlier session may hold. */
+  /** Sends the owner's settings, and a release for each hand, which ends a stop of an earlier session. */
   #begin() {
     this.#isOwner = true;
     this.#isStopped = false;
@@ -219,17 +219,17 @@ export class Haptics extends EventTarget {
     if (feel) this.#feelId = this.#send('set', {feel});
   }
 
-  /** Follows whose the outputs are; takes them when they are free. */
+  /** Applies a change of ownership; takes the outputs when they are free. */
   #follow(message) {
     this.#isOwner = message.owner;
-    if (message.free) this.#asked = -Infinity;
+    if (message.free) this.#askedAt = -Infinity;
     if (message.free) this.#ask();
     this.#notify('ownership', message);
   }
 
   #ask() {
-    if (!this.#isOpen || this.#isOwner || !this.#wantsOutputs || performance.now() < this.#asked + ASK_AGAIN) return;
-    this.#asked = performance.now();
+    if (!this.#isOpen || this.#isOwner || !this.#wantsOutputs || performance.now() < this.#askedAt + ASK_AGAIN) return;
+    this.#askedAt = performance.now();
     this.#askId = this.#send('set', {ownership: 'take'});
   }
 
@@ -244,7 +244,7 @@ export class Haptics extends EventTarget {
     if (message.code === 'unsafe') this.#isStopped = true;
     if (message.code === 'not_owner') this.#isOwner = false;
     if (!this.#isOpen || message.id === this.#feelId) this.#problem = message.text;
-    if (message.id && message.id === this.#askId) this.#askId = 0; // the owner is not idle: asked again at a touch
+    if (message.id && message.id === this.#askId) this.#askId = 0; // the owner is not idle: requested again at a later touch
     else this.#notify('refused', message);
   }
 
@@ -260,10 +260,10 @@ export class Haptics extends EventTarget {
   }
 
   #pump() {
-    if (this.#looking || !this.#nextFrame) return;
+    if (this.#frameId || !this.#nextFrame) return;
     const frame = this.#nextFrame;
     this.#nextFrame = null;
-    this.#looking = this.#send('frame', frame);
+    this.#frameId = this.#send('frame', frame);
   }
 
   #send(type, fields) {

@@ -5,62 +5,62 @@ import type {
 
 export type * from './messages.js';
 
-/** What each event of `Haptics` brings as `detail`. */
+/** The `detail` of each event of `Haptics`. */
 export interface HapticsEvents {
   welcome: Welcome;
   decision: Decision;
   telemetry: Telemetry;
   vibration: Vibration;
-  /** The outputs became free, or changed hands. */
+  /** The outputs became free, or changed their owner. */
   ownership: Ownership;
-  /** A frame was not looked at. */
+  /** A frame was not recognised. */
   skipped: Skipped;
-  /** The service refused something: what, and what to do. */
+  /** The service refused a message; the error states the reason and the remedy. */
   refused: Refusal;
   state: 'connected' | 'disconnected';
 }
 
 export interface HapticsOptions {
-  /** Shown to people who look at the service. */
+  /** Name of this client, shown by the service. */
   name?: string;
   version?: string;
-  /** Needed where the service was started with one. */
+  /** Required if the service was started with a token. */
   token?: string;
-  /** What to connect with where the platform has no WebSocket of its own: that of `ws`, in node 20. */
+  /** The WebSocket class for platforms without one: that of `ws` in Node 20. */
   WebSocket?: unknown;
 }
 
-/** A touch without what is filled in: `captured_at` is now unless it is given. */
+/** A touch without the automatic fields; `captured_at` defaults to now. */
 export type TouchFields = Omit<Touch, 'type' | 'id' | 'captured_at'> & {captured_at?: number};
 export type FrameFields = Omit<Frame, 'type' | 'id' | 'captured_at'> & {captured_at?: number};
 
-/** A scene's connection: reconnects by itself, says its scene again, takes the outputs when they are free. */
+/** A scene's connection: reconnects automatically, sends its scene again, takes the outputs when they are free. */
 export class Haptics extends EventTarget {
   constructor(url: string, options?: HapticsOptions);
   readonly isConnected: boolean;
-  /** Whether this scene drives the outputs: one scene does, and only it is felt. */
+  /** Whether this scene owns the outputs and is felt; one scene does at a time. */
   readonly isOwner: boolean;
-  /** Why nothing is felt, in one sentence; empty when nothing stands in the way. */
+  /** The reason why nothing is felt, in one sentence; empty if there is none. */
   readonly silence: string;
-  /** What was not sent: touches while another scene was felt or none, frames that a newer one replaced. */
+  /** Numbers of dropped messages: touches without ownership of the outputs, frames replaced by a newer one. */
   readonly lost: {touches: number; frames: number};
-  /** Says what the scene holds, now and after each reconnect; forgets what it held before. */
+  /** Describes all objects of the scene, now and after each reconnect; replaces earlier objects. */
   scene(objects: SceneObject[], fields?: Pick<Scene, 'ambient_c' | 'materials'>): void;
-  /** States one object anew, or adds it. */
+  /** Changes or adds one object. */
   state(object: SceneObject): void;
-  /** Forgets objects that are no more, by their ids. */
+  /** Removes objects by their ids. */
   forget(ids: Iterable<string>): void;
-  /** Asks for `vibration` events for these hands. */
+  /** Requests `vibration` events for these hands. */
   feel(hands: Feel): void;
-  /** Sets how strong vibration and temperature are, each 0 to 1. */
+  /** Sets the gains of vibration and temperature, each 0 to 1. */
   gains(gains: {vibration_gain?: number; thermal_gain?: number}): void;
   /** Sends a touch; send it at 10 Hz or more while a hand touches, and `release` when it leaves. */
   touch(fields: TouchFields): void;
-  /** Sends a frame when the service has answered the one before; the newest waits. */
+  /** Sends a frame once the service has answered the last one; the newest waits. */
   frame(fields: FrameFields): void;
-  /** Rests outputs at once. */
+  /** Stops outputs at once. */
   stop(scope?: Scope): void;
-  /** Takes the outputs, or gives them up: a scene that nobody looks at should not keep them. */
+  /** Takes or releases the outputs; a hidden scene should release them. */
   own(wanted?: boolean): void;
   close(): void;
   addEventListener<K extends keyof HapticsEvents>(
@@ -69,7 +69,7 @@ export class Haptics extends EventTarget {
   addEventListener(type: string, listener: EventListenerOrEventListenerObject | null, options?: boolean | AddEventListenerOptions): void;
 }
 
-/** A controller as WebXR's `XRInputSource` has it. */
+/** A controller, compatible with WebXR's `XRInputSource`. */
 export interface Controller {
   handedness: HandName | 'none';
   gamepad?: unknown;
@@ -78,20 +78,20 @@ export interface Controller {
 
 /** Plays vibration on controllers, gamepads and phones. */
 export class Pulses {
-  /** Times what the service sends, 0 to 4: more makes weak motors felt. */
+  /** Factor applied to the vibration, 0 to 4; values above 1 help weak motors. */
   gain: number;
-  /** Plays the vibration of this connection, and asks for it for both hands. */
+  /** Plays the vibration of this connection, and requests it for both hands. */
   follow(haptics: Haptics): void;
-  /** Receives one `vibration` event; for who does not `follow`. */
+  /** Receives one `vibration` event, for use without `follow`. */
   receive(vibration: Pick<Vibration, 'hand' | 'period_ms' | 'amplitude'>): void;
-  /** Forgets what was planned. */
+  /** Drops the current plan. */
   rest(): void;
-  /** The strongest that this hand felt since the last call, 0 to 1. */
+  /** Returns the strongest value of this hand since the last call, 0 to 1. */
   amplitude(hand: HandName): number;
-  /** Moves the motor of a controller; call it for every picture. Returns what is played, 0 to 1. */
+  /** Drives the motor of a controller; call it for every picture. Returns the played amplitude, 0 to 1. */
   play(source: Controller): number;
-  /** The same on a phone held in the hand that touches its screen. */
+  /** Drives a phone held in the hand that touches its screen. */
   playOnPhone(hand?: HandName): number;
-  /** Why this controller is silent, in one sentence; empty when nothing stands in the way. */
+  /** Returns the reason why this controller is silent, in one sentence; empty if there is none. */
   silence(source?: Controller): string;
 }

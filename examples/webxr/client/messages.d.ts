@@ -3,90 +3,89 @@
 export type Socket = Welcome | Decision | Telemetry | View | Vibration | Ownership | Skipped | Ok | Error;
 
 /**
- * First message of every connection.
+ * The first message of every connection.
  */
 export interface Hello {
   'type': 'hello';
   /**
-   * Echoed in the reply.
+   * Id of the request, echoed in the reply.
    */
   'id': number;
   /**
-   * Who speaks: a client or the service.
+   * Name and version of a client or of the service.
    */
   'client': Party;
   /**
-   * Same major needed; a newer minor is answered with the service's own.
+   * Version of the protocol. Majors must match; a newer minor is answered with the service's.
    */
   'protocol': ProtocolVersion;
   /**
-   * A scene has objects and touches; an observer only watches. Anybody may stop.
+   * A scene declares objects and sends touches; an observer only watches. Both may send `stop`.
    */
   'role': HelloRole;
   /**
-   * Needed where the service was started with one, as it is for other machines.
+   * Required if the service was started with a token, as it must be for other machines.
    */
   'token'?: string | null;
 }
 
 /**
- * Who speaks: a client or the service.
+ * Name and version of a client or of the service.
  */
 export interface Party {
   /**
-   * A name to show to people.
+   * Name to display.
    */
   'name': string;
   /**
-   * Its version, in any form.
+   * Version, in any format.
    */
   'version': string;
 }
 
 /**
- * Same major needed; a newer minor is answered with the service's own.
+ * Version of the protocol. Majors must match; a newer minor is answered with the service's.
  */
 export interface ProtocolVersion {
   /**
-   * Must be the service's.
+   * Must equal the service's major number.
    */
   'major': number;
   /**
-   * A newer one only adds: fields, words and messages.
+   * A newer minor version only adds fields, values and messages.
    */
   'minor': number;
 }
 
 /**
- * A scene has objects and touches; an observer only watches. Anybody may stop.
+ * A scene declares objects and sends touches; an observer only watches. Both may send `stop`.
  */
 export type HelloRole = "observer" | "scene";
 
 /**
- * Objects of the scene; `replace` forgets those not listed.
+ * Objects of the scene.
  *
- * `forget` names objects that are no more: what breaks or is shot costs a scene one id then, and
- * not all its objects anew. An id that is not known is no error.
- * `materials` are all that the scene's objects can be made of: recognition considers no other.
- * An observer on the service's own machine may state materials of the owner's objects: `object_id`
- * and `material` only, with `replace` false.
+ * `forget` removes single objects, so that a scene need not send all others again. Unknown ids in
+ * it are ignored. If `materials` is given, recognition considers only these.
+ * An observer on the service's own machine may override materials of the owner's objects: it sends
+ * `object_id` and `material` only, with `replace` false.
  */
 export interface Scene {
   'type': 'scene';
   /**
-   * Echoed in the reply.
+   * Id of the request, echoed in the reply.
    */
   'id': number;
   /**
-   * New objects, and known ones with all that is said of them.
+   * New or changed objects, each with all of its fields.
    */
   'objects': SceneObject[];
   /**
-   * True: these are all objects; false: those not listed stay as they are.
+   * True: objects that are not listed are removed; false: they stay as they are.
    */
   'replace': boolean;
   /**
-   * Ids of objects that are no more.
+   * Ids of removed objects.
    */
   'forget'?: string[] | null;
   /**
@@ -94,63 +93,63 @@ export interface Scene {
    */
   'ambient_c'?: number | null;
   /**
-   * All that objects can be made of; absent: every material of `welcome`.
+   * Materials that occur in the scene; absent: all materials in `welcome`.
    */
   'materials'?: string[] | null;
 }
 
 /**
- * What the scene says of one object; everything but the id is optional.
+ * One object of the scene; all fields except the id are optional.
  *
- * `sunlit` says whether the sun shines on it now: an object in the sun is warmer than the air.
- * What `vibrates` is felt through whatever touches it: `stands_on` names what carries an object.
- * Without `vibrates` its name may say so; `on` false says that it does not.
+ * An object in the sun (`sunlit`) is warmer than the air. An object that `vibrates` is also felt
+ * through objects in contact with it; `stands_on` declares such contacts. Without `vibrates`, the
+ * name may imply a hum; `on` false prevents that.
  */
 export interface SceneObject {
   /**
-   * The client's own name for it, the same in touches and frames.
+   * The client's id of the object; touches and frames use the same.
    */
   'object_id': string;
   /**
-   * As the scene calls it, in any language: Oak_Table_02.
+   * Name in the scene, in any language, such as Oak_Table_02.
    */
   'name'?: string | null;
   /**
-   * What it is made of, one of the materials in `welcome`; then nothing is to be recognised.
+   * One of the materials in `welcome`; the object is then not recognised from pictures.
    */
   'material'?: string | null;
   /**
-   * Of its surface, when the scene knows it.
+   * Surface temperature, if the scene knows it.
    */
   'temperature_c'?: number | null;
   /**
-   * How it is drawn, which tells metal and glass.
+   * Shader parameters, which reveal metal and glass.
    */
   'shader'?: Shader | null;
   /**
-   * Thin things take on the temperature of the hand; absent is thick.
+   * Thickness. Thin objects take on the temperature of the hand; absent: thick.
    */
   'thickness_m'?: number | null;
   /**
-   * Whether the sun shines on it now.
+   * Whether the sun shines on the object now.
    */
   'sunlit'?: boolean | null;
   /**
-   * How it hums by itself.
+   * Vibration, if the object hums by itself.
    */
   'vibrates'?: Vibrates | null;
   /**
-   * Ids of what carries it.
+   * Ids of the objects that carry it.
    */
   'stands_on'?: string[] | null;
 }
 
 /**
- * Physically based shader parameters; base_color is linear or sRGB red, green, blue.
+ * Physically based shader parameters.
  */
 export interface Shader {
   /**
-   * 1 is metal.
+   * 1 is a metal.
    */
   'metallic'?: number | null;
   /**
@@ -158,206 +157,206 @@ export interface Shader {
    */
   'roughness'?: number | null;
   /**
-   * 1 is clear as glass.
+   * 1 is as clear as glass.
    */
   'transmission'?: number | null;
   /**
-   * Red, green and blue.
+   * Red, green and blue, linear or sRGB.
    */
   'base_color'?: [number, number, number] | null;
 }
 
 /**
- * How an object vibrates by itself; `level` is how strongly it is felt in the hand.
+ * Vibration of an object that hums by itself.
  */
 export interface Vibrates {
   /**
-   * Its fundamental.
+   * Fundamental frequency.
    */
   'frequency_hz': number;
   /**
-   * As felt by a hand on it.
+   * Strength as felt by a hand on the object.
    */
   'level': number;
   /**
-   * False: it is switched off, also where its name says that it hums.
+   * False: switched off, even if the object's name implies a hum.
    */
   'on'?: boolean;
 }
 
 /**
- * One rendered frame; `mask` is an 8-bit PNG of the frame's size, nonzero = object.
+ * One rendered frame.
  */
 export interface Frame {
   'type': 'frame';
   /**
-   * Echoed in the reply.
+   * Id of the request, echoed in the reply.
    */
   'id': number;
   /**
-   * When it was rendered, on the client's clock.
+   * Time of rendering, on the client's clock.
    */
   'captured_at': number;
   /**
-   * rgb8 and rgba8 are raw: width x height x 3 or 4 bytes, row by row.
+   * rgb8 and rgba8 are raw pixels: width x height x 3 or 4 bytes, row by row.
    */
   'format': FrameFormat;
   /**
-   * In px; must be that of the picture.
+   * Width in pixels; must equal the picture's.
    */
   'width': number;
   /**
-   * In px; must be that of the picture.
+   * Height in pixels; must equal the picture's.
    */
   'height': number;
   /**
-   * The picture. 448 x 448 px as JPEG, about 20 KB, is enough.
+   * The picture. A JPEG of 448 x 448 px, about 20 KB, is sufficient.
    */
   'image': Uint8Array;
   /**
-   * Whether the first row of the picture is its top or, as OpenGL reads it, its bottom.
+   * `top`: the first row is the top of the picture; `bottom`: it is the bottom, as in OpenGL.
    */
   'origin': FrameOrigin;
   /**
-   * live: what a hand is at, where the newest frame wins; enrol: to be learned, each one is kept.
+   * `live`: to be recognised, and a newer frame replaces a waiting one; `enrol`: reference pictures of an object, each of which is used.
    */
   'purpose'?: FramePurpose;
   /**
-   * The object it shows; absent: a view in which touches may name regions.
+   * Object shown; absent: a view in which touches may name a region.
    */
   'object_id'?: string | null;
   /**
-   * Where in the upright picture the object is.
+   * Position of the object in the upright picture.
    */
   'region'?: Region | null;
   /**
-   * Which pixels are the object, which says more than a region.
+   * Pixels of the object, more precise than a region: an 8-bit PNG of the frame's size, nonzero = object.
    */
   'mask'?: Uint8Array | null;
   /**
-   * Older than this it is skipped; absent: it never is.
+   * An older frame is skipped; absent: no age limit.
    */
   'max_age_ms'?: number | null;
 }
 
 /**
- * rgb8 and rgba8 are raw: width x height x 3 or 4 bytes, row by row.
+ * rgb8 and rgba8 are raw pixels: width x height x 3 or 4 bytes, row by row.
  */
 export type FrameFormat = "jpeg" | "png" | "rgb8" | "rgba8";
 
 /**
- * Whether the first row of the picture is its top or, as OpenGL reads it, its bottom.
+ * `top`: the first row is the top of the picture; `bottom`: it is the bottom, as in OpenGL.
  */
 export type FrameOrigin = "bottom" | "top";
 
 /**
- * live: what a hand is at, where the newest frame wins; enrol: to be learned, each one is kept.
+ * `live`: to be recognised, and a newer frame replaces a waiting one; `enrol`: reference pictures of an object, each of which is used.
  */
 export type FramePurpose = "enrol" | "live";
 
 /**
- * A rectangle of the upright frame, as fractions counted from the top left.
+ * A rectangle of the upright frame, in fractions from its top left corner.
  */
 export interface Region {
   /**
-   * Left edge, as a share of the width.
+   * Left edge, as a fraction of the width.
    */
   'x': number;
   /**
-   * Upper edge, as a share of the height.
+   * Top edge, as a fraction of the height.
    */
   'y': number;
   /**
-   * Width, as a share of the frame's.
+   * Width, as a fraction of the frame's width.
    */
   'w': number;
   /**
-   * Height, as a share of the frame's.
+   * Height, as a fraction of the frame's height.
    */
   'h': number;
 }
 
 /**
- * What a hand does now; renews that hand's lease unless it is a release.
+ * Current state of one hand; every phase except `release` renews the hand's lease.
  *
- * `distance_m` to the object and `closing_mps`, the speed at which it shrinks (negative: it
- * grows), say when an approach will become a contact; the plate leads by that time.
+ * From `distance_m` and `closing_mps` the service predicts when an approach becomes a contact, so
+ * that the plate can start in time.
  */
 export interface Touch {
   'type': 'touch';
   /**
-   * Echoed in the reply.
+   * Id of the request, echoed in the reply.
    */
   'id': number;
   /**
-   * approach: near and not touching yet; contact: touches, without rubbing; slide: rubs along; release: touches nothing any more.
+   * `approach`: near, not touching yet; `contact`: touching without sliding; `slide`: sliding along the surface; `release`: no longer touching.
    */
   'phase': Phase;
   /**
-   * When it did, on the client's clock.
+   * Time of the touch, on the client's clock.
    */
   'captured_at': number;
   /**
-   * Each hand is rendered by itself.
+   * Each hand is rendered separately.
    */
   'hand': HandName;
   /**
-   * Of the hand relative to the surface; at contact how fast it hits.
+   * Speed of the hand relative to the surface; at contact, the impact speed.
    */
   'speed_mps': number;
   /**
-   * How hard it presses; 1.5 where an engine knows no force.
+   * Contact force; send 1.5 if the engine does not compute forces.
    */
   'force_n': number;
   /**
-   * What it touches. This or a region is needed, but for release and swing.
+   * Object touched. Either this or `region` is required, except for release and swing.
    */
   'object_id'?: string | null;
   /**
-   * What it touches, as a part of the newest frame.
+   * Region of the newest frame that is touched.
    */
   'region'?: Region | null;
   /**
-   * The kind of touch; absent: strike at contact, slide while sliding.
+   * Kind of touch; absent: strike at contact, slide while sliding.
    */
   'interaction'?: Interaction | null;
   /**
-   * To the object, of an approach.
+   * Distance to the object, during an approach.
    */
   'distance_m'?: number | null;
   /**
-   * How fast the distance shrinks, of an approach.
+   * Rate at which the distance shrinks (negative: grows), during an approach.
    */
   'closing_mps'?: number | null;
 }
 
 /**
- * approach: near and not touching yet; contact: touches, without rubbing; slide: rubs along; release: touches nothing any more.
+ * `approach`: near, not touching yet; `contact`: touching without sliding; `slide`: sliding along the surface; `release`: no longer touching.
  */
 export type Phase = "approach" | "contact" | "release" | "slide";
 
 /**
- * Each hand is rendered by itself.
+ * Each hand is rendered separately.
  */
 export type HandName = "left" | "right";
 
 /**
- * The kind of touch. A swing moves through air and needs no contact.
+ * The kind of touch. A swing moves through the air and needs no contact.
  */
 export type Interaction = "carve" | "press" | "slide" | "strike" | "swing" | "tap";
 
 /**
- * Settings of this connection's session; `feel` and gains are the owner's alone.
+ * Settings of this connection's session.
  *
- * `ownership`: a scene may take the outputs when nobody owns them or their owner has touched
- * nothing for 30 s. Their owner may give them up, as a tool that only shows pictures does.
- * Anybody may end the owner's connection. The event `ownership` says when the outputs are free.
- * Gains, `feel` and the touch are sent again after they were taken.
+ * A scene may take the outputs if nobody owns them or if their owner has touched nothing for 30 s.
+ * The owner may give them up, as a tool that only sends pictures does. Any connection may end the
+ * owner's connection. The event `ownership` reports free outputs. After taking them, a scene sends
+ * its gains, `feel` and current touch again.
  */
 export interface Set {
   'type': 'set';
   /**
-   * Echoed in the reply.
+   * Id of the request, echoed in the reply.
    */
   'id': number;
   /**
@@ -365,247 +364,238 @@ export interface Set {
    */
   'ambient_c'?: number | null;
   /**
-   * Half the gain is half the vibration. The owner's alone.
+   * Factor on the vibration. Only for the owner.
    */
   'vibration_gain'?: number | null;
   /**
-   * 0 keeps the plate neutral. The owner's alone.
+   * Factor on the thermal effect; 0 keeps the plate neutral. Only for the owner.
    */
   'thermal_gain'?: number | null;
   /**
-   * What `view` events show. Observers' alone.
+   * Kinds of `view` events to receive. Only for observers.
    */
   'watch'?: Watch[] | null;
   /**
-   * Which hands get `vibration` events. The owner's alone.
+   * Subscription to `vibration` events. Only for the owner.
    */
   'feel'?: Feel | null;
   /**
-   * Who drives the outputs.
+   * Change of the outputs' owner.
    */
   'ownership'?: SetOwnership | null;
 }
 
 /**
- * Pictures as they are recognised, what the speaker plays, or lines of the service's log.
+ * `frames`: pictures as they are recognised; `waveform`: the speaker's samples; `log`: lines of the service's log.
  */
 export type Watch = "frames" | "log" | "waveform";
 
 /**
- * Which hands get `vibration` events, and in which form; a hand that is absent gets none.
- *
- * `amplitude` is one value a display frame, for actuators of one frequency; `parametric` is finer
- * and brings frequencies and transients too.
+ * Subscription to `vibration` events per hand; a hand that is absent gets none.
  */
 export interface Feel {
   /**
-   * For the left hand.
+   * Form for the left hand.
    */
   'left'?: FeelForm | null;
   /**
-   * For the right hand.
+   * Form for the right hand.
    */
   'right'?: FeelForm | null;
 }
 
 /**
- * amplitude: one value each 12.5 ms, for actuators of one frequency; parametric: amplitude and frequency each 5 ms, and transients.
+ * `amplitude`: one value every 12.5 ms, for actuators with a single frequency; `parametric`: amplitude and frequency every 5 ms, and transients.
  */
 export type FeelForm = "amplitude" | "parametric";
 
 /**
- * take: drive the outputs from now on; give: free them; end: close their owner's connection.
+ * `take`: own the outputs from now on; `give`: free them; `end`: close the owner's connection.
  */
 export type SetOwnership = "end" | "give" | "take";
 
 /**
- * Rest the outputs at once; always honoured, never queued.
+ * Turn outputs off at once; always obeyed, never queued.
  *
- * The scope is held at rest for each hand until the owner sends `release` of that hand and then a
- * new `approach` or `contact`. A new session does not undo it: a scene that begins sends
- * `release` of each hand that touches nothing, so that its first touch is felt.
+ * The outputs stay off for each hand until the owner sends `release` of that hand and then a new
+ * `approach` or `contact`. A new session does not end a stop. A new scene therefore sends
+ * `release` for each hand that touches nothing, so that its first touch is felt.
  */
 export interface Stop {
   'type': 'stop';
   /**
-   * Echoed in the reply.
+   * Id of the request, echoed in the reply.
    */
   'id': number;
   /**
-   * Which outputs a stop rests. The scope speaker includes controllers.
+   * The outputs that a stop turns off. `speaker` includes controllers.
    */
   'scope': Scope;
 }
 
 /**
- * Which outputs a stop rests. The scope speaker includes controllers.
+ * The outputs that a stop turns off. `speaker` includes controllers.
  */
 export type Scope = "all" | "peltier" | "speaker";
 
 /**
- * The answer to hello.
+ * The reply to `hello`.
  */
 export interface Welcome {
   'type': 'welcome';
   /**
-   * Of the hello.
+   * Id of the `hello`.
    */
   'id': number;
   /**
-   * Who speaks: a client or the service.
+   * Name and version of a client or of the service.
    */
   'service': Party;
   /**
-   * Same major needed; a newer minor is answered with the service's own.
+   * Version of the protocol. Majors must match; a newer minor is answered with the service's.
    */
   'protocol': ProtocolVersion;
   /**
-   * A new one for each connection: what was known of objects before is forgotten.
+   * Session id, new for each connection. A new session knows no objects.
    */
   'session': string;
   /**
-   * Whether this scene drives the outputs.
+   * Whether this scene owns the outputs.
    */
   'owner': boolean;
   /**
-   * What the service enforces.
+   * Limits that the service enforces.
    */
   'limits': Limits;
   /**
-   * The outputs of this service.
+   * Output devices of the service.
    */
   'devices': Devices;
   /**
-   * What decides; absent = not loaded.
+   * Models in use; absent: not loaded.
    */
   'models': Models;
   /**
-   * All that an object can be stated to be of.
+   * Materials that an object may state.
    */
   'materials': string[];
   /**
-   * What happens to pictures; a crop shows one object, cut out of its frame.
+   * Use of pictures. A crop is the part of a frame that shows one object.
    */
   'privacy': Privacy;
 }
 
 /**
- * What the service enforces.
+ * Limits that the service enforces.
  */
 export interface Limits {
   /**
-   * A larger message closes the connection with 1009.
+   * Maximum size of a message; a larger one closes the connection with 1009.
    */
   'message_bytes': number;
   /**
-   * Longest side of a frame.
+   * Maximum side length of a frame.
    */
   'pixels': number;
   /**
-   * More frames are skipped.
+   * Maximum frame rate; frames beyond it are skipped.
    */
   'frames_per_s': number;
   /**
-   * So long an output goes on without a touch that renews it.
+   * Time that an output stays on after the last touch message.
    */
   'lease_ms': number;
   /**
-   * The band the plate's setpoint is kept in, degC.
+   * Range of the plate's setpoint.
    */
   'setpoint_c': SetpointRange;
 }
 
 /**
- * The band the plate's setpoint is kept in, degC.
+ * Range of the plate's setpoint.
  */
 export interface SetpointRange {
   /**
-   * Coldest, degC.
+   * Lowest setpoint, degC.
    */
   'low': number;
   /**
-   * Warmest, degC.
+   * Highest setpoint, degC.
    */
   'high': number;
 }
 
 /**
- * The outputs of this service.
+ * Output devices of the service.
  */
 export interface Devices {
   /**
-   * One output and whether it is simulated.
+   * One output device.
    */
   'speaker': Device;
   /**
-   * One output and whether it is simulated.
+   * One output device.
    */
   'peltier': Device;
 }
 
 /**
- * One output and whether it is simulated.
+ * One output device.
  */
 export interface Device {
   /**
-   * As a person knows it.
+   * Name to display.
    */
   'name': string;
   /**
-   * Whether nothing real is driven.
+   * Whether the device is simulated.
    */
   'simulated': boolean;
 }
 
 /**
- * What decides; absent = not loaded.
+ * Models in use; absent: not loaded.
  */
 export interface Models {
   /**
-   * The network that sees materials.
+   * Image network that recognises materials.
    */
   'encoder'?: string | null;
   /**
-   * The reference pictures it compares with.
+   * Set of reference pictures.
    */
   'gallery'?: string | null;
   /**
-   * The vision-language model.
+   * Vision-language model.
    */
   'vlm'?: string | null;
 }
 
 /**
- * What happens to pictures; a crop shows one object, cut out of its frame.
+ * Use of pictures. A crop is the part of a frame that shows one object.
  */
 export interface Privacy {
   /**
-   * Whether frames are kept on the service's disk.
+   * Whether frames are stored on the service's disk.
    */
   'frames_stored': boolean;
   /**
-   * Whether frames come from or go to another machine.
+   * Whether frames are received from or sent to another machine.
    */
   'frames_leave_machine': boolean;
   /**
-   * Whether cut-out objects go to another machine's recogniser.
+   * Whether crops are sent to a recogniser on another machine.
    */
   'crops_leave_machine'?: boolean;
 }
 
 /**
- * What an object is and how it will feel; id 0 when it is an event.
- *
- * `sub_material` is what its name says it is made of more exactly, with bulk values of its own;
- * `thickness_m` is the thickness that its temperature is computed with, absent when it is thick.
- * `basis` says what the feel is made from: the material, the expectation over all materials
- * believed in while none is sure enough to be named, or neither (neutral).
- * Observers also get its `name`, as the scene gave it.
+ * Material, temperatures and vibration pattern decided for one object.
  */
 export interface Decision {
   'type': 'decision';
   /**
-   * Of the frame it answers, or 0.
+   * Id of the frame that it answers; 0: an event.
    */
   'id': number;
   /**
@@ -613,19 +603,19 @@ export interface Decision {
    */
   'material': string;
   /**
-   * Calibrated: of all that are said with .8, four in five are right.
+   * Calibrated probability: of all decisions with 0.8, four in five are right.
    */
   'confidence': number;
   /**
-   * What a material is decided from: the scene states it, the object's name or shader implies it, the network or the vision-language model saw it, or nothing is sure enough.
+   * `scene`: stated by the scene; `name`, `shader`: implied by the object's name or shader; `encoder`: recognised by the image network; `vlm`: recognised by the vision-language model; `unknown`: no source is sure enough.
    */
   'source': Rung;
   /**
-   * Whether it was decided before.
+   * Whether the decision was made before and is unchanged.
    */
   'cached': boolean;
   /**
-   * All that was considered.
+   * All evidence considered.
    */
   'evidence': EvidenceItem[];
   /**
@@ -641,11 +631,11 @@ export interface Decision {
    */
   'ambient_high_c': number;
   /**
-   * Stated by the scene, read from a picture by the vision-language model, or 22 degC.
+   * `scene`: stated by the scene; `vlm`: estimated from a picture by the vision-language model; `default`: 22 degC.
    */
   'ambient_source': AmbientSource;
   /**
-   * The object's surface before it is touched.
+   * Temperature of the object's surface before the touch.
    */
   'surface_c': number;
   /**
@@ -657,185 +647,183 @@ export interface Decision {
    */
   'surface_high_c': number;
   /**
-   * What the surface's temperature is taken from; ambient where nothing else says anything.
+   * The source of the surface temperature. `ambient` applies without any other.
    */
   'surface_source': SurfaceSource;
   /**
-   * The same in words for people.
+   * Reason for the surface temperature, as text to display.
    */
   'surface_why': string;
   /**
-   * Where skin and object meet; null: nothing is known to be felt.
+   * Temperature at which skin and object meet; null: unknown.
    */
   'contact_c': number | null;
   /**
-   * Where the plate goes.
+   * Setpoint of the plate.
    */
   'setpoint_c': number;
   /**
-   * Where physics alone would put it.
+   * Setpoint that physics alone would give, without limits.
    */
   'unlimited_c': number;
   /**
-   * Whether the difference to the skin is large enough to be noticed.
+   * Whether a person can notice the difference from skin temperature.
    */
   'thermal_cue': boolean;
   /**
-   * What was decided; absent: a region of a frame.
+   * Object decided on; absent: a region of a frame.
    */
   'object_id'?: string | null;
   /**
-   * As the scene gave it; to observers only.
+   * Name of the object in the scene; sent to observers only.
    */
   'name'?: string | null;
   /**
-   * The second likeliest material.
+   * Second most probable material.
    */
   'runner_up'?: string | null;
   /**
-   * Why setpoint_c is not unlimited_c.
+   * Limit that makes `setpoint_c` differ from `unlimited_c`.
    */
   'limited_by'?: Limit | null;
   /**
-   * What vibrates, such as wood strike; absent: not touched, or nothing is played.
+   * Vibration pattern, such as wood strike; absent: no touch, or no vibration.
    */
   'pattern'?: string | null;
   /**
-   * What the feel is made from.
+   * Basis of the rendering: the material, the mean over probable materials, or nothing.
    */
   'basis'?: Basis | null;
   /**
-   * How long each stage of a recognition took; empty where there was none.
+   * Duration of each stage of the recognition; empty if there was none.
    */
   'stages_ms'?: Record<string, number>;
   /**
-   * How old the frame was that it answers.
+   * Age of the frame that it answers.
    */
   'frame_age_ms'?: number | null;
   /**
-   * What its name says it is made of more exactly, such as cork.
+   * More specific material implied by the name, such as cork.
    */
   'sub_material'?: string | null;
   /**
-   * What its temperature is computed with; absent: thick.
+   * Thickness used for the contact temperature; absent: thick.
    */
   'thickness_m'?: number | null;
 }
 
 /**
- * What a material is decided from: the scene states it, the object's name or shader implies it, the network or the vision-language model saw it, or nothing is sure enough.
+ * `scene`: stated by the scene; `name`, `shader`: implied by the object's name or shader; `encoder`: recognised by the image network; `vlm`: recognised by the vision-language model; `unknown`: no source is sure enough.
  */
 export type Rung = "encoder" | "name" | "scene" | "shader" | "unknown" | "vlm";
 
 /**
- * What one rung of the ladder says.
+ * Evidence from one source.
  */
 export interface EvidenceItem {
   /**
-   * What a material is decided from: the scene states it, the object's name or shader implies it, the network or the vision-language model saw it, or nothing is sure enough.
+   * `scene`: stated by the scene; `name`, `shader`: implied by the object's name or shader; `encoder`: recognised by the image network; `vlm`: recognised by the vision-language model; `unknown`: no source is sure enough.
    */
   'rung': Rung;
   /**
-   * What it says.
+   * Most probable material.
    */
   'material': string;
   /**
-   * How sure it is.
+   * Probability of that material.
    */
   'confidence': number;
 }
 
 /**
- * Stated by the scene, read from a picture by the vision-language model, or 22 degC.
+ * `scene`: stated by the scene; `vlm`: estimated from a picture by the vision-language model; `default`: 22 degC.
  */
 export type AmbientSource = "default" | "scene" | "vlm";
 
 /**
- * What the surface's temperature is taken from; ambient where nothing else says anything.
+ * The source of the surface temperature. `ambient` applies without any other.
  */
 export type SurfaceSource = "ambient" | "name" | "scene" | "sun";
 
 /**
- * What kept the plate from the physical value: its band of temperatures, its speed, its current, a hot sink, or the dose of heat that skin may take.
+ * The limit that keeps the plate from the physical value. `setpoint`: its temperature range; `slew`: its rate of change; `current`: its current; `sink`: a hot heat sink; `dose`: the thermal dose allowed for skin.
  */
 export type Limit = "current" | "dose" | "setpoint" | "sink" | "slew";
 
 /**
- * What the feel is made from: the decided material, the expectation over all materials believed in while none is sure enough to be named, or neither.
+ * `material`: the decided material is rendered; `expectation`: the mean over all probable materials, while none is probable enough to be named; `neutral`: nothing.
  */
 export type Basis = "expectation" | "material" | "neutral";
 
 /**
- * State of the outputs, ten times a second, to every connection.
- *
- * `speaker_level` is the rms of the loudest few milliseconds since the telemetry before.
+ * State of the outputs, sent to every connection ten times a second.
  */
 export interface Telemetry {
   'type': 'telemetry';
   /**
-   * 0: an event.
+   * Always 0: an event.
    */
   'id': number;
   /**
-   * The plate's surface; null: no reading.
+   * Temperature of the plate's surface; null: no reading.
    */
   'plate_c': number | null;
   /**
-   * Where it goes.
+   * Setpoint of the plate.
    */
   'setpoint_c': number;
   /**
-   * Its heat sink; null: no reading.
+   * Temperature of the plate's heat sink; null: no reading.
    */
   'sink_c': number | null;
   /**
-   * Its power, -1 (cools) to 1 (heats).
+   * Drive of the plate, from -1 (full cooling) to 1 (full heating).
    */
   'duty': number;
   /**
-   * Of full scale, 0 to 1.
+   * RMS of the loudest few milliseconds since the last telemetry, 0 to 1 of full scale.
    */
   'speaker_level': number;
   /**
-   * Blocks that the speaker missed since the start.
+   * Audio blocks missed since the start of the service.
    */
   'underruns': number;
   /**
-   * Frames of all connections that were not looked at since the start.
+   * Frames of all connections dropped since the start of the service.
    */
   'dropped_frames': number;
   /**
-   * Hands that touch or approach something now.
+   * Number of hands with a lease, which touch or approach something now.
    */
   'leases': number;
   /**
-   * What is wrong with speaker or plate now; empty: nothing.
+   * Current faults of speaker and plate; empty: none.
    */
   'faults': string[];
 }
 
 /**
- * What an observer asked to watch; nobody else gets it.
+ * Data that an observer subscribed to with `set.watch`; other connections do not get it.
  *
- * A waveform comes in pieces that follow each other: `start` is the number of its first sample,
- * counted at `rate_hz` since the audio engine began.
+ * A waveform comes in consecutive pieces. `start` counts samples at `rate_hz` since the audio
+ * engine started.
  */
 export interface View {
   'type': 'view';
   /**
-   * 0: an event.
+   * Always 0: an event.
    */
   'id': number;
   /**
-   * Pictures as they are recognised, what the speaker plays, or lines of the service's log.
+   * `frames`: pictures as they are recognised; `waveform`: the speaker's samples; `log`: lines of the service's log.
    */
   'kind': Watch;
   /**
-   * frames: what it shows.
+   * frames: object shown.
    */
   'object_id'?: string | null;
   /**
-   * frames: where in it.
+   * frames: position of the object.
    */
   'region'?: Region | null;
   /**
@@ -843,19 +831,19 @@ export interface View {
    */
   'format'?: string | null;
   /**
-   * frames: the picture; base64 in JSON.
+   * frames: the picture, as base64 in JSON.
    */
   'image'?: Uint8Array | null;
   /**
-   * frames: which pixels are the object.
+   * frames: pixels of the object.
    */
   'mask'?: Uint8Array | null;
   /**
-   * frames: which row comes first.
+   * frames: order of the rows.
    */
   'origin'?: FrameOrigin | null;
   /**
-   * waveform: samples in a second.
+   * waveform: sample rate.
    */
   'rate_hz'?: number | null;
   /**
@@ -863,7 +851,7 @@ export interface View {
    */
   'start'?: number | null;
   /**
-   * waveform: of the speaker's full scale, -1 to 1.
+   * waveform: samples, -1 to 1 of full scale.
    */
   'samples'?: number[] | null;
   /**
@@ -873,34 +861,32 @@ export interface View {
 }
 
 /**
- * What one hand feels from now on: a short plan that replaces the one before. An event.
+ * Vibration of one hand from now on: a short plan that replaces the previous plan. An event.
  *
- * `amplitude` holds one value for each `period_ms`, 1 for the strongest that a controller can: it
- * is on the scale of controllers, so play it as it is. After the last value there is silence, so a
- * lost link ends within 100 ms. `frequency_hz` is as long or, in the form `amplitude`, empty; a
- * transient is part of the amplitude too. An empty plan means silence now; `stopped` says that a
- * `stop`, perhaps of another connection, holds the vibration.
+ * Amplitudes are scaled for controllers (1 is the strongest), so play them unchanged. After the
+ * last value play nothing: vibration then ends within 100 ms if the link is lost. Transients are
+ * already contained in the amplitude. An empty plan means silence now.
  */
 export interface Vibration {
   'type': 'vibration';
   /**
-   * 0: an event.
+   * Always 0: an event.
    */
   'id': number;
   /**
-   * Each hand is rendered by itself.
+   * Each hand is rendered separately.
    */
   'hand': HandName;
   /**
-   * So long each value holds.
+   * Duration of each value.
    */
   'period_ms': number;
   /**
-   * 0 to 1, at most 100 ms of it. Absent: silence now.
+   * One value per period, 0 to 1, at most 100 ms in total; absent: silence now.
    */
   'amplitude'?: number[];
   /**
-   * Of each period, in the form parametric; absent in the other.
+   * One frequency per period, in the form parametric; absent in the form amplitude.
    */
   'frequency_hz'?: number[];
   /**
@@ -908,39 +894,38 @@ export interface Vibration {
    */
   'transients'?: Transient[];
   /**
-   * Whether a `stop` holds the vibration.
+   * Whether a `stop`, possibly of another connection, holds the vibration off.
    */
   'stopped'?: boolean;
 }
 
 /**
- * A short pulse within a plan, `at_ms` after the plan begins.
+ * A short pulse within a vibration plan.
  */
 export interface Transient {
   /**
-   * After the plan begins.
+   * Time after the start of the plan.
    */
   'at_ms': number;
   /**
-   * On the scale of the plan.
+   * Amplitude, on the scale of the plan.
    */
   'amplitude': number;
   /**
-   * Of the pulse.
+   * Frequency of the pulse.
    */
   'frequency_hz': number;
 }
 
 /**
- * Sent to each scene when the outputs become free or change hands. An event.
+ * Sent to each scene when the outputs become free or change owner. An event.
  *
- * `owner`: whether this scene owns them now. `free`: whether nobody does; a scene that wants them
- * answers `set` with `ownership` take, and the first that asks gets them.
+ * A scene that wants free outputs sends `set` with `ownership` take; the first request gets them.
  */
 export interface Ownership {
   'type': 'ownership';
   /**
-   * 0: an event.
+   * Always 0: an event.
    */
   'id': number;
   /**
@@ -948,66 +933,66 @@ export interface Ownership {
    */
   'owner': boolean;
   /**
-   * Whether nobody does.
+   * Whether nobody owns the outputs.
    */
   'free': boolean;
 }
 
 /**
- * A frame that was not looked at, and why.
+ * The reply to a frame that was dropped.
  */
 export interface Skipped {
   'type': 'skipped';
   /**
-   * Of the frame.
+   * Id of the frame.
    */
   'id': number;
   /**
-   * superseded: a newer frame took its place; stale: older than its max_age_ms; unchanged: shows the object as before; rate: more than frames_per_s.
+   * `superseded`: replaced by a newer frame; `stale`: older than its `max_age_ms`; `unchanged`: the object looks as before; `rate`: over `frames_per_s`.
    */
   'reason': SkipReason;
 }
 
 /**
- * superseded: a newer frame took its place; stale: older than its max_age_ms; unchanged: shows the object as before; rate: more than frames_per_s.
+ * `superseded`: replaced by a newer frame; `stale`: older than its `max_age_ms`; `unchanged`: the object looks as before; `rate`: over `frames_per_s`.
  */
 export type SkipReason = "rate" | "stale" | "superseded" | "unchanged";
 
 /**
- * Done as asked.
+ * The reply to a request that succeeded.
  */
 export interface Ok {
   'type': 'ok';
   /**
-   * Of the request.
+   * Id of the request.
    */
   'id': number;
 }
 
 /**
- * Refused, and why; id 0 when the request had none or it is an event.
+ * The reply to a request that was refused, or an event that reports a fault.
  */
 export interface Error {
   'type': 'error';
   /**
-   * Of the request, or 0.
+   * Id of the request; 0: an event, or a request without a readable id.
    */
   'id': number;
   /**
-   * Not allowed in this state or role (protocol), malformed (message), out of range (limit). Too much waits (overload), or a stop holds the outputs (unsafe). An output (device) or a network (model) fails. Another scene owns the outputs (not_owner).
+   * `protocol`: not allowed in this state or role; `message`: malformed; `limit`: out of range; `overload`: a queue is full; `unsafe`: a stop holds the outputs; `device`: an output failed; `model`: a network failed; `not_owner`: another scene owns the outputs.
    */
   'code': ErrorCode;
   /**
-   * For people: what is wrong and what to do.
+   * Description of the problem and its fix, as text to display.
    */
   'text': string;
   /**
-   * The field it is about, such as $.objects[3].material.
+   * Field concerned, such as $.objects[3].material.
    */
   'path'?: string | null;
 }
 
 /**
- * Not allowed in this state or role (protocol), malformed (message), out of range (limit). Too much waits (overload), or a stop holds the outputs (unsafe). An output (device) or a network (model) fails. Another scene owns the outputs (not_owner).
+ * `protocol`: not allowed in this state or role; `message`: malformed; `limit`: out of range; `overload`: a queue is full; `unsafe`: a stop holds the outputs; `device`: an output failed; `model`: a network failed; `not_owner`: another scene owns the outputs.
  */
 export type ErrorCode = "device" | "limit" | "message" | "model" | "not_owner" | "overload" | "protocol" | "unsafe";

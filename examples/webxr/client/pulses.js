@@ -1,12 +1,12 @@
 /**
- * The service's `vibration` events, played on what people own: a controller's motor, a gamepad's or a phone's.
+ * Plays the service's `vibration` events on the motor of a controller, a gamepad or a phone.
  *
- * Each plan covers at most 100 ms and replaces the one before; after it there is silence, so a lost link ends by
- * itself. A plan has a value each 12.5 ms or less and a page is drawn every 11 to 17 ms: each picture plays the
- * strongest value since the picture before it, else a strike would now and then fall between two of them.
+ * Each plan covers at most 100 ms and replaces the one before. Silence follows its end, so the motor stops when the
+ * link is lost. A plan has a value every 12.5 ms or less and a page is drawn every 11 to 17 ms. Each picture plays the
+ * strongest value since the last picture; otherwise a strike could fall between two of them.
  */
-const PULSE_MS = 22; // a frame and a half at 72 Hz: the next call takes over before it ends
-const LONGEST_MS = 150; // what a picture that comes later makes up for
+const PULSE_MS = 22; // 1.5 frames at 72 Hz, so that the next call replaces it before it ends
+const LONGEST_MS = 150; // longest interval that a late picture covers
 const WEAKEST = 0.02;
 const PHONE_WEAKEST = 0.1; // a phone's motor is on or off
 const MOST_GAIN = 4;
@@ -16,7 +16,7 @@ export class Pulses {
   #plans = {left: null, right: null};
   #gain = 1;
 
-  /** Plays the vibration of this connection, and asks for it for both hands. */
+  /** Plays the vibration of this connection, and requests it for both hands. */
   follow(haptics) {
     this.#haptics = haptics;
     haptics.addEventListener('vibration', ({detail}) => this.receive(detail));
@@ -25,7 +25,7 @@ export class Pulses {
     haptics.feel({left: 'amplitude', right: 'amplitude'});
   }
 
-  /** Times what the service sends, 0 to 4: more makes weak motors felt. */
+  /** Factor applied to the vibration, 0 to 4; values above 1 help weak motors. */
   get gain() {
     return this.#gain;
   }
@@ -40,12 +40,12 @@ export class Pulses {
     this.#plans[hand] = amplitude.length ? {from: now, played: now, period, amplitude} : null;
   }
 
-  /** Forgets what was planned. */
+  /** Drops the current plan. */
   rest() {
     this.#plans = {left: null, right: null};
   }
 
-  /** The strongest that this hand felt since the last call, 0..1. */
+  /** Returns the strongest value of this hand since the last call, 0..1. */
   amplitude(hand) {
     const plan = this.#plans[hand];
     if (!plan) return 0;
@@ -56,21 +56,21 @@ export class Pulses {
     return Math.min(1, this.#gain * Math.max(0, ...plan.amplitude.slice(first, last + 1)));
   }
 
-  /** Moves the motor of a controller ({handedness, gamepad}, as WebXR has it); call it for every picture. */
+  /** Drives the motor of a controller ({handedness, gamepad}, as in WebXR); call it for every picture. */
   play({handedness, gamepad}) {
     const amplitude = this.amplitude(handedness);
     if (amplitude > WEAKEST) motorOf(gamepad)?.(amplitude);
     return amplitude;
   }
 
-  /** The same on a phone held in the hand that touches its screen. */
+  /** Drives a phone held in the hand that touches its screen. */
   playOnPhone(hand = 'right') {
     const amplitude = this.amplitude(hand);
     if (amplitude > PHONE_WEAKEST) globalThis.navigator?.vibrate?.(PULSE_MS);
     return amplitude;
   }
 
-  /** Why this controller is silent, in one sentence; empty when nothing stands in the way. */
+  /** Returns the reason why this controller is silent, in one sentence; empty if there is none. */
   silence(source) {
     if (this.#gain === 0) return 'the gain of the controllers is 0';
     if (this.#haptics?.silence) return this.#haptics.silence;
@@ -80,7 +80,7 @@ export class Pulses {
   }
 }
 
-/** What makes this gamepad vibrate, in the words of WebXR or of the Gamepad API; null: nothing. */
+/** Returns the actuator of this gamepad by WebXR or the Gamepad API; null if it has none. */
 function motorOf(gamepad) {
   const [pulsed] = gamepad?.hapticActuators ?? [];
   if (pulsed?.pulse) return (amplitude) => pulsed.pulse(amplitude, PULSE_MS);

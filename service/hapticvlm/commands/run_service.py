@@ -41,9 +41,14 @@ async def run(serving: ServeOptions, where: Address, parts: ServiceParts) -> Non
     """
     stopping = asyncio.Event()
     _on_signals(asyncio.get_running_loop(), stopping)
-    gateway = Gateway(parts.speaker, parts.plate, parts.recogniser, parts.vlm)
-    gateway.recorder = parts.recorder
-    gateway.log = log_writer.take_over()
+    gateway = Gateway(
+        parts.speaker,
+        parts.plate,
+        parts.recogniser,
+        parts.vlm,
+        recorder=parts.recorder,
+        log=log_writer.take_over(),
+    )
     logging.getLogger("hapticvlm").addHandler(log_writer.ObserverLog(gateway.show_log))
     try:
         await _start(parts, gateway)

@@ -1,4 +1,4 @@
-"""What goes wrong with hardware, as one kind of error."""
+"""Declares the one error that all hardware failures are reported as."""
 
 from __future__ import annotations
 
@@ -6,4 +6,4 @@ from hapticvlm.errors import HapticVLMError
 
 
 class DeviceError(HapticVLMError):
-    """The hardware failed or is not there; outputs rest and the scene is notified."""
+    """The hardware failed or is missing; outputs rest and the scene is notified."""

@@ -1,8 +1,8 @@
-"""What can be wrong with an output: number, name, what was seen, what a person can do about it.
+"""Describes every fault of an output: its number and name, its symptom, and the remedy.
 
-The words are those of faults.toml. The numbered faults are the firmware's, latched there; a test
-compares them with its header. The others are found by the host, have no number and go when their
-cause goes.
+Symptoms and remedies are read from faults.toml. The numbered faults are the firmware's: they latch
+there until they are cleared by name, and a test compares them with the firmware's header. The
+others are found by the host; they have no number and go when their cause goes.
 """
 
 from __future__ import annotations
@@ -17,18 +17,18 @@ TABLE = Path(__file__).with_name("faults.toml")
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """One fault; no number means that the host found it."""
+    """One fault; the number is None when the host finds it and not the firmware."""
 
     number: int | None
     name: str
-    seen: str
-    cure: str
+    symptom: str
+    remedy: str
 
     @property
     def text(self) -> str:
-        """The fault in words."""
+        """The symptom, the name and the remedy in one line."""
         label = self.name if self.number is None else f"{self.name}, number {self.number}"
-        return f"{self.seen} ({label}): {self.cure}"
+        return f"{self.symptom} ({label}): {self.remedy}"
 
 
 _WORDS = tomllib.loads(TABLE.read_text(encoding="utf-8"))
@@ -45,7 +45,10 @@ _BY_NAME = {fault.name: fault for fault in (*FIRMWARE.values(), *_HOST.values())
 
 
 def names(bits: int) -> tuple[str, ...]:
-    """Name the faults of a telemetry bit field, bit n standing for number n; unknown ones too."""
+    """Return the names in a telemetry bit field, where bit n is fault number n.
+
+    The fault of a newer firmware is named `fault_n`.
+    """
     numbers = (number for number in range(32) if bits >> number & 1)
     return tuple(
         FIRMWARE[number].name if number in FIRMWARE else f"fault_{number}" for number in numbers
@@ -53,17 +56,17 @@ def names(bits: int) -> tuple[str, ...]:
 
 
 def describe(name: str) -> str:
-    """Return a fault in words; a name of a newer firmware stays a name."""
+    """Return the description of a fault; the name itself if it is of a newer firmware."""
     return _BY_NAME[name].text if name in _BY_NAME else name
 
 
-def numbered(named: str) -> int:
+def number_of(name_or_number: str) -> int:
     """Return the number of a firmware fault, given its name or number. Raises ValueError."""
     for number, fault in FIRMWARE.items():
-        if named.lower() in (fault.name, str(number)):
+        if name_or_number.lower() in (fault.name, str(number)):
             return number
-    raise ValueError(f"no fault {named!r}; there are {_listed(FIRMWARE.values())}")
+    raise ValueError(f"no fault {name_or_number!r}; there are {_listed(FIRMWARE.values())}")
 
 
-def _listed(found: Iterable[Fault]) -> str:
-    return ", ".join(f"{fault.number} {fault.name}" for fault in found)
+def _listed(faults: Iterable[Fault]) -> str:
+    return ", ".join(f"{fault.number} {fault.name}" for fault in faults)

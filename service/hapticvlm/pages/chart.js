@@ -1,16 +1,16 @@
-// Drawing on a canvas at the screen's own resolution, in the page's colours.
+// Draws on a canvas at the screen's resolution, in the page's colours.
 import { eachFrame } from "./dom.js";
 
-const MOST_PIXELS = 2; // per CSS pixel: more is not seen and costs
-const CALM_MS = 1000; // between pictures for who asked for reduced motion
-const YIELD_MS = 60; // after a key or a press: what it changes is painted first
-const YIELDS_EACH_MS = 400; // keys held down do not stop the charts
+const MAX_PIXELS = 2; // per CSS pixel; more is invisible and slow
+const CALM_MS = 1000; // between frames when the user prefers reduced motion
+const YIELD_MS = 60; // after a key or a press, so that its effect is painted first
+const YIELDS_EACH_MS = 400; // so that keys held down do not stop the charts
 const COLOURS = ["ink", "soft", "line", "card", "setpoint", "wave", "wave-soft"];
 const calm = matchMedia("(prefers-reduced-motion: reduce)");
 let colours = null;
 let yieldsUntil = -Infinity;
 
-// The colours as the canvas wants them; asked of the page once per theme.
+// Returns the colours for the canvas; reads them from the page once per theme.
 export function palette() {
   if (colours === null) {
     const probe = document.body.appendChild(document.createElement("span"));
@@ -33,9 +33,9 @@ function yieldTo(actedAt) {
   if (actedAt > yieldsUntil + YIELDS_EACH_MS) yieldsUntil = actedAt + YIELD_MS;
 }
 
-// A canvas that is painted again on request (every `everyMs` at most), when it changes size and when the
-// theme changes. paint(context, width, height), in CSS pixels. Its size is reported to it, never read:
-// asking makes the browser lay the page out there and then.
+// A canvas that is repainted on request (at most every `everyMs`), when its size changes and when the
+// theme changes. paint(context, width, height) works in CSS pixels. The size comes from an observer and is
+// never read, because reading it would force the browser to lay out the page immediately.
 export class Chart {
   constructor(canvas, paint, everyMs = 0) {
     this.canvas = canvas;
@@ -66,7 +66,7 @@ export class Chart {
     this.paintedAt = performance.now();
     if (!this.size) return;
     const { width, height } = this.size;
-    const scale = Math.min(devicePixelRatio, MOST_PIXELS);
+    const scale = Math.min(devicePixelRatio, MAX_PIXELS);
     fit(this.canvas, Math.round(width * scale), Math.round(height * scale));
     const context = this.canvas.getContext("2d");
     context.setTransform(scale, 0, 0, scale, 0, 0);
@@ -76,7 +76,7 @@ export class Chart {
   }
 }
 
-// A thin line across with its words above it; `dash` tells lines apart without colour.
+// Draws a thin horizontal line with its label above it.
 export function rule(context, y, width, words) {
   const { line, soft } = palette();
   context.fillStyle = line;
@@ -85,7 +85,7 @@ export function rule(context, y, width, words) {
   context.fillText(words, 2, y - 3);
 }
 
-// count points, x(i) and y(i); a y that is NaN, a missing reading, leaves a gap.
+// Draws `count` points, x(i) and y(i); NaN, a missing reading, leaves a gap. `dash` distinguishes lines without colour.
 export function trace(context, { count, x, y, colour, dash = [], thick = 2 }) {
   context.strokeStyle = colour;
   context.lineWidth = thick;

@@ -1,4 +1,4 @@
-// How to connect a scene, for as long as none is: the address, a few lines to copy, and a code for a phone.
+// Shows how to connect a scene while none is connected: the address, example code, and a QR code for a phone.
 import { byId, make, setText } from "./dom.js";
 
 const SNIPPETS = {
@@ -14,11 +14,11 @@ async def main():
 asyncio.run(main())`,
   Unity: (url) => `// Package Manager: add the package in unity_client,
 // then GameObject > HapticVLM > Set Up Scene,
-// and give the client this address:
+// and enter this address in the client:
 ${url}`,
-  Godot: (url) => `# copy examples/godot/addons/hapticvlm into your project,
-# enable it in Project Settings > Plugins, put a HapticObject
-# below each body and a HapticHand on each hand; then:
+  Godot: (url) => `# Copy examples/godot/addons/hapticvlm into your project,
+# enable it in Project Settings > Plugins, add a HapticObject
+# below each body and a HapticHand to each hand. Then:
 HapticVLM.connect_to("${url}")`,
   Browser: (url) => `import {Haptics, Pulses} from 'hapticvlm'; // npm pack examples/webxr/client
 
@@ -41,8 +41,8 @@ export function begin(url) {
   byId("copy").addEventListener("click", () => copy(byId("snippet").textContent));
 }
 
-// `status.reach`: {page: address that others of the network open, or null, why} as the service says.
-// `place` is the page below it that is meant, with the picture of its code.
+// `status.reach`: {page: address for other machines of the network or null, why: the reason} from the service.
+// `place` is the path below that address, with the image of its QR code.
 export function show({ reach }, place = { path: "", code: "connect.svg" }) {
   const page = reach?.page ? `${reach.page}${place.path}` : null;
   if (byId("reach").dataset.page === String(page)) return;
@@ -52,9 +52,9 @@ export function show({ reach }, place = { path: "", code: "connect.svg" }) {
   setText(byId("reach-said"), page ? there(page, reach.page) : (reach?.why ?? "").replaceAll("`", ""));
 }
 
-// A page is opened there; a program of Unity or Godot is given the address of the service itself.
+// Names the page for browsers, and the address of the service for programs of Unity or Godot.
 function there(page, service) {
-  return `On a phone or headset of this network open ${page}. A program there connects to ${service.replace("http", "ws")} with the token.`;
+  return `On a phone or headset in this network, open ${page}. A program there connects to ${service.replace("http", "ws")} with the token.`;
 }
 
 function choose(name, url) {
@@ -67,6 +67,6 @@ async function copy(text) {
     await navigator.clipboard.writeText(text);
     setText(byId("copied"), "Copied.");
   } catch {
-    setText(byId("copied"), "This browser did not copy it: select the text.");
+    setText(byId("copied"), "This browser could not copy it: select and copy the text.");
   }
 }

@@ -1,4 +1,4 @@
-// The dashboard: watches the service as an observer, and can stop it. Wires the panels together.
+// Connects the dashboard to the service as an observer that can stop it, and wires the panels together.
 import * as connecting from "./connect.js";
 import * as decisions from "./decisions.js";
 import { byId, clock, setText } from "./dom.js";
@@ -9,7 +9,6 @@ import { offerSound } from "./hear.js";
 import * as log from "./log.js";
 import * as plate from "./plate.js";
 import * as service from "./service.js";
-import * as sessions from "./sessions.js";
 import * as speaker from "./speaker.js";
 import * as stages from "./stages.js";
 import { offerStop, showHeld } from "./stop.js";
@@ -19,7 +18,7 @@ import * as trial from "./trial.js";
 
 const STATUS_MS = 1000;
 const STATUS_PATIENCE_MS = 5000;
-const TOKEN_KEY = "hapticvlm-token"; // kept as long as this tab
+const TOKEN_KEY = "hapticvlm-token"; // stored until this tab is closed
 const VIEWS = { frames: frame.take, waveform: speaker.waveform, log: log.take };
 
 let faultNames = "";
@@ -54,7 +53,7 @@ function welcome(message) {
   watch();
 }
 
-// Frames and waveforms are sent only to a page that is seen.
+// Requests frames and waveforms only while the page is visible.
 function watch() {
   link.ask({ type: "set", watch: document.hidden ? ["log"] : ["frames", "waveform", "log"] });
 }
@@ -71,9 +70,9 @@ function showState(state) {
   const since = clock();
   const words = { connecting: "Connecting to the service.", open: connected, silent: "No answer.", gone: "Not connected.", token: "Not connected." };
   const trouble = {
-    silent: `The service is connected but has said nothing since ${since}: it hangs.`,
-    gone: `Service gone since ${since}; trying again. What is shown is old.`,
-    token: link.token ? "The service wants another token: this one is wrong." : "The service wants its token.",
+    silent: `The service is connected but has sent nothing since ${since}: it hangs.`,
+    gone: `Service unreachable since ${since}; retrying. The values shown are old.`,
+    token: link.token ? "The token is wrong." : "The service requires its token.",
   };
   document.body.dataset.link = state;
   setText(byId("link"), words[state]);
@@ -89,14 +88,13 @@ async function askStatus() {
     const status = await (await fetch("/status", { signal: AbortSignal.timeout(STATUS_PATIENCE_MS) })).json();
     if (link.state !== "open") return;
     service.show(status);
-    sessions.show(status);
     teach.show(status);
     connecting.show(status);
     faults.show(status);
     stages.paint(status.speaker.command_wait_ms);
     showHeld(status, askedAt);
   } catch {
-    return; // the connection's own state says that the service is gone
+    return; // the state of the connection reports a lost service
   }
 }
 
@@ -119,7 +117,6 @@ offerThemes();
 offerSound();
 connecting.begin(url);
 teach.begin(link);
-sessions.begin(link);
 trial.offerTouches(url, () => ({ token: link.token }));
 offerStop(link, askStatus);
 service.offerEnd(link, askStatus);

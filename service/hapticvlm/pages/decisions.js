@@ -1,6 +1,6 @@
-// What was decided lately, an object a tile; the newest or a chosen one is explained in full, beside its own frame.
+// Shows recent decisions, one tile per object; the newest or a chosen one is explained in full beside its frame.
 //
-// Tiles stay in place and keep the keyboard's focus when they change; a new object comes first.
+// Tiles keep their place and the keyboard focus when they change; a new object comes first.
 import { byId, eachFrame, make, percent, setText } from "./dom.js";
 import { materialColour } from "./feel.js";
 import * as frame from "./frame.js";
@@ -8,12 +8,12 @@ import { glyph } from "./glyphs.js";
 import * as teach from "./teach.js";
 import { explain } from "./why.js";
 
-const MOST_OBJECTS = 24;
+const MAX_OBJECTS = 24;
 const NEWS_MS = 2000; // between announcements to a screen reader
 
-const objects = new Map(); // key -> {decision, tile}, least lately decided first
+const objects = new Map(); // key -> {decision, tile}, least recently decided first
 let chosen = null; // null = the newest
-let newest = null; // key of the decision that was last of something: a view as a whole never takes its place
+let newest = null; // key of the last decision about an object; a decision about a whole view does not replace it
 let announced = "";
 let announcedAt = -Infinity;
 let timer = null;
@@ -29,7 +29,7 @@ export function take(decision) {
   objects.delete(key);
   objects.set(key, { decision, tile });
   if (decision.object_id || decision.pattern || !objects.has(newest)) newest = key;
-  if (objects.size > MOST_OBJECTS) forget(objects.keys().next().value);
+  if (objects.size > MAX_OBJECTS) forget(objects.keys().next().value);
   if (isNew) picture(key);
   announce();
   paintSoon();
@@ -80,7 +80,7 @@ function paint() {
   byId("decision-card").hidden = false;
   explain(decision, titleOf(decision));
   byId("frame-glyph").replaceChildren(glyph(decision));
-  frame.show(shown, titleOf(decision), frame.hasFrame(shown) ? "" : whyNone(decision));
+  frame.show(shown, titleOf(decision), frame.hasFrame(shown) ? "" : reasonWithoutFrame(decision));
   teach.offer(decision, titleOf(decision));
 }
 
@@ -90,10 +90,10 @@ function fill(tile, decision, isChosen, isShown) {
   tile.classList.toggle("shown", isShown);
   tile.classList.toggle("unknown", decision.material === "unknown");
   if (tile.dataset.material !== decision.material) drawBody(tile, decision.material);
-  const [name, what, sure] = button.lastElementChild.children;
+  const [name, material, confidence] = button.lastElementChild.children;
   setText(name, titleOf(decision));
-  setText(what, decision.material);
-  setText(sure, percent(decision.confidence));
+  setText(material, decision.material);
+  setText(confidence, percent(decision.confidence));
 }
 
 function drawBody(tile, material) {
@@ -102,11 +102,11 @@ function drawBody(tile, material) {
   tile.querySelector(".glyph").replaceChildren(glyph({ material }));
 }
 
-function whyNone({ source }) {
-  return source === "encoder" || source === "unknown" ? "No frame of it has come here yet." : `No frame was needed: the ${source} was enough.`;
+function reasonWithoutFrame({ source }) {
+  return source === "encoder" || source === "unknown" ? "No frame of it has arrived yet." : `No frame was needed: the ${source} was enough.`;
 }
 
-// The newest decision for a screen reader, when it differs; never faster than it can be read out.
+// Announces a changed decision to screen readers, not faster than it can be read out.
 function announce() {
   const waitMs = announcedAt + NEWS_MS - performance.now();
   if (waitMs > 0) {

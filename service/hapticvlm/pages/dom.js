@@ -1,8 +1,8 @@
-// The few things every panel does to the page.
+// Helpers that all panels use to change the page.
 
 export const byId = (id) => document.getElementById(id);
 
-// Sets text only when it differs: ten times a second, most of it does not.
+// Sets the text only if it differs; most of the text does not change with each message.
 export function setText(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
@@ -11,7 +11,7 @@ export function make(tag, text = "", fields = {}) {
   return Object.assign(document.createElement(tag), { textContent: text, ...fields });
 }
 
-// Writes [[term, text], ...] into a <dl>, keeping the rows that are there.
+// Writes [[term, text], ...] into a <dl> and reuses its rows.
 export function list(dl, entries) {
   while (dl.children.length > entries.length) dl.lastElementChild.remove();
   entries.forEach(([term, text], index) => {
@@ -21,8 +21,8 @@ export function list(dl, entries) {
   });
 }
 
-// Returns what runs `paint` in the next frame, once however often it is called; a page nobody sees
-// has no frames, so nothing piles up.
+// Returns a function that runs `paint` once in the next frame, however often it is called. A hidden page
+// has no frames, so no calls accumulate.
 export function eachFrame(paint) {
   let isDue = false;
   return () => {
@@ -37,7 +37,7 @@ export function eachFrame(paint) {
 
 export const degrees = (value) => (value == null ? "no reading" : `${value.toFixed(1)} °C`);
 export const percent = (share) => `${Math.round(100 * share)} %`;
-// A device's name, with "simulated" where it is.
+// Returns a device's name, with "simulated" if it is simulated.
 export const named = ({ name, simulated }) => (simulated && !name.includes("simulated") ? `${name}, simulated` : name);
 export const clock = (date = new Date()) => date.toLocaleTimeString("en-GB");
 

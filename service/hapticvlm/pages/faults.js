@@ -1,12 +1,12 @@
-// Faults in words with what to do, and what else went wrong lately.
+// Shows faults with their remedies, and recent errors.
 import { byId, clock, make } from "./dom.js";
 
-const MOST_TROUBLES = 8;
-const SPEAKER_GONE = ["The speaker does not play: its audio output is gone.", "plug it in again; vibration rests until then"];
-const SIMULATED_GONE = ["The simulated speaker does not play: its process has ended.", "nothing, the service starts it again; no device is concerned"];
+const MAX_TROUBLES = 8;
+const SPEAKER_GONE = ["The speaker is silent: its audio output is not available.", "reconnect it; vibration is off until then"];
+const SIMULATED_GONE = ["The simulated speaker is silent: its process has ended.", "nothing, the service restarts it; no device is affected"];
 let shown = null;
 
-// Takes the service's status: plate.faults is {name: "what was seen (name, number n): what to do"}.
+// Takes the service's status: plate.faults is {name: "cause (name, number n): remedy"}.
 export function show({ plate, speaker }) {
   const key = JSON.stringify([plate.faults, speaker.plays]);
   if (key === shown) return;
@@ -19,24 +19,24 @@ export function show({ plate, speaker }) {
 
 export function gap() {
   shown = null;
-  byId("faults").replaceChildren(make("li", "Not known: the service is not heard.", { className: "fine" }));
+  byId("faults").replaceChildren(make("li", "Unknown: no connection to the service.", { className: "fine" }));
 }
 
 export function trouble({ code, text }) {
   const troubles = byId("troubles");
   troubles.hidden = false;
   troubles.prepend(make("li", `${clock()} ${code}: ${text}`));
-  while (troubles.children.length > MOST_TROUBLES) troubles.lastElementChild.remove();
+  while (troubles.children.length > MAX_TROUBLES) troubles.lastElementChild.remove();
 }
 
 function plateFault([name, text]) {
-  const [, seen, cure] = /^(.*\)): (.*)$/s.exec(text) ?? [null, text, "look it up in the firmware's pages"];
-  return fault(name, `The plate is off: ${seen}.`, cure);
+  const [, cause, remedy] = /^(.*\)): (.*)$/s.exec(text) ?? [null, text, "see the README of the firmware"];
+  return fault(name, `The plate is off: ${cause}.`, remedy);
 }
 
-function fault(name, seen, cure) {
+function fault(name, cause, remedy) {
   const item = make("li", "", { className: "fault" });
-  item.append(make("span", seen), make("span", `What to do: ${cure}.`, { className: "cure" }));
+  item.append(make("span", cause), make("span", `Remedy: ${remedy}.`, { className: "cure" }));
   item.dataset.fault = name;
   return item;
 }

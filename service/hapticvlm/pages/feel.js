@@ -1,6 +1,6 @@
-// Colours and words of warmth and materials on every page; pure, knows nothing of the page.
+// Colours and words for warmth and materials, for all pages; pure functions without access to the page.
 
-export const NEUTRAL_C = 32; // the plate at rest, and about the palm's skin
+export const NEUTRAL_C = 32; // the plate at rest, close to the skin of a palm
 const SCALE = [
   [14, [24, 76, 176]],
   [20, [46, 132, 218]],
@@ -15,7 +15,7 @@ const MATERIALS = {
   ceramic: "#d9a441", paper: "#c2b280", leather: "#8b4a2b", rubber: "#4d5560", foliage: "#5c9a4a",
 };
 
-// Red, green, blue (0..255) of a temperature in degC, linear between the scale's steps.
+// Returns red, green, blue (0..255) of a temperature in degC, linear between the steps of the scale.
 export function warmthRgb(celsius) {
   const above = SCALE.findIndex(([at]) => at >= celsius);
   if (above === 0) return SCALE[0][1];

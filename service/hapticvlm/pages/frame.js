@@ -1,22 +1,22 @@
-// The frame that a decision was made from, with its object outlined; and thumbnails of it.
+// Shows the frame of a decision with its object outlined, and thumbnails of objects.
 import { byId, setText } from "./dom.js";
 
-const MOST_SIDE = 448;
+const MAX_SIDE = 448;
 const THUMB = { width: 168, height: 126 };
-const DIM = 0.42; // of what is not the object
-const ROOM = 0.12; // round an object in its thumbnail
-const MOST_KEPT = 40;
-const THUMB_MS = 1000; // between pictures of one thumbnail
-const views = new Map(); // object name -> the newest view, least lately shown first
+const DIM = 0.42; // of the background
+const MARGIN = 0.12; // around an object in its thumbnail
+const MAX_VIEWS = 40;
+const THUMB_MS = 1000; // between updates of one thumbnail
+const views = new Map(); // object name -> the newest view, least recently updated first
 const listeners = new Set();
 let shown = null; // the object whose frame is on the page
-let isDrawing = false; // a frame that comes meanwhile waits: the next is never far
-let decoded = { view: null, pictures: null }; // the newest asked for: its frame and its thumbnail are drawn from one
-const thumbs = new WeakMap(); // canvas -> when it was drawn
+let isDrawing = false; // a frame that arrives meanwhile waits
+let decoded = { view: null, pictures: null }; // the newest decoded view, shared by its frame and its thumbnail
+const thumbs = new WeakMap(); // canvas -> time of its last update
 
 export const keyOf = ({ object_id: id }) => id ?? "(touched region)";
 
-// `listener(name)` hears of each new frame.
+// `listener(name)` is called for each new frame.
 export function onFrame(listener) {
   listeners.add(listener);
 }
@@ -25,14 +25,14 @@ export function take(view) {
   const name = keyOf(view);
   views.delete(name);
   views.set(name, view);
-  if (views.size > MOST_KEPT) views.delete(views.keys().next().value);
+  if (views.size > MAX_VIEWS) views.delete(views.keys().next().value);
   for (const listener of listeners) listener(name);
   if (name === shown) paint();
 }
 
 export const hasFrame = (name) => views.has(name);
 
-// Shows the frame of this object, called `title`; `why` is shown where there is none.
+// Shows the frame of this object, titled `title`; without a frame it shows the reason `why`.
 export function show(name, title, why) {
   const isOther = name !== shown;
   shown = name;
@@ -41,7 +41,7 @@ export function show(name, title, why) {
   setText(byId("frame-why"), why);
   byId("frame").dataset.title = title;
   if (!isOther) return;
-  clear(byId("frame")); // never another's picture, not even until its own is decoded
+  clear(byId("frame")); // never shows the picture of another object, even while its own is being decoded
   paint();
 }
 
@@ -68,7 +68,7 @@ function clear(canvas) {
   setText(byId("frame-said"), "");
 }
 
-// A small picture of the object alone, in this canvas; false when there is none.
+// Draws a thumbnail of the object into this canvas; returns false without a frame.
 export async function thumbnail(name, canvas) {
   const view = views.get(name);
   if (!view) return false;
@@ -106,7 +106,7 @@ function blob(text, format) {
 }
 
 function draw(canvas, image, mask, region, { outlined = true } = {}) {
-  const scale = Math.min(1, MOST_SIDE / Math.max(image.width, image.height));
+  const scale = Math.min(1, MAX_SIDE / Math.max(image.width, image.height));
   const [width, height] = [Math.round(image.width * scale), Math.round(image.height * scale)];
   if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
   const context = canvas.getContext("2d", { willReadFrequently: true });
@@ -115,7 +115,7 @@ function draw(canvas, image, mask, region, { outlined = true } = {}) {
   else if (region && outlined) box(context, region, width, height);
 }
 
-// Dims what is not the object and draws a line round what is.
+// Dims the background and outlines the object.
 function stress(context, mask, width, height, outlined) {
   const inside = insideOf(mask, width, height);
   const picture = context.getImageData(0, 0, width, height);
@@ -136,7 +136,7 @@ function insideOf(mask, width, height) {
   return Uint8Array.from({ length: width * height }, (_, at) => (data[4 * at] > 0 ? 1 : 0));
 }
 
-// 1 on the white line round the object, 2 on the dark one round that, 0 elsewhere.
+// Returns 1 on the white line around the object, 2 on the dark line around that, 0 elsewhere.
 function edge(inside, at, width, height) {
   if (inside[at]) return 0;
   const [x, y] = [at % width, Math.floor(at / width)];
@@ -149,7 +149,7 @@ function edge(inside, at, width, height) {
   return 0;
 }
 
-// Dark under bright, so that it is seen on any picture.
+// Draws a dark line under a bright one, so that it is visible on any picture.
 function box(context, { x, y, w, h }, width, height) {
   for (const [colour, line] of [["#000", 5], ["#fff", 2]]) {
     context.strokeStyle = colour;
@@ -172,11 +172,11 @@ function boxOf(mask) {
   return { x: left / width, y: top / height, w: (right - left) / width, h: (bottom - top) / height };
 }
 
-// Cuts the box, with some room and in the thumbnail's own shape, out of the whole picture.
-function crop(whole, canvas, found) {
-  const { x, y, w, h } = found ?? { x: 0, y: 0, w: 1, h: 1 };
+// Crops the box from the whole picture, with a margin and the aspect ratio of a thumbnail.
+function crop(whole, canvas, region) {
+  const { x, y, w, h } = region ?? { x: 0, y: 0, w: 1, h: 1 };
   const shape = THUMB.width / THUMB.height;
-  const height = Math.max(h * whole.height, (w * whole.width) / shape) * (1 + 2 * ROOM);
+  const height = Math.max(h * whole.height, (w * whole.width) / shape) * (1 + 2 * MARGIN);
   const fit = Math.min(1, whole.height / height, whole.width / (height * shape));
   const [wide, high] = [height * shape * fit, height * fit];
   const left = clamp((x + w / 2) * whole.width - wide / 2, whole.width - wide);
@@ -185,7 +185,7 @@ function crop(whole, canvas, found) {
   canvas.getContext("2d").drawImage(whole, left, top, wide, high, 0, 0, THUMB.width, THUMB.height);
 }
 
-const clamp = (value, most) => Math.max(0, Math.min(most, value));
+const clamp = (value, limit) => Math.max(0, Math.min(limit, value));
 
 function describe({ region, mask }) {
   const { title } = byId("frame").dataset;

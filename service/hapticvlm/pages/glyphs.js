@@ -1,4 +1,4 @@
-// Pictures of patterns, drawn from what they are: a body of the material, and the motion of the hand.
+// Draws pictures of patterns: a body of the material, and the motion of the hand.
 const SVG = "http://www.w3.org/2000/svg";
 
 const BODIES = {

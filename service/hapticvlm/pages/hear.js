@@ -1,10 +1,10 @@
-// The sound switch of a page: click to hear the vibration here, its level, and how far it lags.
+// The sound switch of a page: plays the vibration in the browser, and shows its level and delay.
 import { byId, setText } from "./dom.js";
 import { Sound } from "./sound.js";
 
-const KEY = "hapticvlm-sound"; // "off" once it was switched off by hand
+const KEY = "hapticvlm-sound"; // "off" once the user has switched it off
 export const sound = new Sound();
-let isReal = false; // a palm speaker plays it too
+let isReal = false; // a palm speaker also plays
 
 // The page needs #hear (button), #hear-level (range, 0..1) and #hear-lag.
 export function offerSound() {
@@ -16,13 +16,13 @@ export function offerSound() {
   show();
 }
 
-// `speaker`: the welcome's device. Where a real one plays, sound begins only by its own button.
+// `speaker`: the device in the welcome. If it is real, only the button starts the sound.
 export function speakerIs({ simulated }) {
   isReal = !simulated;
   show();
 }
 
-// For a click on something else that makes sound: begins, unless a speaker plays or it was switched off.
+// Starts the sound with a touch, unless a real speaker plays or the user has switched it off.
 export function startWithTouch() {
   if (!sound.isOn && !isReal && localStorage.getItem(KEY) !== "off") start();
 }

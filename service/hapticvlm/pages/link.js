@@ -1,11 +1,11 @@
-// A connection to the service: hello, answers by id; an observer's reconnects by itself.
+// A connection to the service: sends hello, matches answers by id, and reconnects automatically as an observer.
 //
-// States: connecting, open, silent (connected, but the service says nothing: it hangs), gone, token
-// (it wants one). JSON, because a page can read it; pictures come as base64.
+// States: connecting, open, silent (connected, but the service hangs), gone, token
+// (the service requires one). Messages are JSON, which browsers parse natively; pictures are base64.
 
 const FIRST_WAIT_MS = 500;
 const LONGEST_WAIT_MS = 5000;
-const SILENT_MS = 3000; // telemetry comes every 100 ms
+const SILENT_MS = 3000; // telemetry arrives every 100 ms
 const ANSWER_MS = 2000;
 
 export class Link {
@@ -18,8 +18,8 @@ export class Link {
     this.name = name;
     this.keeps = keeps; // reconnects
     this.state = "connecting";
-    this.heardAt = null;
-    this.asked = new Map();
+    this.receivedAt = null;
+    this.pending = new Map();
     this.nextId = 1;
     this.waitMs = FIRST_WAIT_MS;
     this.listening = setInterval(() => this.#listen(), SILENT_MS / 3);
@@ -33,14 +33,14 @@ export class Link {
     socket.onclose = () => this.#lost();
   }
 
-  // Resolves with the answer; {type: "unsent"} when there is no connection, {type: "lost"} when no
-  // answer came. `encode` writes the message: a picture needs MessagePack.
+  // Resolves with the answer, {type: "unsent"} without a connection, or {type: "lost"} when no
+  // answer arrived. `encode` encodes the message: a picture needs MessagePack.
   ask(fields, encode = JSON.stringify) {
     const id = this.nextId++;
     if (this.socket?.readyState !== WebSocket.OPEN) return Promise.resolve({ type: "unsent" });
     return new Promise((resolve) => {
       const timer = setTimeout(() => this.#answer({ id, type: "lost" }), ANSWER_MS);
-      this.asked.set(id, { resolve, timer });
+      this.pending.set(id, { resolve, timer });
       this.socket.send(encode({ id, ...fields }));
     });
   }
@@ -77,22 +77,22 @@ export class Link {
   }
 
   #receive(message) {
-    this.heardAt = performance.now();
+    this.receivedAt = performance.now();
     if (this.state === "silent") this.#become("open");
-    if (message.id && this.asked.has(message.id)) this.#answer(message);
+    if (message.id && this.pending.has(message.id)) this.#answer(message);
     else this.onMessage(message);
   }
 
   #answer(message) {
-    const waiting = this.asked.get(message.id);
-    if (!waiting) return;
-    this.asked.delete(message.id);
-    clearTimeout(waiting.timer);
-    waiting.resolve(message);
+    const request = this.pending.get(message.id);
+    if (!request) return;
+    this.pending.delete(message.id);
+    clearTimeout(request.timer);
+    request.resolve(message);
   }
 
   #lost() {
-    for (const id of [...this.asked.keys()]) this.#answer({ id, type: "lost" });
+    for (const id of [...this.pending.keys()]) this.#answer({ id, type: "lost" });
     if (this.state === "token") return;
     this.#become("gone");
     if (!this.keeps) return clearInterval(this.listening);
@@ -101,7 +101,7 @@ export class Link {
   }
 
   #listen() {
-    if (this.state === "open" && performance.now() - this.heardAt > SILENT_MS) this.#become("silent");
+    if (this.state === "open" && performance.now() - this.receivedAt > SILENT_MS) this.#become("silent");
   }
 
   #become(state) {
@@ -111,10 +111,10 @@ export class Link {
   }
 }
 
-// What fetch needs for a page of the service's own machine. A browser's own password dialog never opens.
+// Returns the options of fetch for pages of the service, without opening the browser's password dialog.
 export function authorised(token) {
   if (!token) return { cache: "no-store" };
   const bytes = new TextEncoder().encode(`:${token}`);
-  const given = btoa(String.fromCharCode(...bytes));
-  return { cache: "no-store", credentials: "omit", headers: { Authorization: `Basic ${given}` } };
+  const credentials = btoa(String.fromCharCode(...bytes));
+  return { cache: "no-store", credentials: "omit", headers: { Authorization: `Basic ${credentials}` } };
 }

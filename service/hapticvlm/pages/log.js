@@ -1,20 +1,20 @@
-// The tail of the service's log.
+// Shows the newest lines of the service's log.
 import { byId, clock, eachFrame, make } from "./dom.js";
 
-const MOST_LINES = 200;
-const MOST_CHARACTERS = 500;
+const MAX_LINES = 200;
+const MAX_CHARACTERS = 500;
 const waiting = [];
 const paintSoon = eachFrame(paint);
 
 export function take({ text }) {
-  waiting.push(`${clock()} ${text.slice(0, MOST_CHARACTERS)}`);
-  if (waiting.length > MOST_LINES) waiting.shift();
+  waiting.push(`${clock()} ${text.slice(0, MAX_CHARACTERS)}`);
+  if (waiting.length > MAX_LINES) waiting.shift();
   paintSoon();
 }
 
 function paint() {
   const log = byId("log");
   log.append(...waiting.splice(0).map((line) => make("div", line)));
-  while (log.children.length > MOST_LINES) log.firstElementChild.remove();
+  while (log.children.length > MAX_LINES) log.firstElementChild.remove();
   if (byId("follow-log").checked) log.scrollTop = log.scrollHeight;
 }

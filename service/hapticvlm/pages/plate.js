@@ -1,4 +1,4 @@
-// The plate: how warm it is and shall be, on the scale of warmth, and both over the last minute.
+// Shows the plate: its temperature and setpoint on the scale of warmth, and both over the last minute.
 import { Chart, palette, trace } from "./chart.js";
 import { byId, degrees, named, percent, setText } from "./dom.js";
 import { NEUTRAL_C, addScale, warmthColour, warmthWord } from "./feel.js";
@@ -8,8 +8,8 @@ const SECONDS = 60;
 const PER_SECOND = 10;
 const LOWEST_C = 12; // the trips at 13 and 43 degC are in view
 const HIGHEST_C = 44;
-const REPAINT_MS = 190; // a minute is some 500 px wide: it moves by less than two of them
-const AXIS = 30; // px for its labels
+const REPAINT_MS = 190; // a minute is about 500 px wide, so it moves by less than two pixels
+const AXIS = 30; // px for the labels
 const FOOT = 16;
 const [AT, MEASURED, SETPOINT] = [0, 1, 2];
 
@@ -31,7 +31,7 @@ export function telemetry(message) {
   setText(byId("plate-word"), warmthWord(message.plate_c));
   byId("plate-card").style.setProperty("--now", message.plate_c == null ? "transparent" : warmthColour(message.plate_c));
   const isResting = message.leases === 0 && message.duty === 0;
-  setText(byId("setpoint-words"), isResting ? "off: nothing is touched" : "asked for");
+  setText(byId("setpoint-words"), isResting ? "off: nothing is touched" : "setpoint");
   setText(byId("setpoint"), isResting ? "" : degrees(message.setpoint_c));
   setText(byId("sink"), degrees(message.sink_c));
   setText(byId("duty"), percent(message.duty));
@@ -40,7 +40,7 @@ export function telemetry(message) {
   scale.change();
 }
 
-// Breaks the lines where the service was not connected.
+// Interrupts the lines while the service is not connected.
 export function gap() {
   newest = { plate_c: null, setpoint_c: null };
   history.push(performance.now() / 1000, null, null);
@@ -51,7 +51,7 @@ export function gap() {
   scale.change();
 }
 
-// The scale from cold to hot, with what it may be, what it shall be (a ring) and what it is (a dot).
+// Draws the scale from cold to hot, with the allowed range, the setpoint (a ring) and the temperature (a dot).
 function paintScale(context, width, height) {
   const x = (celsius) => 8 + (width - 16) * ((celsius - LOWEST_C) / (HIGHEST_C - LOWEST_C));
   const [middle, thick] = [11, 10];
@@ -105,7 +105,7 @@ function paint(context, width, height) {
   context.restore();
 }
 
-// What was measured and asked for lately, with some room: a plate at rest is no flat line at the top.
+// Returns the recent range of temperature and setpoint with a margin, so that a plate at rest is not drawn at the edge.
 function span() {
   let [low, high] = [NEUTRAL_C - 3, NEUTRAL_C + 3];
   for (let row = 0; row < history.count; row++) {

@@ -1,4 +1,4 @@
-// Bounded memory of numbers: a fixed block, in which the oldest row gives way to the newest.
+// A ring buffer of rows of numbers, in which the newest row replaces the oldest.
 
 export class Ring {
   constructor(rows, columns) {
@@ -9,7 +9,7 @@ export class Ring {
     this.values = new Float64Array(rows * columns);
   }
 
-  // One value per column; null and undefined, a missing reading, become NaN.
+  // Adds a row with one value per column; null and undefined, a missing reading, become NaN.
   push(...row) {
     const start = this.next * this.columns;
     for (let column = 0; column < this.columns; column++) {
@@ -19,25 +19,25 @@ export class Ring {
     this.count = Math.min(this.count + 1, this.rows);
   }
 
-  // Row 0 is the oldest kept.
+  // Returns a value; row 0 is the oldest.
   at(row, column) {
     const place = (this.next - this.count + row + this.rows) % this.rows;
     return this.values[place * this.columns + column];
   }
 
-  // A sorted copy of one column, without what is missing.
+  // Returns a sorted copy of one column, without missing values.
   sorted(column) {
-    const kept = new Float64Array(this.count);
+    const values = new Float64Array(this.count);
     let size = 0;
     for (let row = 0; row < this.count; row++) {
       const value = this.at(row, column);
-      if (!Number.isNaN(value)) kept[size++] = value;
+      if (!Number.isNaN(value)) values[size++] = value;
     }
-    return kept.subarray(0, size).sort();
+    return values.subarray(0, size).sort();
   }
 }
 
-// Linear between neighbours, as numpy's default; null of nothing.
+// Returns a quantile, linear between neighbours like numpy's default; null for no values.
 export function quantile(sorted, share) {
   if (!sorted.length) return null;
   const place = (sorted.length - 1) * share;

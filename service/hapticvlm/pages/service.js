@@ -1,7 +1,7 @@
-// What the service says of itself once a second: owner, models, VLM, drops and refusals.
+// Shows the service's status once a second: owner, models, VLM, drops and refusals.
 import { byId, list, setText } from "./dom.js";
 
-const IDLE_S = 30; // as long as an owner may touch nothing before another scene may take the outputs
+const IDLE_S = 30; // idle time of an owner after which another scene may take the outputs
 
 let welcomed = null;
 
@@ -17,7 +17,7 @@ export function show(status) {
   list(byId("counts"), counts(status));
 }
 
-// An owner that touches nothing for long may hang: the outputs can be taken from it, or it can be ended.
+// Offers to end an idle owner, which may hang.
 export function offerEnd(link, whenDone) {
   byId("end-owner").addEventListener("click", async () => {
     const answer = await link.ask({ type: "set", ownership: "end" });
@@ -42,34 +42,34 @@ function ownerWords(status) {
 function facts(status) {
   return [
     ["owner of the outputs", status.owner?.replaceAll("'", "") ?? "nobody"],
-    ["touching (leases)", status.leases],
+    ["active leases", status.leases],
     ...stopped(status),
-    ["connections, with this page", status.connections],
+    ["connections, including this page", status.connections],
     ["encoder", status.recogniser.encoder ?? "none"],
     ...shared(status.recogniser.remote),
     ["vision-language model", vlm(status.vlm)],
-    ["dose, heated for", `${status.plate.dose_cem43.toFixed(3)} CEM43, ${status.plate.heated_s.toFixed(0)} s`],
+    ["thermal dose, heating time", `${status.plate.dose_cem43.toFixed(3)} CEM43, ${status.plate.heated_s.toFixed(0)} s`],
     ["real-time audio", status.speaker.realtime ? "yes" : "no"],
     ...privacy(),
   ];
 }
 
-// Which hands a stop still keeps at rest, because they have not let go and touched again.
+// Lists the hands that a stop still holds, because they have not released and touched again.
 function stopped({ held }) {
   const hands = Object.keys(held).filter((hand) => held[hand].length);
-  return hands.length ? [["at rest since the stop", hands.map((hand) => `${hand} hand: ${held[hand].join(", ")}`).join("; ")]] : [];
+  return hands.length ? [["stopped until released", hands.map((hand) => `${hand} hand: ${held[hand].join(", ")}`).join("; ")]] : [];
 }
 
 function shared(state) {
   if (!state) return [];
-  const now = state.is_used ? state.identity : state.reason ? `not used: ${state.reason}` : "not asked yet";
-  return [["shared recogniser", `${now}; ${state.answered} answered, ${state.failed} failed, ${state.local} done here`]];
+  const now = state.is_used ? state.identity : state.reason ? `not used: ${state.reason}` : "not used yet";
+  return [["shared recogniser", `${now}; ${state.answered} answered, ${state.failed} failed, ${state.local} done locally`]];
 }
 
 function vlm(state) {
   if (!state) return "none: ambient from the scene or the default";
   if (state.absent) return `absent: ${state.absent}`;
-  const where = state.remote ? "remote, frames are sent there" : "on this machine";
+  const where = state.remote ? "remote: frames are sent to it" : "on this machine";
   const now = state.name ? (state.busy ? "answering" : "idle") : "loading";
   const totals = `${state.answered} answered, ${state.failed} failed, ${state.dropped} dropped`;
   const error = state.last_error ? `; last error: ${state.last_error}` : "";

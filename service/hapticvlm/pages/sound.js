@@ -1,11 +1,11 @@
-// The vibration, heard: plays the service's waveform stream in this browser. Knows nothing of the page.
+// Plays the service's waveform stream in this browser. Independent of the page.
 //
-// A browser lets sound begin only after a click. `take` each waveform view; `silence` at a stop and when the
-// service is gone. `lagMs` is about how long after the palm speaker it sounds.
+// Browsers allow sound only after a click. Call `take` for each waveform view, and `silence` at a stop and when
+// the service is lost. `lagMs` is the approximate delay relative to the palm speaker.
 
-const PIECE_MS = 10; // half a piece: a sample waits on average so long to be sent
+const PIECE_MS = 10; // half the length of a piece: the mean time that a sample waits to be sent
 const GLIDE_S = 0.02;
-const LOUDEST = 2; // of the speaker's own level: what a palm feels is quiet in headphones
+const MAX_GAIN = 2; // relative to the speaker's level, because vibration for a palm is quiet in headphones
 
 export class Sound extends EventTarget {
   #context = null;
@@ -22,8 +22,8 @@ export class Sound extends EventTarget {
     return this.#inHandMs + PIECE_MS + 1000 * (outputLatency || baseLatency);
   }
 
-  // Call it from a click. Resolves when sound is on, whatever the browser has to load first. After a `stop`
-  // meanwhile it stays off; after a failure, too, so that a next click tries anew.
+  // Call it from a click. Resolves when sound is on, after the browser has loaded the player. After a `stop`
+  // in the meantime it stays off; also after a failure, so that the next click tries again.
   async start() {
     if (this.#context) return;
     const context = (this.#context = new AudioContext({ latencyHint: "interactive" }));
@@ -52,7 +52,7 @@ export class Sound extends EventTarget {
     this.dispatchEvent(new Event("change"));
   }
 
-  // 0..1, as it is heard: the gain is its square.
+  // The perceived level, 0..1: the gain is its square.
   set level(level) {
     this.#level = level;
     this.#gain?.gain.setTargetAtTime(this.#strength, this.#context.currentTime, GLIDE_S);
@@ -60,7 +60,7 @@ export class Sound extends EventTarget {
 
   get level() { return this.#level; }
 
-  // The node that all sound goes through, for who records or measures it; null while it is off.
+  // The node that carries all sound, for recordings and measurements; null while sound is off.
   get output() { return this.#gain; }
 
   take({ start, samples, rate_hz: rateHz }) {
@@ -71,5 +71,5 @@ export class Sound extends EventTarget {
     this.#player?.port.postMessage({ silence: true });
   }
 
-  get #strength() { return LOUDEST * this.#level ** 2; }
+  get #strength() { return MAX_GAIN * this.#level ** 2; }
 }

@@ -1,20 +1,20 @@
-// Plays the waveform stream: its few thousand samples a second, made into the output's rate by a windowed sinc.
+// Plays the waveform stream: resamples a few thousand samples a second to the output's rate by a windowed sinc.
 //
-// Samples are numbered by the service, so a piece that comes twice or late harms nothing. A few milliseconds are
-// kept in hand against jitter: more after each time they ran out, less while all goes well.
+// The service numbers the samples, so duplicate or late pieces are harmless. A few milliseconds are
+// buffered against jitter: more after each underrun, less while playback is stable.
 
-const KEPT = 16384; // samples of the stream, a power of two
+const CAPACITY = 16384; // samples of the stream, a power of two
 const HALF = 8; // taps on either side
 const PHASES = 256;
-const SHAPE = 8; // of the Kaiser window: what lies above the stream's own band is 80 dB down
-const LEAST_S = 0.03;
-const MOST_S = 0.15;
+const SHAPE = 8; // of the Kaiser window: content above the stream's band is attenuated by 80 dB
+const MIN_BUFFER_S = 0.03;
+const MAX_BUFFER_S = 0.15;
 const STEP_S = 0.01;
-const CALM_S = 10; // without running dry, before less is kept in hand
-const HURRY = 0.02; // share by which it plays faster when too much has piled up
-const LATE_S = 0.1; // more than this too much is skipped
+const CALM_S = 10; // time without an underrun before the buffer shrinks
+const HURRY = 0.02; // share by which playback speeds up when the buffer is too full
+const LATE_S = 0.1; // an excess above this is skipped
 const FADE_S = 0.004;
-const DEAF_S = 0.4; // after a stop: what was already in transit is not played
+const MUTE_S = 0.4; // after a stop, so that samples already in transit are not played
 const SILENT = 2e-4;
 const REPORT_S = 0.1;
 const TABLE = taps();
@@ -22,13 +22,13 @@ const TABLE = taps();
 class StreamPlayer extends AudioWorkletProcessor {
   constructor() {
     super();
-    this.samples = new Float32Array(KEPT);
+    this.samples = new Float32Array(CAPACITY);
     this.rateHz = 3000;
     this.end = null; // number after the newest sample; null = none yet
     this.at = null; // number (with fraction) now played; null = waiting
-    this.keepS = LEAST_S;
+    this.keepS = MIN_BUFFER_S;
     this.gain = 0;
-    this.deafUntil = 0;
+    this.mutedUntil = 0;
     this.isStopping = false;
     this.calmSince = 0;
     this.reportAt = 0;
@@ -53,7 +53,7 @@ class StreamPlayer extends AudioWorkletProcessor {
     return true;
   }
 
-  // Begins, skips or hurries, as much as lies in hand asks for; returns how far one output sample goes.
+  // Starts, skips or speeds up according to the buffer; returns the advance per output sample.
   #advance() {
     const plain = this.rateHz / sampleRate;
     if (this.end === null) return plain;
@@ -67,7 +67,7 @@ class StreamPlayer extends AudioWorkletProcessor {
     else if (inHand - target > LATE_S * this.rateHz) this.at = this.end - target;
     else if (currentTime - this.calmSince > CALM_S) {
       this.calmSince = currentTime;
-      this.keepS = Math.max(LEAST_S, this.keepS - STEP_S);
+      this.keepS = Math.max(MIN_BUFFER_S, this.keepS - STEP_S);
     }
     return inHand - target > STEP_S * this.rateHz ? plain * (1 + HURRY) : plain;
   }
@@ -76,24 +76,24 @@ class StreamPlayer extends AudioWorkletProcessor {
     if (this.gain > 0) return; // fading out on the last samples
     this.at = null;
     this.first = this.end;
-    this.keepS = Math.min(MOST_S, this.keepS + STEP_S);
+    this.keepS = Math.min(MAX_BUFFER_S, this.keepS + STEP_S);
     this.calmSince = currentTime;
   }
 
   #receive({ start, samples, rateHz, silence }) {
     if (silence) return this.#fallSilent();
     if (this.isStopping) return;
-    if (currentTime < this.deafUntil) {
+    if (currentTime < this.mutedUntil) {
       if (!samples.every((sample) => Math.abs(sample) < SILENT)) return;
-      this.deafUntil = 0; // the stop has arrived: what follows is new
+      this.mutedUntil = 0; // the service has stopped: later samples are new
     }
     this.rateHz = rateHz;
     if (this.end === null || start > this.end || start + samples.length < this.end - this.rateHz) this.#beginAt(start);
-    for (let index = 0; index < samples.length; index++) this.samples[(start + index) & (KEPT - 1)] = samples[index];
+    for (let index = 0; index < samples.length; index++) this.samples[(start + index) & (CAPACITY - 1)] = samples[index];
     this.end = Math.max(this.end, start + samples.length);
   }
 
-  // After a gap, or a new audio engine: what was before is silence.
+  // Restarts after a gap or with a new audio engine; earlier samples become silence.
   #beginAt(start) {
     this.samples.fill(0);
     this.end = start;
@@ -102,7 +102,7 @@ class StreamPlayer extends AudioWorkletProcessor {
   }
 
   #fallSilent() {
-    this.deafUntil = currentTime + DEAF_S;
+    this.mutedUntil = currentTime + MUTE_S;
     this.isStopping = true;
   }
 
@@ -120,7 +120,7 @@ class StreamPlayer extends AudioWorkletProcessor {
     let sum = 0;
     for (let tap = 0; tap < 2 * HALF; tap++) {
       const weight = TABLE[offset + tap] + share * (TABLE[offset + 2 * HALF + tap] - TABLE[offset + tap]);
-      sum += weight * this.samples[(whole - HALF + 1 + tap) & (KEPT - 1)];
+      sum += weight * this.samples[(whole - HALF + 1 + tap) & (CAPACITY - 1)];
     }
     return sum;
   }
@@ -134,7 +134,7 @@ class StreamPlayer extends AudioWorkletProcessor {
   }
 }
 
-// (PHASES + 1) rows of 2 * HALF weights; row r is for a sample r / PHASES of the way to the next.
+// Returns (PHASES + 1) rows of 2 * HALF weights; row r is for the position r / PHASES between two samples.
 function taps() {
   const table = new Float32Array((PHASES + 1) * 2 * HALF);
   for (let row = 0; row <= PHASES; row++) {

@@ -1,4 +1,4 @@
-// The palm speaker: how strongly it vibrates over the last seconds, the newest tenth of one, and its frequencies.
+// Shows the palm speaker: its strength over the last seconds, the newest tenth of a second, and its spectrum.
 import { Chart, palette, rule, trace } from "./chart.js";
 import { byId, eachFrame, named, setText } from "./dom.js";
 import { sound, speakerIs } from "./hear.js";
@@ -14,13 +14,13 @@ const SILENT = 1e-4; // of full scale
 const SCALES = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1];
 const DECAY = 0.97; // of the waveform's scale per picture, so that it does not jump
 
-const ribbon = new Ring(RIBBON_S / SLICE_S, 1); // peaks, one a slice
+const ribbon = new Ring(RIBBON_S / SLICE_S, 1); // one peak per slice
 let samples = [];
 let rateHz = null;
-let next = null; // number of the sample that is to follow
+let next = null; // number of the next expected sample
 let slice = { peak: 0, left: 0 };
 let wasSilent = false;
-let amplitudes = null; // of the samples, once asked for
+let amplitudes = null; // spectrum of the samples, computed on demand
 let peak = 0;
 const history = new Chart(byId("ribbon-chart"), paintRibbon, REPAINT_MS);
 const wave = new Chart(byId("wave-chart"), paintWave, REPAINT_MS);
@@ -48,14 +48,14 @@ export function waveform(view) {
   wasSilent = isSilent;
 }
 
-// Our choice: a stroke over wood is gentle, over stone clear, and a blow strong.
+// Our choice: a stroke over wood is gentle, over stone clear, and a strike is strong.
 function levelWord(level) {
   if (level < SILENT) return "silent";
   if (level < 0.05) return "gentle";
   return level < 0.2 ? "clear" : "strong";
 }
 
-// Nothing is known of the speaker while the service is not connected.
+// Clears the readings while the service is not connected.
 export function gap() {
   sound.silence();
   samples = [];
@@ -67,7 +67,7 @@ export function gap() {
   showStrongest();
 }
 
-// Pieces follow each other; one that does not begins anew.
+// Appends a piece; a piece that does not follow the last one restarts the waveform.
 function receive({ samples: newest, rate_hz: hertz, start }) {
   if (start !== next || hertz !== rateHz) samples = [];
   next = start + newest.length;
@@ -85,25 +85,25 @@ function receive({ samples: newest, rate_hz: hertz, start }) {
 function strongest() {
   if (samples.length < 2) return "frequency not known";
   const isSilent = samples.every((sample) => Math.abs(sample) < SILENT);
-  return isSilent ? "no frequency" : `strongest at ${strongestHz(found())} Hz`;
+  return isSilent ? "no frequency" : `strongest at ${strongestHz(amplitudesNow())} Hz`;
 }
 
-function found() {
+function amplitudesNow() {
   return (amplitudes ??= spectrum(samples, rateHz));
 }
 
-// The envelope, mirrored: what the palm feels as time goes by; the newest on the right.
+// Draws the mirrored envelope of the vibration over time, the newest on the right.
 function paintRibbon(context, width, height) {
   const { wave: colour, line, soft } = palette();
   const [middle, foot] = [(height - 14) / 2, height - 2];
-  let most = 0.02;
-  for (let row = 0; row < ribbon.count; row++) most = Math.max(most, ribbon.at(row, 0) || 0);
+  let largest = 0.02;
+  for (let row = 0; row < ribbon.count; row++) largest = Math.max(largest, ribbon.at(row, 0) || 0);
   context.fillStyle = line;
   context.fillRect(0, Math.round(middle), width, 1);
   context.fillStyle = colour;
   const step = width / ribbon.rows;
   for (let row = 0; row < ribbon.count; row++) {
-    const half = (ribbon.at(row, 0) / most) * (middle - 2);
+    const half = (ribbon.at(row, 0) / largest) * (middle - 2);
     if (half > 0.4) context.fillRect(width - (ribbon.count - row) * step, middle - half, Math.max(1, step), 2 * half);
   }
   context.fillStyle = soft;
@@ -131,7 +131,7 @@ function paintSpectrum(context, width, height) {
   context.fillText("500", x(50) - 10, height - 2);
   context.fillText("1000 Hz", width - 48, height - 2);
   if (samples.length < 2) return;
-  const line = { count: BINS, x, y: (bin) => y(decibels(found()[bin])), colour: palette().wave };
+  const line = { count: BINS, x, y: (bin) => y(decibels(amplitudesNow()[bin])), colour: palette().wave };
   fillBelow(context, line, foot);
   trace(context, line);
 }

@@ -1,8 +1,8 @@
-// Amplitude spectrum of a short piece of vibration; pure, knows nothing of the page.
+// Computes the amplitude spectrum of a short piece of vibration; pure functions without access to the page.
 //
 // X(f) = 2 / sum(w) * |sum(w[n] x[n] exp(-2 pi i f n / rate))| with a Hann window w, so that a sine of
-// amplitude A shows A at its frequency. Evaluated only where it is drawn: a hundred frequencies of a
-// few hundred samples cost less than padding to a power of two for an FFT, and tables are kept.
+// amplitude A yields A at its frequency. Only the drawn frequencies are evaluated: a hundred frequencies of a
+// few hundred samples with cached tables cost less than padding to a power of two for an FFT.
 
 export const STEP_HZ = 10;
 export const HIGHEST_HZ = 1000;

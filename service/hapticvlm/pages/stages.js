@@ -1,17 +1,17 @@
-// How long each stage took: median and 99th percentile of the newest few hundred.
+// Shows the duration of each stage: median and 99th percentile of the newest few hundred.
 import { byId, make, setText } from "./dom.js";
 import { Ring, quantile } from "./ring.js";
 
-const KEPT = 512;
-const MOST_STAGES = 12; // names come from the service; no number of them may fill the memory
+const CAPACITY = 512;
+const MAX_STAGES = 12; // bounds the memory, because the names come from the service
 const stages = new Map();
 
 export function take({ stages_ms = {}, frame_age_ms }) {
   const entries = Object.entries(stages_ms);
   if (!entries.length) return;
-  for (const [name, ms] of entries) keep(name, ms);
-  keep("whole recognition", entries.reduce((sum, [, ms]) => sum + ms, 0));
-  if (frame_age_ms != null) keep("frame captured to decision", frame_age_ms);
+  for (const [name, ms] of entries) record(name, ms);
+  record("whole recognition", entries.reduce((sum, [, ms]) => sum + ms, 0));
+  if (frame_age_ms != null) record("frame captured to decision", frame_age_ms);
 }
 
 // `waits`: {n, median, p99} of touches waiting for their first sample, in ms, or null.
@@ -26,9 +26,9 @@ export function paint(waits) {
   rows.forEach((row, index) => fill(body.rows[index] ?? addRow(body), row));
 }
 
-function keep(name, ms) {
-  if (!stages.has(name) && stages.size >= MOST_STAGES) return;
-  if (!stages.has(name)) stages.set(name, new Ring(KEPT, 1));
+function record(name, ms) {
+  if (!stages.has(name) && stages.size >= MAX_STAGES) return;
+  if (!stages.has(name)) stages.set(name, new Ring(CAPACITY, 1));
   stages.get(name).push(ms);
 }
 

@@ -1,11 +1,11 @@
-// The stop: one button and the Escape key. It shows the outcome, above all a failure.
+// The stop button and the Escape key. Shows the outcome, above all a failure.
 import { byId, clock, setText } from "./dom.js";
 import { sound } from "./hear.js";
 
 const BY_HAND = "switch the devices off by hand";
-const GO_ON = "Nothing vibrates and the plate is off. Let go and touch again to go on.";
+const CONTINUE = "Vibration and plate are off. Release and touch again to continue.";
 
-let answeredAt = -Infinity; // of the newest stop, on performance.now()'s clock
+let answeredAt = -Infinity; // time of the answer to the newest stop, by performance.now()
 
 // `whenDone` is called after the service has answered.
 export function offerStop(link, whenDone) {
@@ -24,16 +24,16 @@ export function offerStop(link, whenDone) {
   document.addEventListener("keydown", onKey, { capture: true });
 }
 
-// `held`: the outputs that a stop keeps at rest, for each hand, as the status names them. The banner
-// stays until the first hand goes on, and where somebody else stopped it is shown only while a scene
-// owns the outputs: without one there is nobody to let go. A status that was asked for before the
-// newest stop was answered knows nothing of it and changes no words.
+// `held`: the outputs of each hand that a stop holds, from the status. The banner
+// stays until the first hand continues. After a stop by another client it is shown only while a scene
+// owns the outputs, since otherwise no hand can release. A status requested before the
+// answer to the newest stop does not include that stop and is ignored.
 export function showHeld({ held, owner }, askedAt) {
   if (askedAt < answeredAt) return;
   const message = byId("stopped");
   if (message.textContent.startsWith("NOT ")) return;
   if (!isHeld(held)) setText(message, "");
-  else if (!message.textContent && owner) setText(message, `Stopped. ${GO_ON}`);
+  else if (!message.textContent && owner) setText(message, `Stopped. ${CONTINUE}`);
 }
 
 const isHeld = (held) => Object.values(held).every((outputs) => outputs.length > 0);
@@ -41,7 +41,7 @@ const isHeld = (held) => Object.values(held).every((outputs) => outputs.length >
 function outcome(answer) {
   switch (answer.type) {
     case "ok":
-      return `Stopped at ${clock()}. ${GO_ON}`;
+      return `Stopped at ${clock()}. ${CONTINUE}`;
     case "unsent":
       return `NOT STOPPED: no connection to the service; ${BY_HAND}.`;
     case "error":

@@ -1,10 +1,10 @@
-// "This is ...": a person states an object's material. The one place that asks the service to believe it.
+// The form in which a person states an object's material; the only place that sends it to the service.
 import { byId, make, setText } from "./dom.js";
 import { authorised } from "./link.js";
 
 const FILE = "stated.json";
-const KEPT_MS = 30_000;
-const stated = new Set(); // object ids that a person has stated, now or before: a person may change it
+const URL_LIFETIME_MS = 30_000;
+const stated = new Set(); // ids of objects whose material a person has stated, and may change again
 let link = null;
 let current = null;
 let loadedFor = null;
@@ -23,7 +23,7 @@ export function welcome({ materials }) {
   if (!select.options.length) select.append(...materials.map((name) => make("option", name, { value: name })));
 }
 
-// Offers the choice for the object that is shown; what the scene itself states needs none.
+// Offers the choice for the object shown, unless the scene itself states the material.
 export function offer(decision, title) {
   const isOther = current?.object_id !== decision.object_id;
   current = decision;
@@ -37,17 +37,17 @@ export function offer(decision, title) {
   if (likely) byId("teach-material").value = likely;
 }
 
-// What was stated is the service's to know: by another dashboard, or before this run. Read anew for each owner.
+// Reads the stated materials from the service for each new owner: other dashboards and earlier runs state some too.
 export async function show({ owner }) {
   if (owner === loadedFor) return;
-  // A scene is touched, and spoken of, up to a second before a status names it: what was said since stays.
+  // A status names a new owner up to a second late, so materials stated since then are not cleared.
   if (loadedFor) stated.clear();
   loadedFor = owner;
   try {
     const { objects } = JSON.parse(await read());
     for (const { object_id } of objects) stated.add(object_id);
   } catch {
-    loadedFor = null; // asked again with the next status
+    loadedFor = null; // retried with the next status
   }
 }
 
@@ -58,7 +58,7 @@ async function read() {
   return text;
 }
 
-// The service takes it for the owner's scene, from this machine only; a refusal is shown as it is.
+// The service accepts it for the owner's scene, from this machine only; a refusal is shown unchanged.
 async function state(material) {
   const { object_id } = current;
   const isNew = !stated.has(object_id);
@@ -66,16 +66,16 @@ async function state(material) {
   const answer = await link.ask({ type: "scene", objects: [{ object_id, material }], replace: false });
   if (answer.type !== "ok" && isNew) stated.delete(object_id);
   byId("teach-save").hidden = !stated.size;
-  setText(byId("teach-told"), answer.type === "ok" ? `Taken: ${material}, until the scene ends.` : (answer.text ?? "The service did not answer."));
+  setText(byId("teach-told"), answer.type === "ok" ? `Corrected to ${material} until the scene ends.` : (answer.text ?? "The service did not answer."));
 }
 
-// All that was stated of this scene, as a file that the service reads at its next start.
+// Saves the stated materials of this scene as a file for the service's next start.
 async function save() {
   try {
     const href = URL.createObjectURL(new Blob([await read()], { type: "application/json" }));
     make("a", "", { href, download: FILE }).click();
-    setTimeout(() => URL.revokeObjectURL(href), KEPT_MS); // the browser reads it after the click
-    setText(byId("teach-told"), `Saved: start with --stated ${FILE} next time.`);
+    setTimeout(() => URL.revokeObjectURL(href), URL_LIFETIME_MS); // the browser reads it after the click
+    setText(byId("teach-told"), `Saved: use --stated ${FILE} at the next start.`);
   } catch (error) {
     setText(byId("teach-told"), `Not saved: ${error.message}`);
   }

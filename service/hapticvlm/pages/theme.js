@@ -1,4 +1,4 @@
-// Light, dark, or as the system is set; remembered in this browser. Dispatches "themechange" when colours change.
+// The theme: light, dark or the system's, stored in this browser. Dispatches "themechange" when colours change.
 import { byId } from "./dom.js";
 
 const KEY = "hapticvlm-theme";
@@ -24,7 +24,7 @@ function notifyChange() {
   document.dispatchEvent(new Event("themechange"));
 }
 
-// A browser may refuse to keep anything; then the choice lasts as long as the page.
+// A browser may refuse storage; the choice then lasts as long as the page.
 function remembered() {
   try {
     return localStorage.getItem(KEY);

@@ -1,4 +1,4 @@
-// Test touches: the dashboard as a scene of one object, which holds the outputs only while it is used.
+// Test touches: the dashboard acts as a scene of one object, which owns the outputs only while it is used.
 import { byId, make, setText } from "./dom.js";
 import { materialColour, warmthColour } from "./feel.js";
 import { startWithTouch } from "./hear.js";
@@ -6,11 +6,11 @@ import { Link } from "./link.js";
 import { glyph } from "./glyphs.js";
 
 export const OBJECT = "test touch";
-const RENEW_MS = 50; // a lease lasts 250
-const TAP_MS = 900; // of a click that is no press: a key of a screen reader
+const RENEW_MS = 50; // a lease lasts 250 ms
+const TAP_MS = 900; // duration of a click without a press, as by a screen reader
 const GIVE_BACK_MS = 4000; // after the last touch
 const STROKE_S = 0.9; // to and fro
-const HOLDS = "This page holds the outputs. Keep a button pressed to go on touching.";
+const OWNS = "This page owns the outputs. Keep a button pressed to keep touching.";
 const INTERACTIONS = {
   strike: { speed: 0.6, force: 4 },
   tap: { speed: 0.25, force: 1.5 },
@@ -61,7 +61,7 @@ function button(interaction) {
     press(interaction, element);
   });
   element.addEventListener("click", (event) => {
-    if (event.detail > 0 || held.interaction) return; // a press has been a touch already
+    if (event.detail > 0 || held.interaction) return; // the press was already a touch
     press(interaction, element);
     setTimeout(release, TAP_MS);
   });
@@ -76,11 +76,11 @@ async function press(interaction, element) {
   element.ariaPressed = "true";
   if (!(await own())) return;
   const { speed, force } = INTERACTIONS[interaction];
-  letGoOfAStop();
+  releaseAfterStop();
   if (interaction === "swing") touch("approach", speed, force, interaction);
   else touch("contact", speed, force, interaction);
   if (held.interaction === interaction) held.timer ??= setInterval(renew, RENEW_MS);
-  else setTimeout(letGo, RENEW_MS); // a click shorter than it took to get the outputs
+  else setTimeout(sendRelease, RENEW_MS); // the click ended before the outputs were available
 }
 
 function renew() {
@@ -97,17 +97,17 @@ function release() {
   clearInterval(held.timer);
   held.button.ariaPressed = "false";
   Object.assign(held, { interaction: null, timer: null, button: null });
-  letGo();
+  sendRelease();
   giving = setTimeout(giveBack, GIVE_BACK_MS);
 }
 
-// After a stop only a hand that let go may touch again, and each press is a new touch.
-function letGoOfAStop() {
-  setText(byId("trial-told"), HOLDS);
+// After a stop a hand must release before it can touch again, and each press is a new touch.
+function releaseAfterStop() {
+  setText(byId("trial-told"), OWNS);
   touch("release", 0, 0, null);
 }
 
-function letGo() {
+function sendRelease() {
   if (link?.state === "open" && !held.interaction) touch("release", 0, 0, null);
 }
 
@@ -116,10 +116,10 @@ function touch(phase, speed_mps, force_n, interaction = held.interaction) {
   link.ask({ type: "touch", object_id: OBJECT, ...fields, ...(interaction && { interaction }) }).then(showError);
 }
 
-// Resolves to whether the outputs are this page's now.
+// Resolves to whether this page owns the outputs.
 function own() {
   if (link?.state === "open") return Promise.resolve(true);
-  setText(byId("trial-told"), "Asking for the outputs.");
+  setText(byId("trial-told"), "Requesting the outputs.");
   return new Promise((resolve) => {
     const onMessage = async (message) => {
       if (message.type !== "welcome") return;
@@ -130,7 +130,7 @@ function own() {
       stated = "";
       await state();
       await setLevel();
-      setText(byId("trial-told"), HOLDS);
+      setText(byId("trial-told"), OWNS);
       resolve(true);
     };
     const onState = (now) => {
@@ -144,7 +144,7 @@ function own() {
 }
 
 function refused() {
-  setText(byId("trial-told"), "Another scene owns the outputs: test touches work when it has left.");
+  setText(byId("trial-told"), "Another scene owns the outputs: test touches work after it disconnects.");
   link.close();
   link = null;
 }
@@ -159,7 +159,7 @@ function showError(answer) {
   if (answer.type === "error") setText(byId("trial-told"), answer.text);
 }
 
-// States what the test object is made of and how warm it is; resolves when the service has it.
+// Sends material and temperature of the test object; resolves when the service has them.
 async function state() {
   const temperature_c = Number(byId("trial-heat").value);
   const object = { object_id: OBJECT, material: byId("trial-material").value, temperature_c };

@@ -1,17 +1,17 @@
-// The pointer, a finger or the keyboard as a hand over the picture: where, how fast, pressed or not.
+// Turns pointer, finger or keyboard into a hand over the picture: its position, speed and pressure.
 //
 // `hand` holds the state: x, y (0..1 of the picture), size (share of its shorter side), over, pressed and
-// pointed (somebody has pointed at this picture); `speed` gives m/s. `onMove` is called when it changes. The
-// picture counts as WIDE_M wide: our choice.
+// pointed (the user has pointed at this picture); `speed` returns m/s. `onMove` is called on changes. The
+// picture is assumed to be WIDE_M wide: our choice.
 const WIDE_M = 0.3;
 const SIZES = { least: 0.08, first: 0.5, most: 0.9 };
-const STEP = 0.04; // of an arrow key, share of the picture
+const STEP = 0.04; // share of the picture per arrow key
 const KEYS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
-const FORGOTTEN_MS = 120; // a pointer that rests sends nothing: its speed is over after so long
+const FORGOTTEN_MS = 120; // a resting pointer sends no events, so its speed ends after this time
 
 export const hand = { x: 0.5, y: 0.5, size: SIZES.first, over: false, pressed: false, pointed: false, pressure: 0 };
 let moved = { at: 0, mps: 0 };
-let pinned = { x: 0.5, y: 0.5 }; // pressed last: who leaves the picture for a button speaks of that place
+let pinned = { x: 0.5, y: 0.5 }; // the last pressed position, which a button outside the picture refers to
 
 export function offerHand(canvas, onMove, onSound) {
   const follow = (event) => {
@@ -57,7 +57,7 @@ export function offerHand(canvas, onMove, onSound) {
 // Metres a second now: a pointer that has not moved for a while rests.
 export const speed = () => (performance.now() - moved.at > FORGOTTEN_MS ? 0 : moved.mps);
 
-// The region that is looked at, as fractions of a picture of this size: square in pixels.
+// Returns the region under the hand in fractions of a picture of this size; it is square in pixels.
 export function region({ width, height }) {
   const side = hand.size * Math.min(width, height);
   const w = side / width;
@@ -67,10 +67,10 @@ export function region({ width, height }) {
 
 function place(x, y, ratio = 1) {
   const now = performance.now();
-  const far = Math.hypot(x - hand.x, (y - hand.y) * ratio) * WIDE_M;
+  const distance = Math.hypot(x - hand.x, (y - hand.y) * ratio) * WIDE_M;
   const seconds = Math.max(0.008, (now - moved.at) / 1000);
-  const mps = seconds > FORGOTTEN_MS / 1000 ? 0.1 : far / seconds;
-  if (far > 0) moved = { at: now, mps: 0.5 * moved.mps + 0.5 * mps };
+  const mps = seconds > FORGOTTEN_MS / 1000 ? 0.1 : distance / seconds;
+  if (distance > 0) moved = { at: now, mps: 0.5 * moved.mps + 0.5 * mps };
   hand.x = clamp(x, 0, 1);
   hand.y = clamp(y, 0, 1);
 }

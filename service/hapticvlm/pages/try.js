@@ -1,4 +1,4 @@
-// "Feel this": a picture of a person's own, touched with the pointer and felt like what it looks like.
+// "Feel this": the user touches a picture of their own with the pointer and feels the recognised material.
 import { show as showReach } from "./connect.js";
 import { byId, degrees, list, make, percent, setText } from "./dom.js";
 import { materialColour, warmthWord } from "./feel.js";
@@ -10,26 +10,26 @@ import * as rumble from "./try.rumble.js";
 import { TryScene } from "./try.scene.js";
 import { offerSources } from "./try.source.js";
 
-const SHOWN_PX = 720; // longest side on the page of a picture that is smaller
-const MOST_LIKELY = 3;
+const SHOWN_PX = 720; // longest side on the page of a smaller picture
+const MAX_LIKELY = 3;
 const FOUR = ["wood", "glass", "fabric", "metal"];
-const HERE = { path: "try", code: "connect-try.svg" }; // what a phone is to open
-const TOKEN_KEY = "hapticvlm-token"; // kept as long as this tab
+const HERE = { path: "try", code: "connect-try.svg" }; // the page that a phone opens
+const TOKEN_KEY = "hapticvlm-token"; // stored until this tab is closed
 const SOURCES = {
-  scene: "you said so", name: "by its name", shader: "by its shader", encoder: "by how it looks",
-  vlm: "by the vision-language model", unknown: "not sure enough to say",
+  scene: "stated by you", name: "by its name", shader: "by its shader", encoder: "by how it looks",
+  vlm: "by the vision-language model", unknown: "too uncertain to decide",
 };
 const url = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/`;
 const canvas = byId("picture");
 let picture = null;
 let watching = null;
 let scene = null;
-let chosen = null; // the material that a person chose for a patch: no newer decision changes that choice
+let chosen = null; // the material chosen by the user for a patch, which newer decisions do not change
 
 function connect() {
   const token = new URLSearchParams(location.hash.slice(1)).get("token") ?? sessionStorage.getItem(TOKEN_KEY);
   scene = new TryScene(url, token, { onDecision: show, onState: showState, onMessage: receive });
-  // The sound is watched by a connection of its own: a scene is not sent what the speaker plays.
+  // A separate observer connection receives the sound, because the service does not send it to scenes.
   watching = new Link(url, {
     token, name: "try page, sound",
     onMessage: (message) => {
@@ -45,7 +45,7 @@ function receive(message) {
   if (message.type === "welcome") {
     setText(byId("link"), `Connected to ${message.service.name} ${message.service.version}.`);
     speakerIs(message.devices.speaker);
-    fetch("status").then((answer) => answer.ok && answer.json().then((status) => showReach(status, HERE))).catch(() => {}); // a lost link says so
+    fetch("status").then((answer) => answer.ok && answer.json().then((status) => showReach(status, HERE))).catch(() => {}); // the state of the link reports a lost service
     const select = byId("correct-material");
     if (!select.options.length) select.append(...message.materials.map((name) => make("option", name, { value: name })));
   } else if (message.type === "vibration") rumble.take(message);
@@ -55,13 +55,13 @@ function receive(message) {
 
 function showOwner() {
   byId("take").hidden = scene.owner || scene.link.state !== "open";
-  setText(byId("plays"), scene.owner ? `On what you hold: ${rumble.plays()}.` : "Another scene owns the outputs: this page shows, and is not felt.");
+  setText(byId("plays"), scene.owner ? `Your device: ${rumble.plays()}.` : "Another scene owns the outputs: this page shows decisions but is not felt.");
 }
 
 function showState(state) {
   const words = {
-    connecting: "Connecting to the service.", gone: "The service is gone; trying again.",
-    silent: "The service does not answer.", token: "The service wants its token.",
+    connecting: "Connecting to the service.", gone: "Service unreachable; retrying.",
+    silent: "The service does not answer.", token: "The service requires its token.",
   };
   document.body.dataset.link = state;
   if (words[state]) setText(byId("link"), words[state]);
@@ -69,7 +69,7 @@ function showState(state) {
   if (state !== "open") sound.silence();
 }
 
-// Shows the decision on what the hand is on; that of another patch is kept for later.
+// Shows the decision about the patch under the hand; decisions about others are stored for later.
 function show() {
   const decision = scene.decision();
   if (!decision) return;
@@ -77,7 +77,7 @@ function show() {
   byId("answer").style.setProperty("--body", materialColour(material));
   setText(byId("object"), scene.isWhole ? "The whole picture" : "Under your hand");
   setText(byId("material"), material === "unknown" ? `perhaps ${next ?? "anything"}` : material);
-  setText(byId("sure"), `${percent(confidence)} sure, ${SOURCES[source]}${material !== "unknown" && next ? `; else ${next}` : ""}`);
+  setText(byId("sure"), `${percent(confidence)} sure, ${SOURCES[source]}${material !== "unknown" && next ? `; next ${next}` : ""}`);
   list(byId("because"), because(decision));
   byId("correct").hidden = !decision.object_id;
   const likeliest = material === "unknown" ? (next ?? "wood") : material;
@@ -86,10 +86,10 @@ function show() {
   outline();
 }
 
-// The likeliest materials as buttons, the first three that the service names: one press corrects it.
+// Shows the three most likely materials as buttons: one press corrects the decision.
 function showLikeliest({ material, runner_up: next, evidence }) {
   const seen = [...evidence].sort((one, other) => other.confidence - one.confidence).map((one) => one.material);
-  const names = [...new Set([material, next, ...seen])].filter((name) => name && name !== "unknown").slice(0, MOST_LIKELY);
+  const names = [...new Set([material, next, ...seen])].filter((name) => name && name !== "unknown").slice(0, MAX_LIKELY);
   const group = byId("likeliest");
   if ([...group.children].map((button) => button.textContent).join() === names.join()) return;
   group.replaceChildren(...names.map((name) => make("button", name, { type: "submit", value: name })));
@@ -97,7 +97,7 @@ function showLikeliest({ material, runner_up: next, evidence }) {
 
 function because(decision) {
   const looks = decision.evidence.map(({ rung, material, confidence }) => `${rung}: ${material} ${percent(confidence)}`);
-  const feels = decision.thermal_cue ? `${warmthWord(decision.setpoint_c)}: ${degrees(decision.contact_c)} under the hand` : "no warmth or cold to be felt";
+  const feels = decision.thermal_cue ? `${warmthWord(decision.setpoint_c)}: ${degrees(decision.contact_c)} under the hand` : "no noticeable warmth or cold";
   return [
     ["evidence", looks.join("; ") || "none"],
     ["warmth", feels],
@@ -106,7 +106,7 @@ function because(decision) {
   ];
 }
 
-// The picture, and on it what is looked at.
+// Draws the picture and the outline of the region under the hand.
 function outline() {
   if (!picture) return;
   const context = canvas.getContext("2d");
@@ -124,12 +124,12 @@ function outline() {
 
 offerSound();
 connect();
-offerSources((given) => {
-  picture = given;
-  const scale = Math.max(1, SHOWN_PX / Math.max(given.canvas.width, given.canvas.height));
-  canvas.width = Math.round(scale * given.canvas.width);
-  canvas.height = Math.round(scale * given.canvas.height);
-  scene.show(given);
+offerSources((next) => {
+  picture = next;
+  const scale = Math.max(1, SHOWN_PX / Math.max(next.canvas.width, next.canvas.height));
+  canvas.width = Math.round(scale * next.canvas.width);
+  canvas.height = Math.round(scale * next.canvas.height);
+  scene.show(next);
   outline();
 });
 offerHand(canvas, () => { scene.moved(); show(); outline(); }, startWithTouch);
@@ -138,7 +138,7 @@ byId("correct").addEventListener("submit", async (event) => {
   const material = event.submitter?.value || byId("correct-material").value;
   byId("correct-material").value = material;
   const answer = await scene.state(material);
-  setText(byId("corrected"), answer.type === "ok" ? `Taken: ${material}. It feels so from now on.` : (answer.text ?? "The service did not answer."));
+  setText(byId("corrected"), answer.type === "ok" ? `Corrected to ${material}. It feels like ${material} from now on.` : (answer.text ?? "The service did not answer."));
   byId("keep").hidden = answer.type !== "ok";
 });
 byId("correct-material").addEventListener("input", () => {
@@ -147,8 +147,8 @@ byId("correct-material").addEventListener("input", () => {
 byId("keep").addEventListener("click", async () => {
   const answer = await scene.keep();
   const material = byId("correct-material").value;
-  const lasting = `For good: save a cut-out, then hapticvlm gallery add my-${material} --like ${material} PICTURE`;
-  setText(byId("corrected"), answer.type === "decision" ? `Kept for this session: what looks like it profits. ${lasting}.` : (answer.text ?? "The service did not answer."));
+  const lasting = `To keep it permanently, save a cut-out and run: hapticvlm gallery add my-${material} --like ${material} PICTURE`;
+  setText(byId("corrected"), answer.type === "decision" ? `Kept for this session, where it helps to recognise similar objects. ${lasting}` : (answer.text ?? "The service did not answer."));
 });
 byId("among").addEventListener("change", ({ target }) => scene.among(target.value === "four" ? FOUR : null));
 byId("take").addEventListener("click", async () => {

@@ -1,6 +1,6 @@
-// A value as MessagePack: what a frame needs, since JSON can hold no picture. Pure.
+// Encodes a value as MessagePack, which frames need because JSON cannot contain a picture. Pure.
 //
-// Maps, lists, texts, bytes (Uint8Array), numbers, true, false and null, after the format's own page.
+// Supports maps, lists, strings, bytes (Uint8Array), numbers, true, false and null, as the format specifies.
 
 export function pack(value) {
   const parts = [];
@@ -35,7 +35,7 @@ function write(value, parts) {
   }
 }
 
-// Whole numbers below 2^32 as such, everything else as a double: both are right where either fits.
+// Encodes whole numbers below 2^32 as integers and all others as doubles.
 function number(value) {
   if (Number.isInteger(value) && value >= 0 && value < 2 ** 32) return sized(0xce, value);
   const bytes = new Uint8Array(9);

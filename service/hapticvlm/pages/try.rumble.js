@@ -1,8 +1,8 @@
-// The vibration on what a visitor holds: a gamepad, or a phone. Each plays the strongest of a plan.
+// Plays the vibration on the user's gamepad or phone. A gamepad plays the strongest amplitude of a plan.
 //
-// A phone can only be on or off: it buzzes for as long as the plan is above PHONE_LEAST.
-const PHONE_LEAST = 0.2;
-let played = "nothing here vibrates; press a button of a gamepad to wake it";
+// A phone vibrates or not: it vibrates for as long as the plan is above PHONE_THRESHOLD.
+const PHONE_THRESHOLD = 0.2;
+let played = "no vibrating device; press a button of a gamepad to activate it";
 
 export const plays = () => played;
 
@@ -23,7 +23,7 @@ function rumble(pad, strength, duration) {
 
 function buzz(amplitude, period) {
   if (!navigator.vibrate) return;
-  played = "plays on this phone, where it vibrates";
-  const on = amplitude.filter((value) => value >= PHONE_LEAST).length * period;
+  played = "plays on this phone, if it can vibrate";
+  const on = amplitude.filter((value) => value >= PHONE_THRESHOLD).length * period;
   navigator.vibrate(on ? Math.round(on) : 0);
 }

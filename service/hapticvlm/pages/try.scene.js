@@ -1,30 +1,30 @@
-// The page as a scene of the service: shows pictures, touches what the hand is on, keeps the answers.
+// Acts as a scene of the service: sends pictures, touches the region under the hand, and stores the answers.
 //
-// A still picture is one object until somebody points at it, and stays one if it is then said what it is
-// made of. Pointed at, it is a field of patches, each an object of its own: what was recognised of one is
-// kept, so that a hand that comes back feels it at once, and a slide to the next needs no new blow. A part
-// of a thing says less than the thing: a patch that is not sure by itself, of a picture that surely is of one
-// material, is looked at with all of the picture too, and the service fuses both. A live picture changes
-// under the hand, so there the hand's region itself is touched, and every newer frame is looked at again.
+// A still picture is one object until the user points at it, and stays one if the user then states its
+// material. Once pointed at, it is a grid of patches, each a separate object. The decision about a patch is
+// stored, so that a returning hand feels it at once, and a slide to the next patch is not felt as an impact. A part
+// of an object carries less information than the whole. So an uncertain patch in a picture with a certain
+// material is also sent with the whole picture, and the service fuses both. A live picture changes
+// under the hand, so there the hand's region itself is touched, and every newer frame is sent.
 import { Link } from "./link.js";
 import { hand, region, speed } from "./try.hand.js";
 import { pack } from "./try.packing.js";
 
-const TICK_MS = 50; // a lease lasts 250
+const TICK_MS = 50; // a lease lasts 250 ms
 const WHOLE = { x: 0, y: 0, w: 1, h: 1 };
-const CELLS = 2; // patches a side of the region: half a region away is another patch
-const FORCE_N = { light: 1.5, most: 6 }; // a pen says how hard it presses, a mouse does not
+const CELLS = 2; // patches per side of the region: half a region away is another patch
+const FORCE_N = { light: 1.5, most: 6 }; // a pen reports its pressure, a mouse does not
 
 export class TryScene {
   #link;
   #picture = null;
-  #target = null; // of the last tick
+  #target = null; // target of the last tick
   #pressed = false;
   #isLooking = false;
   #wanted = null;
   #among = null;
-  #one = null; // id of the picture that was said to be of one material
-  #known = new Set(); // ids of targets of which every look was answered
+  #one = null; // id of the picture that was stated to be of one material
+  #known = new Set(); // ids of targets whose pictures have all been answered
   decisions = new Map(); // by object id; "" is a live region
   owner = false;
 
@@ -40,7 +40,7 @@ export class TryScene {
 
   get link() { return this.#link; }
 
-  // What the scene can be made of, a list of materials; null is anything. Fewer are told apart more surely.
+  // Restricts the materials of the scene to a list; null allows all. Fewer are distinguished more reliably.
   among(materials) {
     this.#among = materials;
     this.#forget();
@@ -55,7 +55,7 @@ export class TryScene {
     return this.#link.ask({ type: "scene", objects: [], replace: true, ...among });
   }
 
-  // Another picture: everything that was known of the old one is forgotten.
+  // Shows another picture and drops all decisions about the old one.
   show(picture) {
     const isOther = !picture.live || !this.#picture?.live;
     this.#picture = picture;
@@ -66,7 +66,7 @@ export class TryScene {
     this.#want();
   }
 
-  // What the hand is on: {id, region}; id is null for a live picture.
+  // Returns the region under the hand: {id, region}; id is null for a live picture.
   target() {
     if (!this.#picture) return null;
     const spot = region(this.#picture.canvas);
@@ -89,15 +89,15 @@ export class TryScene {
 
   take() { return this.#link.ask({ type: "set", ownership: "take" }); }
 
-  // States what the hand is on; resolves with the service's answer. Nothing touches it just now, so the
-  // decision that follows is asked for by one more picture of it.
+  // States the material under the hand; resolves with the service's answer. Nothing touches it at the moment, so
+  // sending the picture once more requests the new decision.
   async state(material) {
     const target = this.target();
     const answer = await this.#link.ask({ type: "scene", objects: [{ object_id: target.id, material }], replace: false });
     if (answer.type === "ok") {
       if (target.region === WHOLE) this.#one = target.id;
       let looked = await this.#look(target, "live");
-      // A picture of what the pointer crosses may have taken its place: this one is asked for again.
+      // A picture of another region may have superseded this one, which is then sent again.
       while (looked.type === "skipped" && looked.reason === "superseded") looked = await this.#look(target, "live");
       if (looked.type === "decision") this.#decided(looked);
       this.#known.add(target.id);
@@ -105,7 +105,7 @@ export class TryScene {
     return answer;
   }
 
-  // Sends the picture once more, to teach this scene: other patches that look like it profit at once.
+  // Sends the picture as a reference for this session, which improves decisions about similar patches at once.
   keep() { return this.#look(this.target(), "enrol"); }
 
   moved() { this.#want(); }
@@ -127,7 +127,7 @@ export class TryScene {
     this.onDecision(decision);
   }
 
-  // Asks for what is under the hand where it is not known; the newest wish waits while one is answered.
+  // Requests a decision about the region under the hand if there is none; the newest request waits for the current one.
   #want() {
     const target = this.target();
     const isOn = hand.over || !hand.pointed;
@@ -144,15 +144,15 @@ export class TryScene {
     let answer = null;
     for (const shown of this.#looks(target)) {
       answer = await this.#look(shown, "live");
-      if (answer.type !== "decision") break; // skipped for another one: the target is asked for again
+      if (answer.type !== "decision") break; // superseded: the target is requested again
       this.#decided(answer);
     }
-    if (target.id && answer.type === "decision") this.#known.add(target.id); // a live one is never known
+    if (target.id && answer.type === "decision") this.#known.add(target.id); // a live target is never known
     this.#isLooking = false;
     this.#pump();
   }
 
-  // What is to be shown to know a target, one after the other: the next depends on what was decided. The
+  // Yields the pictures needed for a target, one after the other, as the next depends on the last decision. The
   // whole picture comes before its patches.
   *#looks(target) {
     const isPatch = target.id && target.region !== WHOLE;
@@ -174,7 +174,7 @@ export class TryScene {
   #tick() {
     const target = this.target();
     if (!target || this.#link.state !== "open") return;
-    if (target.id) this.#want(); // a look may have been skipped for another one: the hand still waits
+    if (target.id) this.#want(); // an earlier picture may have been superseded
     if (!this.owner) return;
     const fields = {
       type: "touch", hand: "right", captured_at: performance.now() / 1000, speed_mps: Math.min(20, speed()),

@@ -1,15 +1,15 @@
-// Where the picture comes from: a file, the clipboard, a drop, one of ours, a camera, a shared screen.
+// Provides the picture: from a file, the clipboard, a drop, a sample, a camera or a shared screen.
 //
-// `onPicture` is given a picture whenever it is another one: {number, canvas, jpeg, live}. A live source
-// is looked at ten times a second, and a picture that did not change is not given again.
+// `onPicture` receives each new picture: {number, canvas, jpeg, live}. A live source
+// is read ten times a second, and an unchanged picture is not passed on.
 import { byId, make, setText } from "./dom.js";
 
-const LONGEST_PX = 1024; // of a picture as it is sent: more shows the encoder nothing
+const LONGEST_PX = 1024; // longest side of a sent picture; more would not help the encoder
 const QUALITY = 0.9;
 const LOOK_MS = 100;
-const SMALL = 24; // px a side of the copy that is compared
-const CHANGED = 5; // grey levels in the mean: more is another picture, less is a camera's noise
-const SAMPLES = { table: "a table with eight things", carafe: "a glass carafe", cloth: "folded cloth", kettle: "a steel kettle" };
+const SMALL = 24; // px per side of the copy for comparison
+const CHANGED = 5; // mean difference in grey levels above which a picture is new, above camera noise
+const SAMPLES = { table: "a table with eight objects", carafe: "a glass carafe", cloth: "folded cloth", kettle: "a steel kettle" };
 
 let onPicture = () => {};
 let number = 0;
@@ -19,8 +19,8 @@ let before = null;
 const video = make("video", "", { muted: true, playsInline: true });
 const small = make("canvas", "", { width: SMALL, height: SMALL });
 
-export function offerSources(given) {
-  onPicture = given;
+export function offerSources(listener) {
+  onPicture = listener;
   byId("file").addEventListener("change", ({ target }) => open(target.files[0]));
   addEventListener("paste", ({ clipboardData }) => open([...clipboardData.files][0]));
   offerDrop(byId("stage"));
@@ -50,7 +50,7 @@ function offerDrop(stage) {
   });
 }
 
-// Shows a picture of a file or clipboard; anything else is said to be none.
+// Shows a picture from a file or the clipboard; reports an error for other files.
 export async function open(file) {
   if (!file) return;
   end();
@@ -58,7 +58,7 @@ export async function open(file) {
     give(await createImageBitmap(file), false);
     setText(byId("told"), "");
   } catch {
-    setText(byId("told"), `${file.name || "That"} is no picture that this browser reads: take a JPEG, PNG or WebP.`);
+    setText(byId("told"), `${file.name || "The file"} is not a picture that this browser can read: use a JPEG, PNG or WebP.`);
   }
 }
 
@@ -68,7 +68,7 @@ function offerLive(id, ask) {
     end();
     if (isOn) return;
     if (!navigator.mediaDevices) {
-      setText(byId("told"), "A browser gives camera and screen only to pages of this machine or over https.");
+      setText(byId("told"), "Browsers allow camera and screen only for pages on this machine or over https.");
       return;
     }
     try {

@@ -1,15 +1,15 @@
-// One decision in full: the material, the evidence of each rung of the ladder, and what follows for the plate.
+// Explains one decision: the material, the evidence of each rung of the ladder, and the effect on the plate.
 import { byId, degrees, list, make, percent, setText } from "./dom.js";
 import { NEUTRAL_C, materialColour, warmthColour, warmthWord } from "./feel.js";
 import { OBJECT as TEST_TOUCH } from "./trial.js";
 
 const RUNGS = ["scene", "name", "shader", "encoder", "vlm"];
 const RUNG_WORDS = {
-  scene: "the scene says so",
-  name: "its name says so",
-  shader: "its shader parameters say so",
-  encoder: "the encoder sees it",
-  vlm: "the vision-language model says so",
+  scene: "stated by the scene",
+  name: "from its name",
+  shader: "from its shader parameters",
+  encoder: "recognised by the encoder",
+  vlm: "from the vision-language model",
   unknown: "no rung is sure",
 };
 const LIMIT_WORDS = {
@@ -28,10 +28,10 @@ const AMBIENT_WORDS = {
 const SURFACE_WORDS = { scene: "the scene", name: "its name", sun: "the sun", ambient: "the ambient" };
 
 const BASIS_WORDS = {
-  expectation: "an expectation over what it may be",
-  neutral: "nothing: it is not known",
+  expectation: "the expected value over possible materials",
+  neutral: "neutral, because the material is unknown",
 };
-const FEWEST_C = 0.05;
+const MIN_DIFFERENCE_C = 0.05;
 
 export function explain(decision, title) {
   setText(byId("material"), decision.material);
@@ -47,22 +47,22 @@ export function explain(decision, title) {
 export function verdict({ object_id, confidence, source, runner_up, cached }) {
   if (object_id === TEST_TOUCH) return "You chose it below.";
   const next = runner_up ? `; next ${runner_up}` : "";
-  const kept = cached ? "; decided before" : "";
-  return `${percent(confidence)} sure: ${RUNG_WORDS[source]}${next}${kept}`;
+  const origin = cached ? "; from the cache" : "";
+  return `${percent(confidence)} sure: ${RUNG_WORDS[source]}${next}${origin}`;
 }
 
-// What a hand feels of it, in two chips: warmth and vibration.
+// Fills the two chips that say how it feels: warmth and vibration.
 function fillFeel({ contact_c, setpoint_c, thermal_cue, pattern, surface_c }) {
-  const limited = contact_c != null && Math.abs(setpoint_c - contact_c) > FEWEST_C ? `, the plate goes to ${degrees(setpoint_c)}` : "";
-  const words = thermal_cue ? `feels ${warmthWord(setpoint_c)}: ${degrees(contact_c)} under the hand${limited}` : "no warmth or cold to be felt";
+  const limited = contact_c != null && Math.abs(setpoint_c - contact_c) > MIN_DIFFERENCE_C ? `, the plate goes to ${degrees(setpoint_c)}` : "";
+  const words = thermal_cue ? `feels ${warmthWord(setpoint_c)}: ${degrees(contact_c)} under the hand${limited}` : "no noticeable warmth or cold";
   byId("feel-warmth").style.setProperty("--now", warmthColour(thermal_cue ? setpoint_c : NEUTRAL_C));
   setText(byId("feel-warmth-words"), words);
   setText(byId("feel-surface"), `its surface is at ${degrees(surface_c)}`);
   setText(byId("feel-pattern"), vibrates(pattern));
 }
 
-// A decision is told once, at the first touch: the interaction in its pattern is that one's, and the
-// hand may do something else by now. What stays is the material that it vibrates like.
+// A decision is sent once, at the first touch. Its pattern contains the interaction of that touch, and the
+// hand may do something else by now, so only the material of the vibration is shown.
 const vibrates = (pattern) => (pattern ? `vibrates like ${pattern.slice(0, pattern.lastIndexOf(" "))}` : "not touched yet");
 
 function rungRow(index) {
@@ -75,23 +75,23 @@ function rungRow(index) {
   return row;
 }
 
-// A rung below the one that was sure enough is not asked.
+// Rungs after the first that was sure enough are not needed.
 const isNeeded = (rung, source) => RUNGS.indexOf(rung) < RUNGS.indexOf(source) || !RUNGS.includes(source);
 
 function fillRung(row, rung, { source, evidence = [] }) {
-  const found = evidence.filter((item) => item.rung === rung);
+  const items = evidence.filter((item) => item.rung === rung);
   row.className = rung === source ? "source" : "";
-  const silence = isNeeded(rung, source) ? "nothing" : "not needed";
-  const key = JSON.stringify([silence, ...found.map(({ material, confidence }) => [material, percent(confidence)])]);
+  const silence = isNeeded(rung, source) ? "none" : "not needed";
+  const key = JSON.stringify([silence, ...items.map(({ material, confidence }) => [material, percent(confidence)])]);
   if (row.dataset.shown === key) return;
   row.dataset.shown = key;
-  setText(row.cells[1], found.length ? found.map((item) => item.material).join(", ") : silence);
-  row.cells[2].replaceChildren(...found.flatMap((item) => bar(item)));
+  setText(row.cells[1], items.length ? items.map((item) => item.material).join(", ") : silence);
+  row.cells[2].replaceChildren(...items.flatMap((item) => bar(item)));
 }
 
 function bar({ rung, material, confidence }) {
   const meter = make("meter", percent(confidence), { min: 0, max: 1, value: confidence });
-  meter.ariaLabel = `${rung} says ${material}`;
+  meter.ariaLabel = `${rung}: ${material}`;
   return [meter, ` ${percent(confidence)} `];
 }
 
@@ -101,21 +101,21 @@ function because(decision) {
     ...(decision.thickness_m ? [["thickness", `${Number((1e3 * decision.thickness_m).toPrecision(2))} mm`]] : []),
     ["ambient", within(decision, "ambient", AMBIENT_WORDS)],
     ["surface", within(decision, "surface", SURFACE_WORDS)],
-    ["surface, why", decision.surface_why || "not said"],
-    ["under the hand", decision.contact_c == null ? "no contact temperature" : degrees(decision.contact_c)],
+    ["surface, reason", decision.surface_why || "not stated"],
+    ["contact", decision.contact_c == null ? "no contact temperature" : degrees(decision.contact_c)],
     ["setpoint", setpoint(decision)],
-    ["thermal cue", decision.thermal_cue ? "can be felt" : "none: too small to be felt"],
+    ["thermal cue", decision.thermal_cue ? "noticeable" : "none: too small to feel"],
     ["vibration, at the first touch", decision.pattern ?? "none"],
-    ...(BASIS_WORDS[decision.basis] ? [["felt from", BASIS_WORDS[decision.basis]]] : []),
-    ["frame's age", decision.frame_age_ms == null ? "no frame" : `${decision.frame_age_ms.toFixed(0)} ms`],
+    ...(BASIS_WORDS[decision.basis] ? [["basis", BASIS_WORDS[decision.basis]]] : []),
+    ["age of the frame", decision.frame_age_ms == null ? "no frame" : `${decision.frame_age_ms.toFixed(0)} ms`],
   ];
 }
 
-function within(decision, what, words) {
-  const [low, high] = [decision[`${what}_low_c`], decision[`${what}_high_c`]];
+function within(decision, quantity, words) {
+  const [low, high] = [decision[`${quantity}_low_c`], decision[`${quantity}_high_c`]];
   const range = `${low.toFixed(1)} to ${high.toFixed(1)}`;
-  const source = decision[`${what}_source`];
-  return `${degrees(decision[`${what}_c`])} (${range}), from ${words[source] ?? source}`;
+  const source = decision[`${quantity}_source`];
+  return `${degrees(decision[`${quantity}_c`])} (${range}), from ${words[source] ?? source}`;
 }
 
 function setpoint({ setpoint_c, unlimited_c, limited_by }) {

@@ -1,4 +1,8 @@
-"""Who goes first: audio blocks and the serial line in real time, a model that computes last."""
+"""Sets the priorities of threads and processes.
+
+The audio thread and the serial line run in real time, and a process that computes with a model
+runs behind all others.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +13,10 @@ FIFO_PRIORITY = 20
 
 
 def request_priority(priority: int = FIFO_PRIORITY) -> bool:
-    """Ask for real-time priority for the calling thread; return whether it was permitted."""
+    """Request real-time priority (SCHED_FIFO) for the calling thread; return whether granted.
+
+    Linux grants it only to a user with the right to it; without it everything works, less evenly.
+    """
     if not hasattr(os, "sched_setscheduler"):
         return False
     try:
@@ -20,12 +27,13 @@ def request_priority(priority: int = FIFO_PRIORITY) -> bool:
 
 
 def lower_priority(nice: int) -> None:
-    """Let this process, which only computes, go behind the audio engine and the gateway.
+    """Put this process, which only computes, behind the audio engine and the gateway.
 
-    It leaves the real-time priority that a child inherits. On Linux it also becomes a batch
-    process: one that is woken never puts another aside. The gateway wakes a model in the middle of
-    a turn of its loop, whenever it hands a frame over; put aside there, it let every hundredth
-    touch wait 3 ms instead of 1.6 (docs/MEASURED.md), and `nice` alone does not prevent it.
+    It gives up the real-time priority that a child inherits. On Linux it also becomes a batch
+    process, which never preempts another process when it wakes. The gateway wakes a model in the
+    middle of a turn of its event loop, whenever it hands over a frame. If the model preempted it
+    there, one in a hundred touches would wait 3 ms instead of 1.6 (docs/MEASURED.md), and a higher
+    `nice` value alone does not prevent that.
     """
     if hasattr(os, "sched_setscheduler"):
         with suppress(OSError):
@@ -35,5 +43,5 @@ def lower_priority(nice: int) -> None:
 
 
 def niceness() -> int | None:
-    """Return how far this process stands behind others, 0: not at all; None where none is told."""
+    """Return the nice value of this process; None where the operating system has none."""
     return os.getpriority(os.PRIO_PROCESS, 0) if hasattr(os, "getpriority") else None

@@ -1,9 +1,12 @@
-"""A child process that is started, watched and restarted, the same for engine, recogniser and VLM.
+"""Starts, watches and restarts a child process: the audio engine, the recogniser and the VLM.
 
 The child's first message on its pipe is a `Started`. A child that dies or hangs is restarted at
-once, one that keeps failing after growing pauses; one that the system has no room for counts as
-failed. Processes are started in a thread: what a child is given may be more than its pipe holds,
-and whoever supervises must not wait until the child has read it. Knows nothing of what it does.
+once; one that keeps failing is restarted after growing pauses (`backoff.py`). A child that
+cannot be started, because no memory or descriptors are left, counts as failed.
+
+Processes are started in a thread. The arguments of a child may be larger than a pipe holds, so
+starting it blocks until the child has read them, and the supervisor must not block. Everything else
+runs in the caller's thread. This module does not know what the child does.
 """
 
 from __future__ import annotations
@@ -23,32 +26,37 @@ from hapticvlm import backoff
 from hapticvlm.errors import HapticVLMError
 
 START_S = 60.0  # a child that fails reports it at once; only a busy machine takes this long
-STEADY_S = 10.0
-DYING_S = 1.0
-SPAWNING_S = 10.0  # to wait at the end for a start under way
+STEADY_S = 10.0  # a child that ran for so long has recovered: its next failure counts as the first
+DYING_S = 1.0  # to wait for a killed process before the next one is started
+SPAWNING_S = 10.0  # to wait on close for a start in progress
 FIRST_PAUSE_S = 1.0
 LONGEST_PAUSE_S = 30.0
 MAX_STARTED_BYTES = 64 * 1024
 
 
 class ChildError(HapticVLMError):
-    """The child did not start; the text says why."""
+    """The child did not start; the message says why."""
 
 
 class Started(msgspec.Struct, frozen=True):
-    """A child's first message: the names of what it runs, or why it cannot."""
+    """A child's first message: the names of what it runs, or the error that stopped it."""
 
     names: tuple[str, ...] = ()
     error: str | None = None
 
     def send(self, control: Connection) -> None:
-        """Send it to the parent; one that has gone meanwhile is noticed by the next read."""
+        """Send it to the parent; if the parent is gone, the child's next read notices it."""
         with suppress(OSError):
             control.send_bytes(msgspec.msgpack.encode(self))
 
 
 class Child:
-    """One process and its pipe; `on_ready` is given the names of what the child runs."""
+    """One supervised process and its pipe. Call it from one thread.
+
+    `target` is the child's main function; it gets the results of `arguments`, which is called for
+    every start, and its end of the pipe. `on_ready` gets the names in the child's `Started`.
+    `start_s` is the longest time until the child must be ready.
+    """
 
     def __init__(
         self,
@@ -63,11 +71,13 @@ class Child:
         self._arguments = arguments
         self._on_ready = on_ready
         self._start_s = start_s
-        # A child is in one of three states. Spawning: a thread starts it, `_spawning` is set and
-        # there is no process yet. Running: `_process` and our end of its pipe, `_control`, are set,
-        # and `_ready_at` once its first message came. Waiting: neither, until `_retry_at`. The
-        # process before may still be dying then; two of them never hold the same device, since the
-        # next one is not started before it is reaped, or DYING_S have passed.
+        # A child is in one of three states.
+        # - Spawning: a thread starts it; `_spawning` is set and there is no process yet.
+        # - Running: `_process` and our end of its pipe, `_control`, are set, and `_ready_at` as
+        #   soon as its first message has come.
+        # - Waiting: neither is set until `_retry_at`. The earlier process may still be dying, and
+        #   two processes must not hold the same device. So the next one is started only when the
+        #   earlier one is gone, or after DYING_S.
         self._spawning: _Spawning | None = None
         self._process: BaseProcess | None = None
         self._dying: BaseProcess | None = None
@@ -80,23 +90,23 @@ class Child:
 
     @property
     def pid(self) -> int | None:
-        """Process id, None while there is no process."""
+        """Process id; None while there is no process."""
         return self._process.pid if self._process else None
 
     @property
     def ready_at(self) -> float | None:
-        """When the child was ready, on the monotonic clock; None until then."""
+        """Time at which the child became ready, s on the monotonic clock; None before that."""
         return self._ready_at
 
     @property
     def control(self) -> Connection:
-        """Our end of the pipe; only while the child is ready."""
+        """Our end of the pipe. Raises ChildError while there is no process."""
         if self._control is None:
             raise ChildError(f"the {self._name} is not running")
         return self._control
 
     def start(self) -> None:
-        """Start, if it has not begun, and wait until the child is ready. Raises ChildError."""
+        """Start the child, unless `begin` has, and wait until it is ready. Raises ChildError."""
         if self._spawning is None:
             self.begin()
         assert self._spawning is not None
@@ -111,13 +121,14 @@ class Child:
             raise ChildError(failure)
 
     def begin(self) -> None:
-        """Start and do not wait: `supervise` finds the child ready, or returns why it is not."""
+        """Begin to start the child; a later `supervise` takes it over or returns why it failed."""
         self._spawning = _Spawning(self._spawn)
 
     def supervise(self, now: float, *, is_well: bool) -> str | None:
-        """Restart a child that died, or hung (`is_well` false); return what happened, if anything.
+        """Restart a child that died or hung; return what happened, or None.
 
-        Never blocks; call it often.
+        `is_well` is false for a child that hangs, by the caller's judgement. `now` is s on the
+        monotonic clock. Never blocks; call it several times a second.
         """
         if self._spawning is not None:
             if self._spawning.thread.is_alive():
@@ -132,7 +143,7 @@ class Child:
         return None if failure is None else self._retry(failure, now)
 
     def close(self, patience_s: float) -> None:
-        """Close the pipe, wait for the child to end by itself, then kill it."""
+        """Close the pipe, wait up to `patience_s` for the child to end by itself, then kill it."""
         self._retry_at = 0.0
         if self._spawning is not None:
             self._spawning.thread.join(SPAWNING_S)
@@ -146,7 +157,7 @@ class Child:
             self._dying.join(DYING_S)
 
     def _retry(self, failure: str, now: float) -> str:
-        """End what is left of the child and plan the next try."""
+        """Kill the child and schedule the next start; return what happened, with the pause."""
         if self._ready_at is not None and now - self._ready_at > STEADY_S:
             self._failures = 0
         pause_s = backoff.pause_s(self._failures, FIRST_PAUSE_S, LONGEST_PAUSE_S)
@@ -168,10 +179,10 @@ class Child:
         return None if is_well else f"the {self._name} hung"
 
     def _has_sent(self) -> bool:
-        """Whether there is something to read, if only that there never will be."""
+        """Whether a read would not block: a message has come, or the pipe has ended."""
         try:
             return self.control.poll()
-        except OSError:  # Windows says so of a broken pipe
+        except OSError:  # Windows raises this for a broken pipe
             return True
 
     def _receive_started(self) -> str | None:
@@ -188,20 +199,20 @@ class Child:
         return None
 
     def _adopt(self) -> str | None:
-        """Take over the process that a thread has started; return why there is none, or None."""
+        """Take over the process from the thread that started it; return an error, or None."""
         spawning = self._spawning
         self._spawning = None
         assert spawning is not None
-        if spawning.found is None:
+        if spawning.result is None:
             error = spawning.error or OSError("not done in time")
             return f"the {self._name} could not be started: {error.strerror or error}"
-        self._process, self._control = spawning.found
+        self._process, self._control = spawning.result
         self._spawned_at = time.monotonic()
         self._ready_at = None
         return None
 
     def _spawn(self) -> tuple[BaseProcess, Connection]:
-        """Start the process. Raises OSError: no descriptors or no memory left."""
+        """Start the process. Raises OSError if no descriptors or memory are left."""
         context = multiprocessing.get_context("spawn")
         ours, theirs = context.Pipe()
         with theirs:
@@ -219,9 +230,9 @@ class Child:
         return process, ours
 
     def _kill(self) -> None:
-        """End the process without waiting: one of many gigabytes takes its time to die."""
-        # SIGKILL and not a request: what hangs hears no request, and a child owns nothing that it
-        # would have to put in order. The audio engine's output is closed by the system with it.
+        """Kill the process without waiting for its end: one with many gigabytes dies slowly."""
+        # SIGKILL, because a process that hangs does not react to a request, and a child holds
+        # nothing that it would have to clean up. The system closes the audio engine's output.
         if self._process is not None:
             self._process.kill()
             self._dying = self._process
@@ -230,7 +241,7 @@ class Child:
         self._ready_at = None
 
     def _is_reaped(self, now: float) -> bool:
-        """Whether the process that was killed is gone, or not worth waiting for any longer."""
+        """Whether the killed process is gone, or has been waited for long enough."""
         if self._dying is not None and self._dying.is_alive():
             return now - self._retry_at > DYING_S
         self._dying = None
@@ -238,10 +249,10 @@ class Child:
 
 
 class _Spawning:
-    """A start under way in a thread of its own: `found` or `error` when the thread has ended."""
+    """A start in progress, in a thread; `result` or `error` is set when the thread has ended."""
 
     def __init__(self, spawn: Callable[[], tuple[BaseProcess, Connection]]) -> None:
-        self.found: tuple[BaseProcess, Connection] | None = None
+        self.result: tuple[BaseProcess, Connection] | None = None
         self.error: OSError | None = None
         self._spawn = spawn
         self.thread = threading.Thread(target=self._run, name="start a child", daemon=True)
@@ -249,6 +260,6 @@ class _Spawning:
 
     def _run(self) -> None:
         try:
-            self.found = self._spawn()
+            self.result = self._spawn()
         except OSError as error:
             self.error = error

@@ -168,7 +168,7 @@ def head(settings: SessionSettings, hold: Hold) -> Line:
         Key.THERMAL_GAIN: settings.thermal_gain,
         Key.READING: _plain(settings.reading),
         Key.MATERIALS: list(settings.table),
-        Key.SAVED: dict(settings.saved),
+        Key.SAVED: dict(settings.saved_materials),
         Key.HOLD: _plain(hold.state),
     }
 
@@ -179,7 +179,7 @@ def settings_of(head: Line, table: Mapping[str, Material]) -> SessionSettings:
         owner=head[Key.OWNER],
         reading=msgspec.convert(head[Key.READING], PlateReading),
         table=table,
-        saved=head.get(Key.SAVED, {}),
+        saved_materials=head.get(Key.SAVED, {}),
         can_ask=head[Key.CAN_ASK],
         contact_resistance=head[Key.CONTACT_RESISTANCE],
         plate_resistance=head.get(Key.PLATE_RESISTANCE, 0.0),  # older logs took skin for plate

@@ -1,12 +1,17 @@
-"""What is felt of a surface whose material is not sure: the expectation over beliefs. Pure.
+"""Renders a surface of uncertain material as the expectation over the beliefs. Pure.
 
-Temperature: skin and a body of effusivity e meet at Ts + e / (e + es) (To - Ts), so the expected
-contact temperature is that of a body whose share e / (e + es) is the mean of the materials' shares.
-A material is rendered as itself where its calibrated probability p is worth a mistake: right gains
-1, wrong costs L, so p > L / (1 + L).
+A material is rendered as itself when its calibrated probability p makes up for a possible mistake.
+Being right gains 1 and being wrong costs L, so the gain is expected to exceed the cost if
+p > L / (1 + L) (docs/physics.md 4.5). Otherwise heat and vibration are rendered as follows.
 
-Vibration: that of the material nearest to the mean roughness and pitch, at GRADED_GAIN; what
-vibrates is therefore always a material that is kept ready, and never stronger than a sure one.
+Temperature: skin of effusivity es and temperature Ts meets a body of effusivity e and temperature
+To at Ts + e / (e + es) (To - Ts) (physics.md 1.1). The contact temperature is linear in the share
+e / (e + es), so its expectation is that of a body with the mean of the materials' shares. That
+choice has the least mean squared error.
+
+Vibration: a mean of two textures would be a third one that no material has. So the believed
+material that is nearest to the mean roughness and pitch is played, at GRADED_GAIN. Its tables are
+cached already, and it is never stronger than a material that is sure.
 """
 
 from __future__ import annotations
@@ -18,20 +23,21 @@ from hapticvlm.materials import Material, Thermal
 from hapticvlm.rendering.heat.contact import SKIN
 from hapticvlm.rendering.vibration.vibration import IMPACTS
 
-GRADED_GAIN = 0.5  # of full level, 6 dB less than a sure one: our choice
-# L: a false strike startles; our choice
-TEXTURE_COST = 1.0
-STRIKE_COST = 2.0
-JUMPS = ((6.0, 4.0), (3.0, 2.0))  # degC from the expectation, L: a burn or a chill; our choice
-# that weigh alike; physics.md 4.2 for pitch
+# All figures are our choice (docs/physics.md 4.5).
+GRADED_GAIN = 0.5  # of full level: 6 dB less than a material that is sure
+TEXTURE_COST = 1.0  # L of a texture
+STRIKE_COST = 2.0  # L of an impact: a false one startles
+JUMPS = ((6.0, 4.0), (3.0, 2.0))  # degC from the expected contact temperature, and L of heat
+# Differences of roughness and of the logarithm of pitch that count as equally large; the latter is
+# a just noticeable difference (physics.md 4.2).
 ROUGHNESS_STEP = 0.25
 PITCH_STEP = math.log(1.2)
 
 
 def needed_belief(interaction: str | None, jump_c: float) -> float:
-    """Return the probability above which a material is rendered as itself.
+    """Return the probability (0..1) above which a material is rendered as itself.
 
-    `jump_c` is how far its contact temperature lies from the expected one, degC.
+    `jump_c` is the difference of its contact temperature from the expected one, degC.
     """
     touch = STRIKE_COST if interaction in IMPACTS else TEXTURE_COST
     cost = max(touch, next((cost for far_c, cost in JUMPS if abs(jump_c) >= far_c), 0.0))
@@ -39,10 +45,10 @@ def needed_belief(interaction: str | None, jump_c: float) -> float:
 
 
 def expected_thermal(beliefs: Mapping[str, float], table: Mapping[str, Material]) -> Thermal:
-    """Return the bulk that meets skin at the expected contact temperature.
+    """Return the bulk properties of a body that meets skin at the expected contact temperature.
 
-    Beliefs need not sum to 1. Density and heat capacity are geometric means; the conductivity
-    gives the effusivity.
+    `beliefs` are probabilities by material name and need not sum to 1. Density and heat capacity
+    are geometric means; the conductivity is chosen to give the expected effusivity.
     """
     shares = _normalised(beliefs)
     bulks = {name: table[name].thermal for name in shares}
@@ -54,7 +60,7 @@ def expected_thermal(beliefs: Mapping[str, float], table: Mapping[str, Material]
 
 
 def nearest_vibration(beliefs: Mapping[str, float], table: Mapping[str, Material]) -> str:
-    """Return the believed material whose roughness and pitches are nearest to the mean ones."""
+    """Return the name of the believed material with roughness and pitches nearest to the mean."""
     shares = _normalised(beliefs)
     places = {name: _place(table[name]) for name in shares}
     mean = [sum(p * places[name][axis] for name, p in shares.items()) for axis in range(3)]
@@ -75,7 +81,7 @@ def _geometric(values: Mapping[str, float], shares: Mapping[str, float]) -> floa
 
 
 def _place(material: Material) -> tuple[float, float, float]:
-    """Roughness, pitch of the texture and of the impact, each in steps that weigh alike."""
+    """Return roughness, pitch of the texture and pitch of the impact, in equally large steps."""
     vibration = material.vibration
     return (
         vibration.roughness / ROUGHNESS_STEP,

@@ -1,4 +1,4 @@
-"""Where the service listens and whom it lets in; what would be unsafe is refused here."""
+"""The address of the service and its access rules; unsafe combinations are refused here."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ PagesFrom = Literal["this-machine", "lan"]
 
 @dataclass(frozen=True, slots=True)
 class Address:
-    """Where to listen and whom to admit; a token is needed off loopback.
+    """The address to listen on and the rules of admission; off loopback a token is needed.
 
     Browsers are served the files of `scene_folder`, if one is given, like all pages: those of this
     machine, or with the token those of the local network. With a certificate everything is
@@ -52,16 +52,18 @@ class Address:
             )
         if len(self.token) < MIN_TOKEN:
             raise ValueError(
-                f"--token: {len(self.token)} can be guessed; off this machine it needs "
-                f"{MIN_TOKEN} characters or more"
+                f"--token: {len(self.token)} characters can be guessed; off this machine it needs "
+                f"{MIN_TOKEN} or more"
             )
 
     def _check_lan(self) -> None:
         if is_loopback(self.host):
-            raise ValueError(f"--pages-from lan: nobody reaches {self.host}: add --host 0.0.0.0")
+            raise ValueError(
+                f"--pages-from lan has no effect while listening on {self.host}: add --host 0.0.0.0"
+            )
 
     def policy(self) -> http.AccessPolicy:
-        """Return who is admitted, and to what."""
+        """Return the rules by which requests are admitted."""
         lan_pages = None
         certified = () if self.certificate is None else self.certificate.names
         if self.pages_from == "lan" and self.token is not None:

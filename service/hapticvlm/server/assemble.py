@@ -1,6 +1,6 @@
 """Puts the service together out of its settings; run_service.py runs it.
 
-What is asked beside the embedded encoder, a VLM or a shared recogniser, may be another machine.
+A VLM and a shared recogniser may run on another machine.
 """
 
 from __future__ import annotations
@@ -13,14 +13,19 @@ from dataclasses import dataclass
 
 from hapticvlm.devices.plate.peltier import Peltier
 from hapticvlm.devices.simulated.simulated_board import simulated_plate
-from hapticvlm.devices.speaker.channels import DUALSENSE, OF_DUALSENSE, Channels, read_channels
+from hapticvlm.devices.speaker.channels import (
+    DUALSENSE,
+    DUALSENSE_CHANNELS,
+    Channels,
+    read_channels,
+)
 from hapticvlm.devices.speaker.engine import AudioSettings
 from hapticvlm.devices.speaker.speaker import Speaker
 from hapticvlm.devices.speaker.speaker_files import read_speaker_files
 from hapticvlm.materials import Material
 from hapticvlm.recordings.recorder import Recorder
 from hapticvlm.server.settings import ServeOptions
-from hapticvlm.server.web import stated_materials
+from hapticvlm.server.web import overrides_file
 from hapticvlm.vision.galleries.user_materials import read_folder, table_with
 from hapticvlm.vision.remote.settings import RemoteSettings
 from hapticvlm.vision.worker import RecogniserSettings, RecogniserWorker
@@ -30,7 +35,7 @@ from hapticvlm.vlm.worker import VlmWorker
 
 @dataclass(frozen=True, slots=True)
 class ServiceParts:
-    """What the service is made of; each has to be started and closed."""
+    """The parts of the service; each has to be started and closed."""
 
     speaker: Speaker
     plate: Peltier
@@ -38,7 +43,7 @@ class ServiceParts:
     vlm: VlmWorker | None
     recorder: Recorder | None
     table: Mapping[str, Material]
-    saved: Mapping[str, str]
+    saved_materials: Mapping[str, str]
 
     def begin(self) -> None:
         """Let the processes of speaker and recogniser start, and do not wait for them.
@@ -66,7 +71,7 @@ def build_service(serving: ServeOptions) -> ServiceParts:
     vlm = _vlm_worker(serving)  # first: what is refused here leaves nothing half made
     user_materials = read_folder(serving.gallery)
     table = table_with(user_materials)
-    saved = {} if serving.stated is None else stated_materials.read(serving.stated, table)
+    saved = {} if serving.stated is None else overrides_file.read(serving.stated, table)
     if user_materials or serving.patterns is not None:
         import scipy.signal  # noqa: F401 - may filter them; no touch waits until it is loaded
     settings = RecogniserSettings(
@@ -87,7 +92,7 @@ def build_service(serving: ServeOptions) -> ServiceParts:
         vlm=vlm,
         recorder=_recorder(serving),
         table=table,
-        saved=saved,
+        saved_materials=saved,
     )
 
 
@@ -117,7 +122,7 @@ def _channels(serving: ServeOptions) -> Channels | None:
     """Return the channels of the hands, if each has its own. Raises ValueError."""
     if serving.channels is not None:
         return read_channels(serving.channels)
-    return OF_DUALSENSE if serving.speaker.lower() == DUALSENSE else None
+    return DUALSENSE_CHANNELS if serving.speaker.lower() == DUALSENSE else None
 
 
 def _plate(serving: ServeOptions) -> Peltier:

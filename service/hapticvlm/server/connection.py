@@ -1,4 +1,4 @@
-"""One WebSocket connection: its session, what it has counted, and what is still to be sent."""
+"""One admitted connection: its session, its counts, and the events that wait to be sent."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from websockets.protocol import State
 
 from hapticvlm.messages import ServiceMessage, Telemetry, Vibration, View, encode
 from hapticvlm.server.addresses import is_loopback
+from hapticvlm.server.counters import Count
 from hapticvlm.server.edge.limits import MAX_EVENTS
 from hapticvlm.server.edge.socket import ClientSocket
 from hapticvlm.session.session import SceneSession
 
 CLOSE_ENDED = 4001
-LATE = "contacts too late to strike"
-# a silent dead peer is noticed after 20 s
+# A dead peer that sends nothing is noticed after 20 s.
 IDLE_S = 10
 PROBE_S = 2
 PROBES = 5
@@ -31,7 +31,7 @@ class Event:
         self._encoded: dict[bool, bytes | str] = {}
 
     def encoded(self, *, as_text: bool) -> bytes | str:
-        """Return it as JSON text or MessagePack."""
+        """Return the message as JSON text or as MessagePack."""
         if as_text not in self._encoded:
             self._encoded[as_text] = encode(self.message, as_text=as_text)
         return self._encoded[as_text]
@@ -53,28 +53,27 @@ class Connection:
         self.is_local = is_loopback(str(socket_.remote_address[0]))
         self.session = session
         self.watches: frozenset[str] = frozenset()
-        self.stated: dict[str, str] = {}  # materials that a person stated of this scene's objects
         self.as_text = as_text
         self.has_slot = has_slot  # else it may only stop the outputs
         self.has_spoken = False  # since its hello
         self._socket = socket_
         self._waiting: deque[Event] = deque()
-        self._counts: Counter[str] = Counter()
+        self._counts: Counter[Count] = Counter()
         socket_.post_from(self._next_posted)
 
     @property
-    def counts(self) -> Counter[str]:
-        """What did not reach this client, and what came from it too late to be rendered."""
-        return self._counts + Counter({LATE: self.session.late_contacts})
+    def counts(self) -> Counter[Count]:
+        """Events that did not reach this client, and contacts that came too late to be rendered."""
+        return self._counts + Counter({Count.LATE_CONTACTS: self.session.late_contacts})
 
     @property
     def is_idle(self) -> bool:
-        """Whether it is an observer that has asked for nothing: it makes room for others."""
+        """Whether this is an observer that has sent no message: it makes room for others."""
         return self.session.observer and not self.has_spoken
 
     @property
     def is_open(self) -> bool:
-        """Whether neither side has begun to close it."""
+        """Whether neither side has begun to close the connection."""
         return self._socket.state is State.OPEN
 
     def send(self, message: ServiceMessage) -> None:
@@ -88,7 +87,7 @@ class Connection:
             self._drop_older_plan(event.message)
         if len(self._waiting) >= MAX_EVENTS:
             if isinstance(event.message, Telemetry | View):
-                self._counts["events not sent"] += 1
+                self._counts[Count.EVENTS_NOT_SENT] += 1
                 return
             self._make_room()
         self._waiting.append(event)
@@ -116,7 +115,7 @@ class Connection:
                 break
         else:
             self._waiting.popleft()
-        self._counts["events not sent"] += 1
+        self._counts[Count.EVENTS_NOT_SENT] += 1
 
 
 def notice_dead_peers(connection: ClientSocket) -> None:

@@ -1,4 +1,4 @@
-"""The gateway: carries out what sessions ask for, on one event loop that never computes for long.
+"""Carries out the actions of sessions, on one event loop that never computes for long.
 
 One scene owns the outputs until it closes; any number of others watch. Touches are handled where
 they arrive; frames are handed to the recogniser, newest first; ticks end lapsed leases and follow
@@ -31,6 +31,7 @@ from hapticvlm.messages import (
 from hapticvlm.processes.model_worker import WorkerReply
 from hapticvlm.recordings.recorder import Recorder
 from hapticvlm.server.connection import Connection, Event
+from hapticvlm.server.counters import Count, refused
 from hapticvlm.server.edge.scheduling import IdleScheduler
 from hapticvlm.server.log_writer import LogWriter
 from hapticvlm.server.outputs import OutputAction, Outputs
@@ -64,11 +65,14 @@ class Gateway:
         plate: Plate,
         recogniser: RecogniserWorker,
         vlm: VlmWorker | None = None,
+        *,
+        recorder: Recorder | None = None,
+        log: LogWriter | None = None,
     ) -> None:
-        self.counts: Counter[str] = Counter()
+        self.counts: Counter[Count] = Counter()
         self.connections: list[Connection] = []
-        self.recorder: Recorder | None = None
-        self.log: LogWriter | None = None
+        self.recorder = recorder
+        self.log = log
         self.scheduler = IdleScheduler()
         self.outputs = Outputs(speaker, plate)
         self.recogniser = recogniser
@@ -104,8 +108,11 @@ class Gateway:
         """Assign the outputs to the scene that asks, or end their owner. Raises MessageError."""
         self.ownership.change(requester, wanted, now)
 
-    def state_materials(self, observer: Connection, scene: Scene, now: float) -> Ok:
-        """Apply to the owner's scene what a person states of it. Raises MessageError."""
+    def override_materials(self, observer: Connection, scene: Scene, now: float) -> Ok:
+        """Apply to the owner's scene the materials that an observer states of its objects.
+
+        Raises MessageError.
+        """
         if not observer.is_local:
             text = (
                 "observers describe no scene; only the dashboard on the service's own machine may"
@@ -114,24 +121,18 @@ class Gateway:
         if self.owner is None:
             text = "no scene owns the outputs: connect one, and state its objects' materials then"
             raise MessageError("not_owner", text, path="$.type", id=scene.id)
-        owner = self.owner
-        actions = owner.session.receive(owner.session.with_materials(scene), now)
-        owner.stated.update(
-            (given.object_id, given.material) for given in scene.objects if given.material
-        )
-        answered = Ok(id=scene.id)
-        self.deliver(owner, [action for action in actions if action != Reply(answered)])
-        names = ", ".join(f"{given.object_id} {given.material}" for given in scene.objects)
-        logger.info("%s said: %s", observer.name, names)
-        return answered
+        self.deliver(self.owner, self.owner.session.override(scene, now))
+        names = ", ".join(f"{each.object_id} {each.material}" for each in scene.objects)
+        logger.info("%s stated: %s", observer.name, names)
+        return Ok(id=scene.id)
 
     def close(self) -> None:
-        """Rest both outputs and move nothing from now on."""
+        """Rest both outputs and drive neither again."""
         self.outputs.close()
         self.vibration.rest()
 
     def carry_out(self, connection: Connection, actions: Iterable[Action]) -> list[ServiceMessage]:
-        """Do what the session asked, in order; return what to send to its connection."""
+        """Carry out the actions of a session in order; return the messages for its connection."""
         replies: list[ServiceMessage] = []
         for action in actions:
             match action:
@@ -154,15 +155,15 @@ class Gateway:
 
     def refuse(self, code: ErrorCode) -> None:
         """Count a refused message."""
-        self.counts[f"refused: {code}"] += 1
+        self.counts[refused(code)] += 1
 
-    def on_reply(self, answered: WorkerReply[VlmReply]) -> None:
+    def on_reply(self, reply: WorkerReply[VlmReply]) -> None:
         """Receive the VLM worker's reply (on the event loop)."""
         if self.vlm is not None:
-            self.vlm.accept(answered, time.monotonic())
+            self.vlm.accept(reply, time.monotonic())
 
     def deliver(self, connection: Connection, actions: list[Action]) -> None:
-        """Carry out actions that no message asked for just now; send their messages."""
+        """Carry out actions that do not answer a message; post their messages."""
         for reply in self.carry_out(connection, actions):
             connection.post(reply)
 
@@ -175,7 +176,7 @@ class Gateway:
 
     @property
     def leases(self) -> int:
-        """How many hands of the owner hold a lease."""
+        """Number of hands of the owner that hold a lease."""
         return self.owner.session.leases if self.owner else 0
 
     def _drive(self, action: OutputAction) -> None:
@@ -188,9 +189,9 @@ class Gateway:
             self.vlm.put(connection, ask, time.monotonic())
 
     def _show(self, connection: Connection, message: ServiceMessage) -> None:
-        """Send observers what another connection is sent; frames only to those who asked."""
+        """Send a connection's decisions to all observers."""
         if isinstance(message, Skipped) and message.reason == "rate":
-            self.counts["frames rate"] += 1
+            self.counts[Count.FRAMES_RATE] += 1
         if not isinstance(message, Decision):
             return
         name = connection.session.name(message.object_id)

@@ -45,6 +45,7 @@ from hapticvlm.rendering.heat.limits import SETPOINT_MAX_C, SETPOINT_MIN_C
 from hapticvlm.server.access import Address
 from hapticvlm.server.addresses import is_loopback
 from hapticvlm.server.connection import Connection
+from hapticvlm.server.counters import Count
 from hapticvlm.server.edge.limits import (
     GUESS_S,
     LOOPBACK_SLOTS,
@@ -54,24 +55,25 @@ from hapticvlm.server.edge.limits import (
 )
 from hapticvlm.server.edge.socket import ClientSocket
 from hapticvlm.server.gateway import Gateway
-from hapticvlm.server.web.recorded_sessions import RecordedSessions
 from hapticvlm.session.session import SceneSession
 from hapticvlm.session.settings import SessionSettings
 
 CLOSE_PROTOCOL = 4000
 HELLO_S = 10.0
 GUESSES_LOGGED_S = 10.0
-logger = logging.getLogger(__name__)
 CLOSE_MADE_ROOM = 4002
 SERVER_FULL = f"{MAX_CONNECTIONS} connections are open already: close one"
+
+logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
 class ServiceInfo:
-    """What `welcome` reports of this service; asks elsewhere = a VLM by url sees frames.
+    """The part of `welcome` that is the same for every client, and the settings of new sessions.
 
-    Crops elsewhere = a shared recogniser sees objects. Saved are materials by object id that a
-    person stated in an earlier run.
+    `asks_elsewhere`: a VLM on another machine sees frames. `crops_elsewhere`: a shared recogniser
+    on another machine sees crops of objects. `saved_materials` are materials by object id that a
+    person set in an earlier run. Resistances are in m2 K/W.
     """
 
     devices: Devices
@@ -80,8 +82,7 @@ class ServiceInfo:
     asks_elsewhere: bool = False
     crops_elsewhere: bool = False
     recorder: Recorder | None = None
-    sessions: RecordedSessions | None = None
-    saved: Mapping[str, str] = field(default_factory=dict)
+    saved_materials: Mapping[str, str] = field(default_factory=dict)
     contact_resistance: float | None = None
     plate_resistance: float = PLATE_RESISTANCE
 
@@ -107,7 +108,7 @@ class Handshake:
     async def welcome(self, socket: ClientSocket) -> Connection | None:
         """Wait for hello; answer welcome, or an error and close.
 
-        A connection without a place is no part of the gateway: it may only stop the outputs.
+        A connection without a slot does not join the gateway: it may only stop the outputs.
         """
         as_text = False
         try:
@@ -135,9 +136,9 @@ class Handshake:
         return None
 
     def _admit(self, message: ClientMessage) -> Hello:
-        """Return the hello of a client that may come in. Raises MessageError."""
+        """Return the hello if protocol and token are right. Raises MessageError."""
         if not isinstance(message, Hello):
-            text = "say hello first: {type: hello, id, client, protocol, role}"
+            text = "send hello first: {type: hello, id, client, protocol, role}"
             raise MessageError("protocol", text, path="$.type", id=message.id)
         theirs = message.protocol
         ours = f"{PROTOCOL_MAJOR}.{PROTOCOL_MINOR}"
@@ -156,7 +157,7 @@ class Handshake:
 
     async def slow_guess(self, peer: str) -> None:
         """Count a wrong token, log it from time to time, and delay its sender."""
-        self._gateway.counts["refused: token"] += 1
+        self._gateway.counts[Count.REFUSED_TOKEN] += 1
         self._guesses.note(peer, self._clock())
         await asyncio.sleep(GUESS_S)
 
@@ -184,7 +185,7 @@ class Handshake:
             observer=observer,
             reading=outputs.reading,
             table=self._service_info.table,
-            saved=self._service_info.saved,
+            saved_materials=self._service_info.saved_materials,
             can_ask=self._service_info.models.vlm is not None,
             contact_resistance=self._service_info.contact_resistance,
             plate_resistance=self._service_info.plate_resistance,
@@ -223,7 +224,7 @@ class Handshake:
 
 
 class Guesses:
-    """Logs wrong tokens: the first at once, then how many came every few seconds."""
+    """Logs wrong tokens: the first at once, then their number every few seconds."""
 
     def __init__(self) -> None:
         self._since = 0
@@ -239,22 +240,22 @@ class Guesses:
 
 
 class AdmissionControl:
-    """The places of one gateway."""
+    """Admits clients to the slots of one gateway."""
 
     def __init__(self, gateway: Gateway) -> None:
         self._gateway = gateway
 
     def find(self, hello: Hello, peer: str) -> bool:
-        """Return whether a newcomer has a place. Raises MessageError for a scene that has none.
+        """Return whether a slot is free. Raises MessageError for a scene without one.
 
-        An observer without a place is let in all the same: a person may have sent it to stop the
-        outputs, which nobody may be kept from.
+        An observer without a slot is admitted all the same, to stop the outputs: that must work
+        for everybody at any time.
         """
         if hello.role == "scene":
             self._check_scenes(hello)
         if self._has_slot(hello, peer):
             return True
-        self._gateway.counts["refused: no place"] += 1
+        self._gateway.counts[Count.REFUSED_SERVER_FULL] += 1
         if hello.role == "scene":
             raise MessageError("protocol", SERVER_FULL, id=hello.id)
         return False
@@ -262,14 +263,15 @@ class AdmissionControl:
     def _check_scenes(self, hello: Hello) -> None:
         scenes = sum(not each.session.observer for each in self._gateway.connections)
         if scenes >= MAX_SCENES:
-            self._gateway.counts["refused: no place"] += 1
+            self._gateway.counts[Count.REFUSED_SERVER_FULL] += 1
             text = f"{MAX_SCENES} scenes are connected already: close one, or connect as observer"
             raise MessageError("protocol", text, path="$.role", id=hello.id)
 
     def _has_slot(self, hello: Hello, peer: str) -> bool:
-        """Whether a place is free, or the oldest of the idle observers makes room.
+        """Whether a slot is free, or the oldest of the idle observers makes room.
 
-        The last places are for observers on this machine, so that a crowd locks no dashboard out.
+        The last slots are kept for observers on this machine, so that a crowd cannot lock the
+        dashboard out.
         """
         is_kept_for = hello.role == "observer" and is_loopback(peer)
         places = MAX_CONNECTIONS if is_kept_for else MAX_CONNECTIONS - LOOPBACK_SLOTS
@@ -279,6 +281,6 @@ class AdmissionControl:
         idle = next((each for each in taken if each.is_idle), None)
         if idle is None:
             return False
-        self._gateway.counts["closed: made room"] += 1
+        self._gateway.counts[Count.CLOSED_MADE_ROOM] += 1
         idle.end("made room for another client", CLOSE_MADE_ROOM)
         return True

@@ -1,7 +1,7 @@
-"""The log on its way to stderr: written by a thread, so that a pipe nobody reads holds up nobody.
+"""Writes the log to stderr in a thread, so that a pipe that nobody reads blocks nothing.
 
-What waits is bounded; lines beyond it are dropped and counted. A line that repeats is folded: a
-client that provokes it must not fill a disk. Observers are shown lines on the event loop.
+The queue of lines is bounded; lines beyond it are dropped and counted. A line that repeats is
+folded: a client that provokes it must not fill a disk. Observers are shown lines on the event loop.
 """
 
 from __future__ import annotations
@@ -91,18 +91,18 @@ class LogWriter(logging.Handler):
             self.lost += 1
 
     def close(self) -> None:
-        """Write what waits, as far as somebody reads it soon."""
+        """Write the lines that wait, as far as stderr takes them within CLOSE_S."""
         with suppress(queue.Full):
             self._waiting.put_nowait(None)
         # The thread is a daemon: one that hangs in its write ends with the process. Waiting for it
-        # is bounded, since who ends the service wants it to end.
+        # is bounded, since the service is being ended.
         if self._thread.is_alive():
             self._thread.join(CLOSE_S)
         super().close()
 
     def _run(self) -> None:
         while (line := self._waiting.get()) is not None:
-            with suppress(OSError):  # whoever read it is gone
+            with suppress(OSError):  # the reader is gone
                 while line:
                     line = line[os.write(STDERR, line) :]
 
@@ -126,7 +126,7 @@ class ObserverLog(logging.Handler):
         if folded is None:
             return
         line = self.format(record) + folded
-        text = line.encode("utf-8", "replace").decode()  # a path may be no text
+        text = line.encode("utf-8", "replace").decode()  # a path may not be text
         with suppress(RuntimeError):  # the loop has closed
             # Logging is called from any thread, sockets belong to the event loop. The line is
             # handed over and shown at the loop's next turn. It is formatted here, in the thread

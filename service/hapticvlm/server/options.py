@@ -1,4 +1,4 @@
-"""How a setting describes itself as an option: its help, its range, how its text is read.
+"""Describes a setting as an option: its help, its range, the reader of its text.
 
 Settings that may stand in a file too are fields of a dataclass, each with its Flag; command line,
 config file and checks all follow from that one declaration.
@@ -54,7 +54,7 @@ def _calibrated(path: Path, subject: str) -> dict[str, object]:
     try:
         calibration = documents.parse_json(documents.read_bytes(path, _MOST_BYTES))
     except OSError as error:
-        text = f"{path}: no number, and as a file: {documents.reason(error)}"
+        text = f"{path}: not a number, and as a file: {documents.reason(error)}"
         raise argparse.ArgumentTypeError(text) from None
     except ValueError:
         calibration = None
@@ -100,22 +100,22 @@ class Option:
 
     @property
     def name(self) -> str:
-        """What it is called in a config file: the flag without the dashes in front."""
+        """The name in a config file: the flag without the dashes in front."""
         return self.field.replace("_", "-")
 
     @property
     def flag(self) -> str:
-        """What it is called on the command line."""
+        """The name on the command line."""
         return f"--{self.name}"
 
     @property
     def choices(self) -> tuple[str, ...]:
-        """The words it may be, or none if it is no choice of words."""
+        """The words to choose from; empty if the option is not a choice of words."""
         return get_args(self.kind) if get_origin(self.kind) is Literal else ()
 
     @property
     def accepted(self) -> str:
-        """What value it wants, for people."""
+        """A description of the values it takes, for people."""
         if self.details.range is not None:
             low, high = self.details.range
             return f"a {'whole ' if self.kind is int else ''}number, {low:g}..{high:g}"
@@ -145,7 +145,7 @@ def options_of(settings: type[Any]) -> tuple[Option, ...]:
 
 
 def check_ranges(options: Iterable[Option], given: Mapping[str, Any]) -> None:
-    """Refuse flags with numbers that no set-up has. Raises ValueError."""
+    """Refuse numbers outside the range of their option. Raises ValueError."""
     for option in options:
         value = given.get(option.field)
         if option.details.range is None or value is None:

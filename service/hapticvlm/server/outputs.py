@@ -1,4 +1,4 @@
-"""The outputs of the service: speaker and plate, and what a stop still holds at rest."""
+"""Drives the outputs of the service, speaker and plate, and knows which of them a stop holds."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ OutputAction = PlayVibration | ReleaseHand | SetGain | KeepThermalGain | DrivePl
 
 
 class Outputs:
-    """Speaker and plate under one hand; after `close` nothing moves them."""
+    """Speaker and plate together; after `close` neither is driven."""
 
     def __init__(self, speaker: Speaker, plate: Plate) -> None:
         self.speaker = speaker
@@ -33,7 +33,7 @@ class Outputs:
         self.thermal_gain = 1.0  # as was set last, for the next owner
 
     def close(self) -> None:
-        """Rest both at once, the plate's bridge open, and move nothing from now on."""
+        """Rest both at once, with the plate's bridge open, and drive nothing from now on."""
         # From here on nothing drives anything: between this and the end of the process a session
         # may still tick, and a touch on its way may arrive. The engine fades within 20 ms; the
         # board opens its bridge and needs nobody, should this process end before the line is
@@ -50,7 +50,7 @@ class Outputs:
     def stop(self, scope: Scope) -> None:
         """Rest those of this scope at once and hold them there; the plate's bridge opens.
 
-        Who stops may have seen that the sensor is wrong: driving to neutral could heat then.
+        The person who stops may have noticed a wrong sensor: driving to neutral could heat then.
         """
         self.hold.stop(scope)
         if scope != "peltier":
@@ -65,7 +65,7 @@ class Outputs:
         return [fault for fault in self.reading.faults if fault not in before]
 
     def drive(self, action: OutputAction) -> None:
-        """Do what a session asked of them."""
+        """Carry out an action of a session."""
         if self.is_closed:
             return
         match action:
@@ -76,8 +76,8 @@ class Outputs:
             case SetGain():
                 self.speaker.set_gain(action.gain)
             # The gain of heat belongs to the session, which scales its own setpoints. It is kept
-            # here for whoever owns the outputs next, as the speaker keeps that of vibration: who
-            # turned it down did so for the person, and not for one scene.
+            # here for the next owner of the outputs, as the speaker keeps that of vibration: it was
+            # turned down for the person, and not for one scene.
             case KeepThermalGain():
                 self.thermal_gain = action.gain
             case DrivePlate():

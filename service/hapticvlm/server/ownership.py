@@ -1,4 +1,4 @@
-"""Who may drive the outputs: one scene at a time, which the others are notified of.
+"""Assigns the outputs to one scene at a time and notifies the others.
 
 The first scene owns them until it closes, and again the first that asks once they are free. Outputs
 whose owner has held no lease for IDLE_OWNER_S go to the scene that asks. Every change rests them.
@@ -13,6 +13,7 @@ from collections.abc import Sequence
 
 from hapticvlm.messages import Error, MessageError, Ownership, Set
 from hapticvlm.server.connection import Connection
+from hapticvlm.server.counters import Count
 from hapticvlm.server.outputs import Outputs
 from hapticvlm.server.vibration_events import VibrationEvents
 
@@ -30,7 +31,7 @@ class OutputOwnership:
         outputs: Outputs,
         vibration: VibrationEvents,
         connections: Sequence[Connection],
-        counts: Counter[str],
+        counts: Counter[Count],
     ) -> None:
         self.owner: Connection | None = None
         self.leased_at = time.monotonic()
@@ -78,7 +79,7 @@ class OutputOwnership:
         if self.owner is None:
             raise MessageError("message", "nobody owns the outputs", path=PATH, id=wanted.id)
         logger.warning("%s ended by %s", self.owner.name, requester.name)
-        self._counts["owners ended"] += 1
+        self._counts[Count.OWNERS_ENDED] += 1
         self._outputs.rest()
         self.owner.end("ended by an observer")
 
@@ -116,11 +117,11 @@ class OutputOwnership:
             raise MessageError("not_owner", text, path=PATH, id=wanted.id)
         # In this order: the session first, so that nothing it still does reaches the outputs; then
         # the outputs, which rest as at a stop; then the message. The new owner begins with a plate
-        # on its way to neutral and a speaker that fades, and must touch anew to drive them.
+        # on its way to neutral and a speaker that fades, and must touch again to drive them.
         owner.session.set_owner(owner=False)
         owner.session.rest()
         self._outputs.rest()
-        self._counts["owners replaced"] += 1
+        self._counts[Count.OWNERS_REPLACED] += 1
         text = f"another scene took the outputs: nothing was touched for {idle_s:.0f} s"
         owner.post(Error(id=0, code="not_owner", text=text))
 

@@ -1,4 +1,4 @@
-"""Frames that wait to be recognised, the order in which they are, and the delivery of the results.
+"""Queues frames for the recogniser, chooses the next one, and delivers the results.
 
 One frame is recognised at a time. The connection that owns the outputs comes first; the others take
 turns. Of each connection and hand only the newest frame waits; frames to enrol keep their order and
@@ -16,6 +16,7 @@ from typing import Generic, TypeVar
 from hapticvlm.messages import Error, ErrorCode, Frame, ServiceMessage, Skipped, View
 from hapticvlm.processes.model_worker import WorkerReply
 from hapticvlm.server.connection import Connection, Event
+from hapticvlm.server.counters import Count, refused
 from hapticvlm.server.edge.limits import ENROL_BYTES, RECOGNITION_RATE, TokenBucket
 from hapticvlm.server.edge.scheduling import call_after_io
 from hapticvlm.session.actions import Action, Reply
@@ -32,11 +33,12 @@ from hapticvlm.vision.worker import SHOWN_PX, RecogniserResult, RecogniserWorker
 
 MAX_ENROL_PER_OBJECT = 8
 MAX_ENROL_BYTES = 32 * 1024 * 1024
-T = TypeVar("T")
 SCENE_SLOT = "scene"  # beside those of the hands: the newest view of the surroundings waits there
 VIEW_S = 0.5
-MOST_VIEWED = 256
+MAX_VIEWED = 256
 SHOWN_BYTES = 256 * 1024  # text observers get a third more, and all of it in one go
+
+T = TypeVar("T")
 Deliver = Callable[[Connection, list[Action]], None]
 
 
@@ -47,7 +49,7 @@ class QueueFull(Exception):
 class Mailbox(Generic[T]):
     """The newest live item, the newest for each hand, and a queue of those to enrol.
 
-    What a hand touches comes first; live frames and frames to enrol take turns after it.
+    Regions under a hand come first; live frames and frames to enrol take turns after them.
     """
 
     def __init__(self) -> None:
@@ -85,8 +87,8 @@ class Mailbox(Generic[T]):
         if self._touched:
             return self._touched.pop(next(iter(self._touched)))
         # After a live frame it is the turn of one to be enrolled, and the other way round. With a
-        # fixed order a scene at 60 frames a second would keep its own teaching waiting for ever, or
-        # eight views of each of its objects would keep what is looked at now.
+        # fixed order a scene at 60 frames a second would keep its own frames to enrol waiting for
+        # ever, or eight views of each of its objects would delay the live frame.
         if self._enrol and self._enrol_next:
             return self._take_enrol()
         if self._live is not None and is_due(self._live):
@@ -105,7 +107,7 @@ class Mailbox(Generic[T]):
 
 @dataclass(frozen=True, slots=True)
 class _UnderWay:
-    """What the recogniser works on, for whom, and whether observers see it."""
+    """The request that the recogniser works on, its connection, and whether observers see it."""
 
     connection: Connection
     request: RecognitionRequest
@@ -118,12 +120,12 @@ class RecognitionQueue:
     All of it runs on the event loop, so no two methods run at once and nothing is locked. The
     recogniser works on one picture at a time: after `put` and `accept` a turn of the loop feeds it
     the next one if it is idle. An answer belongs to the request under way or to none: one that was
-    given up (a restart, a connection that left) is dropped by its number. Whoever waits for an
-    answer gets exactly one: a decision, `skipped` with its reason, or an error.
+    given up (a restart, a connection that left) is dropped by its number. A message that
+    waits for an answer gets exactly one: a decision, `skipped` with its reason, or an error.
     """
 
     def __init__(
-        self, recogniser: RecogniserWorker, counts: Counter[str], deliver: Deliver
+        self, recogniser: RecogniserWorker, counts: Counter[Count], deliver: Deliver
     ) -> None:
         self._recogniser = recogniser
         self._counts = counts
@@ -142,25 +144,25 @@ class RecognitionQueue:
         self._rates[connection] = TokenBucket(RECOGNITION_RATE, time.monotonic())
 
     def leave(self, connection: Connection) -> None:
-        """Drop what a connection has waiting; an answer under way goes to nobody."""
+        """Drop the requests of a connection; an answer under way goes to nobody."""
         self._mailboxes.pop(connection, None)
         self._rates.pop(connection, None)
         for shown in [shown for shown in self._shown_at if shown[0] is connection]:
             del self._shown_at[shown]
 
     def put(self, connection: Connection, request: RecognitionRequest) -> list[ServiceMessage]:
-        """Queue what a session wants recognised; return what to answer at once."""
+        """Queue a request of a session; return the answers that can be given at once."""
         try:
             superseded = self._queue(self._mailboxes[connection], request)
         except QueueFull:
-            self._counts["refused: overload"] += 1
-            if request.reply_to is None:  # it would only have taught; another picture will
+            self._counts[Count.REFUSED_OVERLOAD] += 1
+            if request.reply_to is None:  # it was only to be a reference; another picture will be
                 return []
             text = "too many enrol frames wait: send more when some of these are decided"
             return [Error(id=request.reply_to.value, code="overload", text=text, path="$.purpose")]
         answers: list[ServiceMessage] = []
         if superseded is not None:
-            self._counts["frames superseded"] += 1
+            self._counts[Count.FRAMES_SUPERSEDED] += 1
             if superseded.reply_to is not None:
                 answers.append(Skipped(id=superseded.reply_to.value, reason="superseded"))
         self._feed_soon()
@@ -182,28 +184,28 @@ class RecognitionQueue:
                 continue
             # A dict keeps the order in which its keys were put in. Taking a connection out and
             # putting it back makes it the last, so three scenes get a third of the recogniser each,
-            # whatever they send. The owner is looked at first in any case: what its hand touches is
-            # felt now.
+            # whatever they send. The owner comes first in any case: what its hand touches is felt
+            # now.
             self._mailboxes[connection] = self._mailboxes.pop(connection)  # behind all others
             self._begin(connection, request, now)
             return
 
-    def accept(self, answered: WorkerReply[RecogniserResult]) -> None:
+    def accept(self, reply: WorkerReply[RecogniserResult]) -> None:
         """Deliver the recogniser's answer; one to a request that was given up is dropped."""
         now = time.monotonic()
         # Answers come from a thread that reads the worker's pipe, through the event loop. Between
         # the answer and this call the worker may have been given up and started again; then the
         # number does not fit, and the frame of its successor must not get the answer of this one.
-        if not self._recogniser.worker.accept(answered, now):
-            self._counts["late answers dropped"] += 1
+        if not self._recogniser.worker.accept(reply, now):
+            self._counts[Count.LATE_ANSWERS] += 1
             return
-        self._recogniser.note(answered.value.remote)
+        self._recogniser.note(reply.value.remote)
         under_way = self._under_way
         self._under_way = None
         # To take the answer, to decide, and to copy the next frame over would together hold the
         # loop for half a millisecond. Each has a turn of its own: a touch that came meanwhile goes
         # between.
-        call_after_io(self._answer, under_way, answered.value)
+        call_after_io(self._answer, under_way, reply.value)
 
     def fail(self, text: str) -> None:
         """Answer the waiting client that the recogniser was restarted, and go on."""
@@ -282,14 +284,15 @@ class RecognitionQueue:
         session, rate = connection.session, self._rates[connection]
 
         # A live frame that comes before its time waits in its slot, where a newer one may take its
-        # place. No message need come for it to be looked at then: the supervision's tick feeds too.
+        # place. It needs no further message to be recognised then: the supervision's tick feeds
+        # too.
         def is_due(request: RecognitionRequest) -> bool:
             return session.is_uncached(request) or rate.spend(1.0, now)
 
         while (request := self._mailboxes[connection].take(is_due)) is not None:
             if not connection.session.is_stale(request.picture, now):
                 return request
-            self._counts["frames stale"] += 1
+            self._counts[Count.FRAMES_STALE] += 1
             if request.reply_to is not None:
                 connection.post(Skipped(id=request.reply_to.value, reason="stale"))
         return None
@@ -297,18 +300,20 @@ class RecognitionQueue:
     def _actions(self, under_way: _UnderWay, answer: RecogniserResult, now: float) -> list[Action]:
         request = under_way.request
         session = under_way.connection.session
-        found = answer.recognition
-        if found.error is None:
-            self._counts["recognitions"] += 1
+        recognition = answer.recognition
+        if recognition.error is None:
+            self._counts[Count.RECOGNITIONS] += 1
             if isinstance(request.target, Surroundings):
-                return session.scene_view_received(request, found.scene_view, now)
-            return session.recognised(request, found.evidence, found.stages_ms, now)
-        code: ErrorCode = "model" if found.is_our_fault else "message"
-        self._counts[f"refused: {code}"] += 1
+                return session.scene_view_received(request, recognition.scene_view, now)
+            return session.recognised(request, recognition.evidence, recognition.stages_ms, now)
+        code: ErrorCode = "model" if recognition.is_our_fault else "message"
+        self._counts[refused(code)] += 1
         if request.reply_to is None:
             return []
-        path = found.error_path or "$.image"
-        return [Reply(Error(id=request.reply_to.value, code=code, text=found.error, path=path))]
+        path = recognition.error_path or "$.image"
+        return [
+            Reply(Error(id=request.reply_to.value, code=code, text=recognition.error, path=path))
+        ]
 
     def _observers(self) -> Iterable[Connection]:
         return (other for other in self._mailboxes if "frames" in other.watches)
@@ -320,7 +325,7 @@ class RecognitionQueue:
             return
         # Object ids come from clients. When there are too many all are forgotten: at worst each
         # object is shown once more than it need be.
-        if len(self._shown_at) >= MOST_VIEWED:
+        if len(self._shown_at) >= MAX_VIEWED:
             self._shown_at.clear()
         self._shown_at[under_way.connection, frame.object_id] = time.monotonic()
         view = View(
@@ -346,7 +351,7 @@ def _is_small(frame: Frame) -> bool:
 
 
 def _shown(connection: Connection, request: RecognitionRequest) -> SceneContext | None:
-    """Name the object and its scene; None for the surroundings, which are no object."""
+    """Name the object and its scene; None for the surroundings, which are not an object."""
     scene = f"{connection.name}/{request.scene}"
     match request.target:
         case Surroundings():

@@ -1,8 +1,6 @@
-"""What the service offers: the address where it listens, and what it says of its parts."""
+"""The address where the service listens, and what `welcome` reports of its parts."""
 
 from __future__ import annotations
-
-import sys
 
 from hapticvlm.messages import Device, Devices, Models
 from hapticvlm.server.access import Address
@@ -11,7 +9,6 @@ from hapticvlm.server.handshake import ServiceInfo
 from hapticvlm.server.settings import ServeOptions
 from hapticvlm.server.web import certificate
 from hapticvlm.server.web.certificate import Certificate
-from hapticvlm.server.web.recorded_sessions import RecordedSessions
 
 
 def address(serving: ServeOptions) -> Address:
@@ -46,8 +43,7 @@ def service_info(serving: ServeOptions, parts: ServiceParts) -> ServiceInfo:
         asks_elsewhere=serving.vlm_url is not None,
         crops_elsewhere=serving.recogniser_url is not None,
         recorder=parts.recorder,
-        sessions=_sessions(serving),
-        saved=parts.saved,
+        saved_materials=parts.saved_materials,
         contact_resistance=serving.contact_resistance,
         plate_resistance=serving.plate_resistance,
     )
@@ -59,20 +55,3 @@ def devices(parts: ServiceParts) -> Devices:
         speaker=Device(name=parts.speaker.name, simulated=parts.speaker.simulated),
         peltier=Device(name=parts.plate.name, simulated=parts.plate.simulated),
     )
-
-
-def _sessions(serving: ServeOptions) -> RecordedSessions | None:
-    """Return what shows the recorded sessions: their pages are made as `replay --view` does."""
-    if serving.record is None:
-        return None
-    options = {
-        "--gallery": serving.gallery,
-        "--patterns": serving.patterns,
-        "--speaker-response": serving.speaker_response,
-    }
-    given = [part for flag, path in options.items() if path for part in (flag, str(path))]
-    # The page must show what was felt, so it is made with the materials, recordings and speaker
-    # curve of this service. By a command, and not by a call: it computes for seconds, and a process
-    # of its own takes no time from a touch and can be ended.
-    command = (sys.executable, "-m", "hapticvlm", "replay", "--no-open", *given)
-    return RecordedSessions(serving.record, command)

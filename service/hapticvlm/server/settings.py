@@ -1,4 +1,4 @@
-"""How the service is run: every option declared once; flags and the config file follow from it."""
+"""Declares every option of `serve` once; flags, config file and checks follow from it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the service reports of its parts: the status page's figures, telemetry, the waveform."""
+"""Reports the parts of the service: figures of the status page, telemetry, the waveform."""
 
 from __future__ import annotations
 
@@ -124,7 +124,7 @@ def telemetry(
 def waveform(speaker: Speaker, start: int) -> View:
     """Write the samples played from number `start` (thinned out) on, at most the newest 0.1 s."""
     end, samples = speaker.waveform_until(VIEW_SAMPLES + VIEW_STEP)
-    # Who watches gets each sample once. `start` is where the last view ended; if that is still
+    # An observer gets each sample once. `start` is where the last view ended; if that is still
     # within the newest stretch the view goes on there, else the loop was held up, and a gap is
     # better than sound that lags further and further behind.
     first = max(end - VIEW_SAMPLES, 0)
@@ -160,7 +160,7 @@ def _of_speaker(speaker: Speaker) -> dict[str, Any]:
 
 
 def _command_wait_ms(speaker: Speaker) -> dict[str, float] | None:
-    """How long the newest commands waited for the block that plays them."""
+    """Return how long the newest commands waited for the block that plays them, ms."""
     # Read from the ring's memory while the engine goes on writing: a wait may be of the command
     # that came a whole round later. As a figure among hundreds it does not matter, so nothing is
     # locked.

@@ -1,4 +1,4 @@
-"""What the gateway does as time passes: ticks, telemetry, watching children, reporting losses.
+"""Runs the periodic work of the gateway: ticks, telemetry, checks of children, reports of losses.
 
 Leases that lapsed end here, the plate is followed, and what fails is reported to every connection.
 """
@@ -14,12 +14,13 @@ from hapticvlm.devices.faults import describe
 from hapticvlm.messages import Error
 from hapticvlm.server import status
 from hapticvlm.server.connection import Event
+from hapticvlm.server.counters import DROPPED_FRAMES
 from hapticvlm.server.edge.scheduling import yield_to_io
 from hapticvlm.server.gateway import Gateway
 
 TICK_S = 0.02
 REST_TICK_S = 0.1  # while nobody is connected: no lease can lapse
-CHILDREN_S = 0.1  # between looks at the children; to start one again takes longer
+CHILDREN_S = 0.1  # between checks of the children; to start one again takes longer
 TELEMETRY_S = 0.1
 LOSSES_S = 10.0
 YOUNG = 1000  # objects made and not freed since the last collection; then it is time for one
@@ -28,7 +29,7 @@ logger = logging.getLogger(__name__)
 
 
 class Supervision:
-    """Looks after one gateway."""
+    """Runs the periodic work of one gateway."""
 
     def __init__(self, gateway: Gateway) -> None:
         self._gateway = gateway
@@ -38,7 +39,7 @@ class Supervision:
         self._speaker_level = 0.0  # for the next telemetry
 
     async def run(self) -> None:
-        """Do all of it, until cancelled."""
+        """Run until cancelled."""
         gateway = self._gateway
         while True:
             # With nobody connected no lease can lapse and no frame waits: the loop wakes ten times
@@ -56,7 +57,7 @@ class Supervision:
         gateway = self._gateway
         if gateway.owner is None:
             return
-        now = time.monotonic()  # later than all that the session has heard meanwhile
+        now = time.monotonic()  # later than every message that the session has received meanwhile
         if gateway.leases:
             gateway.ownership.leased_at = now
         # A lease ends here and nowhere else on this side: no timer is set for each touch, the tick
@@ -70,7 +71,7 @@ class Supervision:
             self._gateway.vibration.tick(time.monotonic())
 
     def _due(self, now: float) -> Iterator[Callable[[], None]]:
-        """Yield what else there is to do, each for a turn of the loop."""
+        """Yield the work that is due, each item for a turn of the loop."""
         yield self._tick
         if self._gateway.vibration.is_on:
             yield self._plan_vibration
@@ -95,7 +96,7 @@ class Supervision:
     def _collect(self) -> None:
         """Free reference cycles."""
         # By itself Python does it when 50,000 objects have been made (`run_service.py`), in the
-        # middle of a touch or not. What asyncio leaves of a connection is such a cycle, 1 kB: an
+        # middle of a touch or not. asyncio leaves such a cycle of each connection, 1 kB: an
         # hour of coming and going was 9 MB. Here, while the loop is idle, the youngest generation
         # takes 0.3 ms, and 0.8 after a scene of 8,192 objects came. All generations take
         # milliseconds, so they wait until nobody is connected.
@@ -109,11 +110,10 @@ class Supervision:
 
     def _send_telemetry(self) -> None:
         """Report the state of the outputs to every connection."""
-        dropped = (n for name, n in self._gateway.counts.items() if name.startswith("frames "))
         telemetry = status.telemetry(
             self._gateway.outputs,
             speaker_level=self._speaker_level,
-            dropped_frames=sum(dropped),
+            dropped_frames=sum(self._gateway.counts[count] for count in DROPPED_FRAMES),
             leases=self._gateway.leases,
         )
         event = Event(telemetry)
@@ -139,10 +139,10 @@ class Supervision:
 
     def _supervise(self) -> None:
         now = time.monotonic()
-        # Each child is looked at ten times a second, and started again in a thread of its own, so
-        # nothing here waits for a process. A look in every tick was half of what a tick cost, and a
-        # touch that meets a tick waits for its end. What a child that died was asked is answered at
-        # once by an error: a client that waits must not wait for a restart of seconds.
+        # Each child is checked ten times a second, and started again in a thread of its own, so
+        # nothing here waits for a process. A check in every tick was half of what a tick cost, and
+        # a touch that meets a tick waits for its end. A request to a child that died is answered at
+        # once by an error: its client must not wait for a restart of seconds.
         trouble = self._gateway.outputs.speaker.supervise(now)
         if trouble is not None:
             self._rest_owner()
@@ -160,8 +160,7 @@ class Supervision:
         """Report that the record misses lines, when it begins and from time to time."""
         lost = 0 if self._gateway.recorder is None else self._gateway.recorder.lost
         # A full disk loses hundreds of lines a second, and each would be an error to every
-        # connection. The first is reported at once, since who records wants to know, then the sum
-        # now and then.
+        # connection. The first is reported at once, then the sum from time to time.
         if lost <= self._lost_lines or now - self._losses_at < LOSSES_S:
             return
         self._lost_lines = lost

@@ -1,6 +1,6 @@
-"""Vibration at the hands, sent to an owner that asked for it: plans of the next tenth of a second.
+"""Sends an owner that asks for it the vibration of the hands: plans of the next tenth of a second.
 
-Idle until somebody asks. Then the commands that go to the speaker go to planners of the same voices
+Idle until an owner asks. Then the commands that go to the speaker go to planners of the same voices
 too, and every PLAN_EVERY_S each hand that vibrates gets a plan, at once at an onset. When a hand
 stops vibrating, by a release, the end of its lease, a stop or a fault, one empty plan follows at
 once. Planners are made in a thread, since filling their caches would hold up touches, and as soon
@@ -31,7 +31,7 @@ Forms = tuple[FeelForm | None, ...]
 
 
 class VibrationEvents:
-    """The planners of both hands, and whom their plans are sent to."""
+    """The planners of both hands, and the receiver of their plans."""
 
     def __init__(self, speaker: Speaker) -> None:
         self._speaker = speaker
@@ -94,8 +94,7 @@ class VibrationEvents:
                 planner.apply(command, now)
                 if command.onset:  # at once, but not before the touch is answered
                     # `call_soon` puts the planning behind what this turn of the loop still does,
-                    # the reply to the touch among it: who renders the blow hears of the touch
-                    # first.
+                    # the reply to the touch among it: the client gets the reply before the plan.
                     asyncio.get_running_loop().call_soon(self._send, command.hand, now)
 
     def stop(self) -> None:

@@ -1,7 +1,7 @@
-"""What waits to be asked of a VLM, and who gets the replies. One question at a time, bounded.
+"""Queues questions to a VLM and delivers the replies. One question at a time, bounded.
 
 Of each connection the newest frame of its surroundings waits, and one frame of each of the few
-objects it does not know. What gives way is answered at once: there is no reply.
+objects that are unknown. A question that is dropped is answered at once, without a reply.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from collections.abc import Callable
 
 from hapticvlm.processes.model_worker import WorkerReply
 from hapticvlm.server.connection import Connection
+from hapticvlm.server.counters import Count
 from hapticvlm.session.actions import Action, Ask, AskAmbient, AskMaterial
 from hapticvlm.session.targets import ObjectTarget
 from hapticvlm.vlm.worker import Question, VlmReply, VlmWorker
@@ -25,7 +26,7 @@ Deliver = Callable[[Connection, list[Action]], None]
 class VlmQueue:
     """Feeds the VLM worker, in turns, ambient before material."""
 
-    def __init__(self, worker: VlmWorker, counts: Counter[str], deliver: Deliver) -> None:
+    def __init__(self, worker: VlmWorker, counts: Counter[Count], deliver: Deliver) -> None:
         self.worker = worker
         self._counts = counts
         self._deliver = deliver
@@ -60,9 +61,9 @@ class VlmQueue:
             if following is None:
                 return
             connection, ask, since = following
-            # A question takes a second on a GPU and a minute without one. What waited longer than a
-            # scene keeps its weather is not asked any more, and its session is told that there is
-            # no reply, or it would wait for one and ask nothing else.
+            # A question takes a second on a GPU and a minute without one. A question that waited
+            # longer than a scene keeps its weather is dropped, and its session gets an empty
+            # answer: it would wait for one and ask nothing else.
             if now - since > MAX_AGE_S:
                 self._drop(connection, ask)
                 continue
@@ -70,27 +71,27 @@ class VlmQueue:
             names = () if isinstance(ask, AskAmbient) else connection.session.materials
             self.worker.ask(Question(ask.picture, names), now)
 
-    def accept(self, answered: WorkerReply[VlmReply], now: float) -> None:
+    def accept(self, reply: WorkerReply[VlmReply], now: float) -> None:
         """Deliver a reply; one to a question that was given up is dropped."""
-        if not self.worker.worker.accept(answered, now):
-            self._counts["late vlm answers dropped"] += 1
+        if not self.worker.worker.accept(reply, now):
+            self._counts[Count.LATE_VLM_ANSWERS] += 1
             return
         under_way = self._under_way
         self._under_way = None
-        reply = answered.value
-        if reply.error is not None:
+        answer = reply.value
+        if answer.error is not None:
             self.failed = self.failed + 1
-            self.last_error = reply.error
+            self.last_error = answer.error
         else:
             self.answered += 1
         if under_way is not None:
-            self._answer(*under_way, reply)
+            self._answer(*under_way, answer)
         self.feed(now)
 
     def supervise(self, now: float) -> str | None:
         """Watch the worker and go on asking; return what happened to it, if anything."""
-        # A worker loads for minutes and may die at any moment, so it is looked at in every tick.
-        # What waits is fed here, too: a worker that has just become ready has answered nobody, and
+        # A worker loads for minutes and may die at any moment, so it is checked in every tick.
+        # Questions are fed here, too: a worker that has just become ready has answered nobody, and
         # without this no one would ever hand it its first question.
         trouble = self.worker.supervise(now)
         if trouble is not None:
@@ -99,7 +100,7 @@ class VlmQueue:
         return trouble
 
     def leave(self, connection: Connection) -> None:
-        """Drop what a connection that left has waiting."""
+        """Drop the questions of a connection that left."""
         self._ambient.pop(connection, None)
         for key in [key for key in self._material if key[0] is connection]:
             del self._material[key]
@@ -122,8 +123,8 @@ class VlmQueue:
             return connection, before[0]
         if len(self._material) <= MAX_OBJECTS:
             return None
-        # Of many unknown objects the newest matter, they are what is looked at. The oldest question
-        # makes room and is answered by nothing; its object may ask again when it is seen anew.
+        # Of many unknown objects the newest matter most: they are in view. The oldest question
+        # makes room and gets an empty answer; its object may ask again when it is seen again.
         (oldest, _), (given_up, _) = self._material.popitem(last=False)
         return oldest, given_up
 
@@ -137,7 +138,7 @@ class VlmQueue:
         return None
 
     def _fail(self, text: str) -> None:
-        """Answer the waiting session that there is no reply: the worker was restarted."""
+        """Answer the waiting session without a reply: the worker was restarted."""
         under_way = self._under_way
         self._under_way = None
         self.last_error = text

@@ -27,6 +27,7 @@ from hapticvlm.messages import (
 from hapticvlm.server import status
 from hapticvlm.server.access import Address
 from hapticvlm.server.connection import Connection, notice_dead_peers
+from hapticvlm.server.counters import Count
 from hapticvlm.server.edge.limiter import SocketLimiter
 from hapticvlm.server.edge.limits import MAX_TEXT_BYTES, REFUSED, STOP_S, STOP_SLOTS, TokenBucket
 from hapticvlm.server.edge.listener import Listener
@@ -35,6 +36,7 @@ from hapticvlm.server.gateway import Gateway
 from hapticvlm.server.handshake import SERVER_FULL, Handshake, ServiceInfo
 from hapticvlm.server.web import http, scene_pages
 from hapticvlm.server.web.local_pages import LoopbackPages
+from hapticvlm.session.overrides import MaterialOverrides
 from hapticvlm.vision.pictures import PictureError, check_header
 
 CLOSE_SERVER_FULL = 4003
@@ -58,7 +60,7 @@ class WebSocketServer:
         self._service_info = service_info
         self._clock = clock
         self._policy = address.policy()
-        self._local_pages = LoopbackPages(self._policy, service_info.sessions, self._stated)
+        self._local_pages = LoopbackPages(self._policy, self._overrides)
         limiter: SocketLimiter[ClientSocket] = SocketLimiter(gateway.counts)
         self._listener = Listener(limiter, self._answer, self._serve, MAX_MESSAGE_BYTES)
         self._handshake = Handshake(address, gateway, service_info, clock)
@@ -70,15 +72,11 @@ class WebSocketServer:
         address, certificate = self._address, self._address.certificate
         tls = None if certificate is None else certificate.context
         async with self._listener.listen(address.host, address.port, tls) as port:
-            try:
-                yield port
-            finally:
-                if self._service_info.sessions is not None:
-                    await self._service_info.sessions.close()
+            yield port
 
     async def _answer(self, socket: ClientSocket, request: Request) -> Response | None:
         """Return a page or a refusal; None lets the WebSocket open."""
-        response = await self._local_pages.answer(socket, request)
+        response = self._local_pages.answer(socket, request)
         if response is None:
             response = await scene_pages.answer(socket, request, self._policy)
         if response is None:
@@ -86,7 +84,7 @@ class WebSocketServer:
                 socket, request, self._policy, partial(status.of_service, self._gateway)
             )
         if response is not None and response.status_code == 403:
-            self._gateway.counts["refused: origin"] += 1
+            self._gateway.counts[Count.REFUSED_ORIGIN] += 1
         is_guess = response is not None and response.status_code == 401
         if is_guess and "Authorization" in request.headers:
             await self._handshake.slow_guess(socket.remote_address[0])
@@ -101,12 +99,16 @@ class WebSocketServer:
             handler = make(socket, connection, self._gateway, self._clock)
             await socket.run(handler.receive, handler.on_closed)
         if socket.close_code == TOO_BIG:
-            self._gateway.counts["closed: message too big"] += 1
+            self._gateway.counts[Count.CLOSED_MESSAGE_SIZE] += 1
 
-    def _stated(self) -> dict[str, str]:
-        """Return what a person stated of the owner's scene, now or before, by object id."""
+    def _overrides(self) -> MaterialOverrides:
+        """Return the owner's material overrides; without an owner those of the earlier run."""
         owner = self._gateway.owner
-        return {**self._service_info.saved, **({} if owner is None else owner.stated)}
+        return (
+            MaterialOverrides(self._service_info.saved_materials)
+            if owner is None
+            else owner.session.overrides
+        )
 
 
 class MessageHandler:
@@ -138,7 +140,7 @@ class MessageHandler:
             refusal = Error(id=error.id, code=error.code, text=error.text, path=error.path)
             answers = [refusal]
             if not self._refusals.spend(1, now):
-                self.socket.refuse("too many refused messages")
+                self.socket.refuse(Count.CLOSED_REFUSED_MESSAGES)
         for answer in answers:
             self.socket.write(encode(answer, as_text=self._connection.as_text))
         if isinstance(message, Touch):
@@ -155,12 +157,10 @@ class MessageHandler:
         if isinstance(message, Set) and message.ownership is not None:
             self._gateway.change_owner(connection, message, now)
         if isinstance(message, Scene) and connection.session.observer:
-            return [self._gateway.state_materials(connection, message, now)]
+            return [self._gateway.override_materials(connection, message, now)]
         if isinstance(message, Frame):
             require_header(message)
         actions = connection.session.receive(message, now)
-        if isinstance(message, Scene) and message.replace:
-            connection.stated.clear()
         return self._gateway.carry_out(connection, actions)
 
 

@@ -1,4 +1,4 @@
-"""What a session asks the shell to do: immutable values, carried out in order."""
+"""The actions of a session: immutable values, carried out in order by the gateway."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class SetGain:
 
 @dataclass(frozen=True, slots=True)
 class KeepThermalGain:
-    """Keep the thermal gain (0..1) that was set for whoever owns the outputs next."""
+    """Keep the thermal gain (0..1) that was set, for the next owner of the outputs."""
 
     gain: float
 
@@ -94,7 +94,7 @@ class SendVibration:
 
 @dataclass(frozen=True, slots=True)
 class Watch:
-    """What this observer wants to see."""
+    """Send this observer views of these kinds."""
 
     kinds: frozenset[str]
 

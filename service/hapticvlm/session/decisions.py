@@ -29,13 +29,15 @@ from hapticvlm.rendering.heat.contact import ThermalContact
 from hapticvlm.rendering.heat.limits import PlateLimits
 from hapticvlm.rendering.vibration.vibration import IMPACTS
 
-LEAST_KNOWN = 0.5  # belief in all materials together below which a thing is none of them
+# Belief in all materials together below which an object is probably made of something else.
+LEAST_KNOWN = 0.5
+
 Vibrating = tuple[str | None, float]
 
 
 @dataclass(frozen=True, slots=True)
 class Rendition:
-    """What a verdict can be rendered as: `named` alone, or between the materials believed in.
+    """The rendition of a verdict: one named material, or a mean of the materials believed in.
 
     `bulk` is what is expected; None where nothing is believed, or probably none of the materials.
     `impact` and `texture` are the material that vibrates, if any, and its gain.
@@ -137,7 +139,7 @@ def contact(
 
 @dataclass(frozen=True, slots=True)
 class DecisionInputs:
-    """What a decision depends on beside the object's name and the material table."""
+    """The inputs of a decision, beside the object's name and the material table."""
 
     verdict: Verdict
     rendition: Rendition

@@ -1,4 +1,4 @@
-"""The hands of one scene: what each does, its lease, and the hold a stop puts on the outputs."""
+"""The hands of one scene: motion, contact and lease of each, and the hold of a stop on outputs."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ LONGEST_LEAD_S = 0.6  # without a contact, then the plate goes back to neutral; 
 # A lead that no contact followed was a mistake, and the next one soon after it most likely is too:
 # a hand that sways over cold metal would be cold without ever touching. Only one that comes nearer
 # than it ever was leads again at once.
-# doubled by each lead in vain until a contact; our choice
-AGAIN_S = 2.0
-LONGEST_AGAIN_S = 16.0
-# A client that tells no distance means anything from a reach to a touch; our choice.
+# The pause doubles with each failed lead until a contact; our choice.
+RETRY_S = 2.0
+LONGEST_RETRY_S = 16.0
+# A client that sends no distance means anything from a reach to a touch; our choice.
 UNKNOWN_DISTANCE_LEAD = 0.25
 STILL = Motion(speed_mps=0.0, force_n=0.0)
 
@@ -47,7 +47,7 @@ class Hand:
     motion: Motion = STILL
     is_sliding: bool = False
     near_since: float | None = None
-    nearest_m: float | None = None  # of the lead that goes on or ended last, where it was told
+    nearest_m: float | None = None  # of the newest lead; None where the client sends no distance
     failed_leads: int = 0  # leads that ended without a contact, since the last contact
     last_failed_at: float = -math.inf  # when the last of them ended
 
@@ -68,7 +68,7 @@ class Hand:
 
     @property
     def interaction_name(self) -> str:
-        """How this hand touches: as the client names it, else strike, and slide once it slides."""
+        """The interaction: as the client names it, else strike, and slide once the hand slides."""
         if self.is_sliding and self.interaction not in TEXTURES:
             return "slide"
         return self.interaction or "strike"
@@ -88,7 +88,7 @@ class Hand:
         return UNKNOWN_DISTANCE_LEAD if self.nearest_m is None else 1.0
 
     def update(self, touch: Touch, now: float) -> bool:
-        """Receive a touch that is no release; return whether it is an onset."""
+        """Receive a touch other than a release; return whether it is an onset."""
         begins = self.contact_at is None
         self._approach(touch, now)
         self.lease_until = now + LEASE_S
@@ -126,7 +126,7 @@ class Hand:
     def _begin_lead(self, distance_m: float | None, now: float) -> None:
         before_m = self.nearest_m
         comes_nearer = distance_m is not None and before_m is not None and distance_m < before_m
-        retry_after_s = min(AGAIN_S * 2.0 ** (self.failed_leads - 1), LONGEST_AGAIN_S)
+        retry_after_s = min(RETRY_S * 2.0 ** (self.failed_leads - 1), LONGEST_RETRY_S)
         if now - self.last_failed_at < retry_after_s and not comes_nearer:
             return
         self.near_since = now
@@ -144,11 +144,11 @@ class Hand:
         if touch.object_id is None and touch.region is not None:
             return HandRegion(self.name)
         if isinstance(self.target, ObjectTarget) and self.target.object_id == touch.object_id:
-            return self.target  # a renewal makes nothing anew
+            return self.target  # a renewal makes no new objects
         return of_object(touch.object_id)
 
     def release(self, now: float | None = None) -> None:
-        """End the lease and the contact; `now` where a lead in vain is to be remembered."""
+        """End the lease and the contact; with `now` a lead that failed is remembered."""
         if now is not None:
             self._end_lead(now)
         self.near_since = None
@@ -183,7 +183,7 @@ class Hands:
 
     @property
     def leases(self) -> int:
-        """How many hands hold a lease."""
+        """Number of hands that hold a lease."""
         return sum(hand.is_active for hand in self)
 
     @property

@@ -1,16 +1,17 @@
-"""What hums under a hand: things that vibrate, felt through what touches them. Pure.
+"""The hum that a hand feels of objects that vibrate by themselves, through those in contact. Pure.
 
-A thing vibrates as the scene states, or as its name says. A hand on it feels it whole. A hand on
-what it stands on, or on what stands on the same, feels it weaker, and one that has no such way to
-it feels nothing: through air there is none. The way from the source to the hand costs
+An object vibrates as the scene states, or as its name implies. A hand on it feels it at full level.
+A hand on an object that it stands on, or on another one that stands there too, feels it weaker. A
+hand without such a path to it feels nothing: vibration does not pass through air here. The path
+from the source to the hand costs
 
-    JOINT_DB for each contact between two things,
-    10 log10(r / NEAR_M), as a wave in a plate spreads, and
-    8.69 pi f loss r / SPEED_MPS, as the material eats it (loss = decay / (pi f) of its first mode),
+    JOINT_DB for each contact between two objects, 10 log10(r / NEAR_M), as a wave in a plate
+    spreads, and 8.69 pi f loss r / SPEED_MPS, as the material damps it (loss = decay / (pi f) of
+    its first mode),
 
-with r = CROSSED_M for each thing on the way but the source: where things stand on it is not known.
+with r = CROSSED_M for each object on the path but the source: where others stand on it is unknown.
 The law's form is that of bending waves in a plate; all four figures are our choice (docs/physics.md
-4.7). What is more than DEEPEST_DB down is left out.
+4.7). A hum more than DEEPEST_DB down is left out.
 """
 
 from __future__ import annotations
@@ -29,14 +30,14 @@ CROSSED_M = 1.0
 SPEED_MPS = 500.0
 DEEPEST_DB = 60.0
 RICHNESS = 0.3  # of what a scene states: it gives no harmonics
-_MOST_THINGS = 256  # asked for one hand, so that a crowded table holds up no touch
+_MAX_OBJECTS = 256  # asked for one hand, so that a crowded table holds up no touch
 
 FactsOf = Callable[[str], SceneObject | None]
 MaterialOf = Callable[[str], Vibration | None]
 
 
 class Hums:
-    """What touches what in one scene, both ways, and what is felt of it, until it changes."""
+    """The contacts between objects of one scene, and the hum felt on each, until they change."""
 
     def __init__(self) -> None:
         self._stands_on: dict[str, tuple[str, ...]] = {}
@@ -82,30 +83,30 @@ class Hums:
 
     def _strongest(self, object_id: str, facts_of: FactsOf, material_of: MaterialOf) -> Hum | None:
         strongest: Hum | None = None
-        for source, way in self._ways(object_id).items():
+        for source, path in self._paths(object_id).items():
             hum = _hum_of(facts_of(source))
             if hum is None:
                 continue
-            loss_db = _loss_db(way, hum.frequency_hz, material_of)
+            loss_db = _loss_db(path, hum.frequency_hz, material_of)
             level = hum.level * 10.0 ** (-loss_db / 20.0)
             is_felt = loss_db <= DEEPEST_DB and level > 0.0
             if is_felt and (strongest is None or level > strongest.level):
                 strongest = Hum(hum.frequency_hz, level, hum.richness)
         return strongest
 
-    def _ways(self, object_id: str) -> dict[str, tuple[str, ...]]:
-        """Return what each thing near the hand is felt through: () for the touched thing itself."""
-        ways: dict[str, tuple[str, ...]] = {object_id: ()}
+    def _paths(self, object_id: str) -> dict[str, tuple[str, ...]]:
+        """Return the path from the hand to each object near it; () for the touched one."""
+        paths: dict[str, tuple[str, ...]] = {object_id: ()}
         edge = [object_id]
-        while edge and len(ways) < _MOST_THINGS:
+        while edge and len(paths) < _MAX_OBJECTS:
             reached = []
             for name in edge:
                 for other in sorted(self._touching.get(name, ())):
-                    if other not in ways and len(ways) < _MOST_THINGS:
-                        ways[other] = (*ways[name], name)
+                    if other not in paths and len(paths) < _MAX_OBJECTS:
+                        paths[other] = (*paths[name], name)
                         reached.append(other)
-            edge = [name for name in reached if len(ways[name]) * JOINT_DB < DEEPEST_DB]
-        return ways
+            edge = [name for name in reached if len(paths[name]) * JOINT_DB < DEEPEST_DB]
+        return paths
 
 
 def _hum_of(given: SceneObject | None) -> Hum | None:
@@ -119,15 +120,15 @@ def _hum_of(given: SceneObject | None) -> Hum | None:
     return None if named is None else Hum(named.frequency_hz, named.level, named.richness)
 
 
-def _loss_db(way: tuple[str, ...], frequency_hz: float, material_of: MaterialOf) -> float:
-    if not way:
+def _loss_db(path: tuple[str, ...], frequency_hz: float, material_of: MaterialOf) -> float:
+    if not path:
         return 0.0
-    crossed_m = CROSSED_M * len(way)
-    eaten_db = sum(_eaten_db_per_m(material_of(name), frequency_hz) for name in way) * CROSSED_M
-    return JOINT_DB * len(way) + 10.0 * math.log10(crossed_m / NEAR_M) + eaten_db
+    crossed_m = CROSSED_M * len(path)
+    damped_db = sum(_damped_db_per_m(material_of(name), frequency_hz) for name in path) * CROSSED_M
+    return JOINT_DB * len(path) + 10.0 * math.log10(crossed_m / NEAR_M) + damped_db
 
 
-def _eaten_db_per_m(vibration: Vibration | None, frequency_hz: float) -> float:
+def _damped_db_per_m(vibration: Vibration | None, frequency_hz: float) -> float:
     if vibration is None:
         return 0.0
     mode = vibration.modes[0]

@@ -1,4 +1,4 @@
-"""What one scene is believed to be: its objects, its surroundings, and the decision on each."""
+"""The model of one scene: its objects, its surroundings, and the decision on each object."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from hapticvlm.rendering.vibration.hum import Hum
 from hapticvlm.session import decisions
 from hapticvlm.session.actions import AskMaterial
 from hapticvlm.session.decisions import DecisionInputs, Rendition, choose_rendition
+from hapticvlm.session.overrides import MaterialOverrides
 from hapticvlm.session.scene_objects import Cached, ObjectState, SceneObjects
 from hapticvlm.session.settings import SessionSettings
 from hapticvlm.session.surroundings import Surroundings
@@ -22,7 +23,7 @@ class SceneModel:
     """Objects and surroundings of one scene."""
 
     def __init__(self, settings: SessionSettings) -> None:
-        self.objects = SceneObjects(settings.table, settings.saved)
+        self.objects = SceneObjects(settings.table, MaterialOverrides(settings.saved_materials))
         self.surroundings = Surroundings(can_ask=settings.can_ask)
         self._table = settings.table
         self._can_ask = settings.can_ask
@@ -30,7 +31,7 @@ class SceneModel:
 
     @property
     def materials(self) -> tuple[str, ...]:
-        """What the objects may be made of."""
+        """The materials that the objects may have."""
         return tuple(self._table)
 
     def declare(self, scene: Scene) -> None:
@@ -90,7 +91,7 @@ class SceneModel:
         return None if material is None else material.vibration
 
     def contact(self, target: ThingTarget) -> ThermalContact | None:
-        """Return the thermal contact of skin and this object; None where there is none to feel."""
+        """Return the thermal contact of skin and this object; None where nothing is felt."""
         state = self._state(target)
         ambient = self.surroundings.ambient
         verdict = state.verdict
@@ -107,7 +108,7 @@ class SceneModel:
         return state.contact.value
 
     def decision(self, target: ThingTarget, gain: float, limits: PlateLimits) -> Decision:
-        """Return the decision on this object, made anew only if its inputs have changed."""
+        """Return the decision on this object, made again only if its inputs have changed."""
         state = self._state(target)
         ambient = self.surroundings.ambient
         assert state.verdict is not None
@@ -123,7 +124,7 @@ class SceneModel:
     ) -> Decision | None:
         """Return the decision if it differs from the one last announced, else None.
 
-        Compares before it makes anything: a touch that only renews its lease ends here.
+        Compares the inputs first: a touch that only renews its lease ends here.
         """
         state = self._state(target)
         ambient = self.surroundings.ambient
@@ -135,8 +136,8 @@ class SceneModel:
         state.announced = Cached(decisions.change_key(decision), inputs)
         return decision if before is None or state.announced.value != before.value else None
 
-    def teaching(self, frame: Frame, target: ObjectTarget) -> list[RecognitionRequest]:
-        """Teach the scene from some pictures of an object that is sure."""
+    def reference_request(self, frame: Frame, target: ObjectTarget) -> list[RecognitionRequest]:
+        """Request a reference for the scene from a picture of an object whose material is sure."""
         objects = self.objects
         material = objects.reference_material(target, always=frame.purpose == "enrol")
         if material is None:

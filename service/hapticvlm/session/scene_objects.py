@@ -25,28 +25,14 @@ from hapticvlm.messages import Decision, MessageError, Scene, SceneObject
 from hapticvlm.rendering.heat.contact import ThermalContact
 from hapticvlm.session.decisions import Rendition
 from hapticvlm.session.hums import Hums
+from hapticvlm.session.overrides import MaterialOverrides
 from hapticvlm.session.targets import WHOLE_VIEW, ObjectTarget, Target, ThingTarget
 
-NONE_SAVED: Mapping[str, str] = {}
+NO_OVERRIDES = MaterialOverrides()
 MAX_KNOWN = 8192
 MAX_REFERENCE_VIEWS = 4  # pictures of an object that is sure, as references for the others
 ASK_AGAIN_S = 60.0  # after a question to a VLM that had no answer
 T = TypeVar("T")
-
-
-def with_saved(given: SceneObject, saved: Mapping[str, str]) -> SceneObject:
-    """Return what the scene gives of an object, with its saved material where it gives none."""
-    material = saved.get(given.object_id)
-    if material is None or given.material not in (None, UNKNOWN):
-        return given
-    return msgspec.structs.replace(given, material=material)
-
-
-def saved_facts(target: Target, saved: Mapping[str, str]) -> SceneObject | None:
-    """Return what was saved of an object that the scene has not declared, if anything was."""
-    if not isinstance(target, ObjectTarget) or target.object_id not in saved:
-        return None
-    return SceneObject(object_id=target.object_id, material=saved[target.object_id])
 
 
 def from_declaration(
@@ -88,17 +74,17 @@ class Cached(Generic[T]):
 # A decision is wanted ten to ninety times a second for each hand and changes a few times a minute.
 # So every step keeps its result beside the inputs that it was made from, and compares those first:
 # evidence -> verdict -> rendition and contact -> decision. A renewal of a lease that changes
-# nothing makes nothing anew; whatever does change an input (a picture, an answer, ambient, gain, a
+# nothing makes nothing again; whatever changes an input (a picture, an answer, ambient, gain, a
 # limit of the plate) is found by comparing, and nobody has to remember to invalidate anything.
 class ObjectState(msgspec.Struct):
     """One object: what the scene gives, evidence by source, verdict, and the decision kept.
 
     `detail` is what its name says beyond the material, `table` the materials as it has them.
-    `announced` is what was told of the last decision that was compared, with that one's inputs.
+    `announced` is the key of the decision announced last, with the inputs of that decision.
     """
 
     facts: SceneObject | None
-    given: tuple[Evidence, ...] | None = None
+    declared: tuple[Evidence, ...] | None = None
     detail: MaterialDetail = sub_materials.PLAIN
     table: Mapping[str, Material] = materials.MATERIALS
     recognised: Fused | None = None
@@ -115,16 +101,16 @@ class ObjectState(msgspec.Struct):
 class SceneObjects:
     """The objects of one scene, bounded; the oldest undeclared one makes room.
 
-    `saved` are materials by object id that a person has stated before; the scene's own one wins.
+    `overrides` are materials that a person set by hand; the scene's own one wins.
     """
 
     def __init__(
         self,
         table: Mapping[str, Material] = materials.MATERIALS,
-        saved: Mapping[str, str] = NONE_SAVED,
+        overrides: MaterialOverrides = NO_OVERRIDES,
     ) -> None:
         self._table = table
-        self._saved = saved
+        self._overrides = overrides
         self._lexicon = names.read_lexicon(table)
         self.known: dict[ThingTarget, ObjectState] = {}
         self._declared: set[ThingTarget] = set()  # those that the scene declared; the rest were met
@@ -156,7 +142,7 @@ class SceneObjects:
         for given in scene.objects:
             target = ObjectTarget(given.object_id)
             known = self.known.get(target)
-            state = self.known[target] = ObjectState(with_saved(given, self._saved))
+            state = self.known[target] = ObjectState(self._overrides.applied_to(given))
             self._declared.add(target)
             if known is not None:
                 state.recognised = known.recognised
@@ -220,7 +206,7 @@ class SceneObjects:
 
     @property
     def scene_number(self) -> int:
-        """How often the scene was replaced: what it taught is forgotten with it."""
+        """Number of times the scene was replaced; its references are forgotten each time."""
         return self._replaced
 
     def reference_material(self, target: ThingTarget, *, always: bool) -> str | None:
@@ -241,7 +227,7 @@ class SceneObjects:
 
         A scene of debris forgets new ids for ever, and their counts must not pile up. So from time
         to time all are dropped and every generation grows past them; what is being recognised just
-        then is looked at again.
+        then is recognised again.
         """
         self.known.pop(target, None)
         self._declared.discard(target)
@@ -294,7 +280,7 @@ class SceneObjects:
         return self._new(target) if known is None else known
 
     def _new(self, target: ThingTarget) -> ObjectState:
-        known = ObjectState(saved_facts(target, self._saved))
+        known = ObjectState(self._overrides.facts(target))
         if len(self.known) < MAX_KNOWN or self._has_made_room():
             self.known[target] = known
         return known
@@ -310,10 +296,10 @@ class SceneObjects:
         return (*self._given(target, known), *recognised, *reply)
 
     def _given(self, target: ThingTarget, known: ObjectState) -> tuple[Evidence, ...]:
-        if known.given is None:
-            known.given = from_declaration(target, known.facts, self._lexicon)
+        if known.declared is None:
+            known.declared = from_declaration(target, known.facts, self._lexicon)
             name = name_of(target, known.facts)
             if name is not None:
                 known.detail = sub_materials.from_name(name, self._lexicon)
             known.table = known.detail.refine(self._table)
-        return known.given
+        return known.declared

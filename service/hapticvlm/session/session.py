@@ -2,13 +2,10 @@
 
 Feed it messages, recognitions and ticks with the time; carry out the actions it returns, in order.
 A message that is wrong, or that its sender may not send, raises MessageError before anything has
-changed. An observer describes no scene of its own. On this machine it may override materials of
-objects that the owner's scene already has; everything else about them stays as the scene gave it.
+changed.
 """
 
 from __future__ import annotations
-
-from collections.abc import Callable
 
 import msgspec
 
@@ -22,7 +19,6 @@ from hapticvlm.messages import (
     MessageError,
     Ok,
     Scene,
-    SceneObject,
     Scope,
     Set,
     Skipped,
@@ -45,6 +41,7 @@ from hapticvlm.session.actions import (
 )
 from hapticvlm.session.frames import Frames, recognise_scene
 from hapticvlm.session.hands import Hold
+from hapticvlm.session.overrides import MaterialOverrides, with_materials
 from hapticvlm.session.scene_model import SceneModel
 from hapticvlm.session.settings import SessionSettings
 from hapticvlm.session.targets import (
@@ -56,16 +53,15 @@ from hapticvlm.session.targets import (
 )
 from hapticvlm.session.touch import PlateTarget, TouchTracker, check_touch
 
-Facts = Callable[[str], SceneObject | None]
-
 
 class SceneSession:
-    """One connection's scene: what it is believed to be, and the hands that touch it."""
+    """The scene of one connection: its model, and the hands that touch it."""
 
     def __init__(self, settings: SessionSettings, hold: Hold | None = None) -> None:
-        """Begin; `hold` is shared by all sessions of a service, so that none undoes a stop."""
+        """Begin a session; all sessions of a service share `hold`, so that none undoes a stop."""
         self.owner = settings.owner
         self.observer = settings.observer
+        self._overrides = MaterialOverrides(settings.saved_materials)
         self._model = SceneModel(settings)
         self._frames = Frames()
         plate = PlateTarget(settings.reading, settings.plate_resistance, settings.thermal_gain)
@@ -73,7 +69,7 @@ class SceneSession:
 
     @property
     def materials(self) -> tuple[str, ...]:
-        """What this scene's objects may be made of."""
+        """The materials that this scene's objects may have."""
         return self._model.materials
 
     def name(self, object_id: str | None) -> str | None:
@@ -81,18 +77,29 @@ class SceneSession:
         facts = None if object_id is None else self._model.objects.facts(ObjectTarget(object_id))
         return None if facts is None else facts.name
 
-    def with_materials(self, scene: Scene) -> Scene:
-        """Return an observer's scene with all that is known here. Raises MessageError."""
-        return with_materials(scene, self._model.objects.given)
+    @property
+    def overrides(self) -> MaterialOverrides:
+        """Materials that a person set by hand of this scene's objects."""
+        return self._overrides
+
+    def override(self, scene: Scene, now: float) -> list[Action]:
+        """Apply the materials that an observer states of this scene's objects.
+
+        Returns the actions without the reply, which the observer gets and not this connection.
+        Raises MessageError, before anything has changed, for an unknown object or material.
+        """
+        _, *actions = self.receive(with_materials(scene, self._model.objects.given), now)
+        self._overrides = self._overrides.with_stated(scene.objects)
+        return actions
 
     @property
     def leases(self) -> int:
-        """How many hands hold a lease."""
+        """Number of hands that hold a lease."""
         return self._touches.hands.leases
 
     @property
     def late_contacts(self) -> int:
-        """How many contacts made no impact because they came too late."""
+        """Number of contacts that made no impact because they came too late."""
         return self._touches.late_contacts
 
     def receive(self, message: ClientMessage, now: float) -> list[Action]:
@@ -112,20 +119,20 @@ class SceneSession:
             case Stop():
                 return [HoldOutputs(message.scope), Reply(Ok(id=message.id))]
             case Hello():
-                text = "hello was already said; open a new connection to start again"
+                text = "hello was sent already; open a new connection to start again"
                 raise MessageError("protocol", text, path="$.type", id=message.id)
 
     def scene_view_received(
         self, request: RecognitionRequest, scene_view: SceneView | None, now: float
     ) -> list[Action]:
-        """Receive the scene view; None means it has not changed."""
+        """Receive the scene view; None: it has not changed."""
         if scene_view is None:
             return []
         view = self._model.surroundings.update_view(scene_view, now)
         return [] if view is None else [AskAmbient(request.picture, view)]
 
     def answered(self, ask: Ask, answer: Reading | Evidence | None, now: float) -> list[Action]:
-        """Receive what a VLM answered; None means it has no answer."""
+        """Receive a VLM's answer; None: it has none."""
         surroundings = self._model.surroundings
         objects = self._model.objects
         surroundings.update(now)
@@ -145,7 +152,7 @@ class SceneSession:
         stages_ms: dict[str, float],
         now: float,
     ) -> list[Action]:
-        """Receive what a recognition gave; None means its picture has not changed."""
+        """Receive the evidence of a recognition; None: the picture has not changed."""
         target = request.target
         if request.reference_material is not None or isinstance(target, Surroundings):
             return []
@@ -220,13 +227,15 @@ class SceneSession:
         age_ms = self._frames.age_s(frame, now) * 1000.0
         decision = self._touches.decision(target)
         answer = msgspec.structs.replace(decision, id=frame.id, cached=cached, frame_age_ms=age_ms)
-        return [Reply(answer), *self._model.teaching(frame, target)]
+        return [Reply(answer), *self._model.reference_request(frame, target)]
 
     def _scene(self, scene: Scene) -> list[Action]:
         check_describes(scene, observer=self.observer)
         updated = () if scene.replace else scene.objects
         announced = self._model.announced(ObjectTarget(given.object_id) for given in updated)
         self._model.declare(scene)
+        if scene.replace:
+            self._overrides = self._overrides.without_stated()
         changed = self._touches.announce_changes(announced)
         return [Reply(Ok(id=scene.id)), *self._touches.refresh(), *changed]
 
@@ -275,38 +284,3 @@ def check_set(wanted: Set, *, owner: bool, observer: bool) -> None:
     if not owner and (wanted.vibration_gain, wanted.thermal_gain) != (None, None):
         text = "another scene owns the outputs; only their owner sets gains"
         raise MessageError("not_owner", text, path="$", id=wanted.id)
-
-
-def with_materials(scene: Scene, facts: Facts) -> Scene:
-    """Return the scene as its owner would send it: known objects with these materials.
-
-    `facts` gives what is known of an object, None of one that is not. Raises MessageError.
-    """
-    _check(scene)
-    objects = []
-    for index, given in enumerate(scene.objects):
-        known = facts(given.object_id)
-        if known is None:
-            text = f"the owner's scene has no object `{given.object_id}`: state one that it has"
-            raise _refused(scene, text, f"$.objects[{index}].object_id")
-        objects.append(msgspec.structs.replace(known, material=given.material))
-    return msgspec.structs.replace(scene, objects=objects)
-
-
-def _check(scene: Scene) -> None:
-    only = "an observer states materials only"
-    if scene.replace:
-        raise _refused(scene, f"{only}: send `replace` false", "$.replace")
-    if scene.forget is not None:
-        raise _refused(scene, f"{only}: leave out forget", "$.forget")
-    if scene.ambient_c is not None or scene.materials is not None:
-        raise _refused(scene, f"{only}: leave out ambient_c and materials", "$")
-    for index, given in enumerate(scene.objects):
-        bare = SceneObject(object_id=given.object_id, material=given.material)
-        if given != bare or given.material is None:
-            text = f"{only}: send `object_id` and `material` and nothing else"
-            raise _refused(scene, text, f"$.objects[{index}]")
-
-
-def _refused(scene: Scene, text: str, path: str) -> MessageError:
-    return MessageError("message", f"{path}: {text}", path=path, id=scene.id)

@@ -1,4 +1,4 @@
-"""What a session begins with: one frozen value, made at the handshake and written into its log."""
+"""The settings of a session: one frozen value, made at the handshake and written into its log."""
 
 from __future__ import annotations
 
@@ -8,23 +8,23 @@ from dataclasses import dataclass, field
 from hapticvlm.materials import MATERIALS, Material
 from hapticvlm.rendering.heat.contact import PLATE_RESISTANCE
 from hapticvlm.rendering.heat.limits import AT_REST, PlateReading
-from hapticvlm.session.scene_objects import NONE_SAVED
 
 
 @dataclass(frozen=True, slots=True)
 class SessionSettings:
-    """Whose session it is, what its objects may be made of, and how the outputs stand.
+    """The role of a session, the materials its objects may have, and the state of the outputs.
 
-    `saved` are materials by object id that a person stated before. `can_ask`: a vision-language
-    model answers questions. Resistances are in m2 K/W; `contact_resistance` None takes each
-    material's own. `reading` and `thermal_gain` are those of the plate as the session finds it.
+    `saved_materials` are materials by object id that a person set in an earlier run (overrides.py).
+    `can_ask`: a vision-language model answers questions. Resistances are in m2 K/W;
+    `contact_resistance` None takes each material's own. `reading` and `thermal_gain` are those of
+    the plate as the session finds it.
     """
 
     owner: bool
     observer: bool = False
     reading: PlateReading = AT_REST
     table: Mapping[str, Material] = field(default_factory=lambda: MATERIALS)
-    saved: Mapping[str, str] = field(default_factory=lambda: NONE_SAVED)
+    saved_materials: Mapping[str, str] = field(default_factory=dict)
     can_ask: bool = False
     contact_resistance: float | None = None
     plate_resistance: float = PLATE_RESISTANCE

@@ -1,4 +1,4 @@
-"""The surroundings of one scene: how warm they are believed to be, and when to ask again.
+"""Estimates the ambient temperature of one scene and decides when to ask a VLM for it.
 
 A whole frame is recognised twice a second. A view never asked about that lasts for SETTLE_S is
 worth a question, at most one in ASK_EVERY_S, and a longer pause after each question that failed.
@@ -40,7 +40,7 @@ class _View:
 
 
 class Surroundings:
-    """What the scene gives, what was read off its frames, and the ambient made of both."""
+    """The temperature that the scene states, readings of its frames, and the ambient from both."""
 
     def __init__(self, *, can_ask: bool = False) -> None:
         self._can_ask = can_ask
@@ -114,26 +114,26 @@ class Surroundings:
         self.is_settled = self._believed is self._rendered
 
     def _approach_belief(self, now: float) -> None:
-        wanted = self._believed
+        target = self._believed
         since = self._updated_at
-        if wanted is self._rendered:
+        if target is self._rendered:
             self._updated_at = now
             return
-        if since is None or wanted.source != self._rendered.source or wanted == self._rendered:
-            self._rendered = wanted
+        if since is None or target.source != self._rendered.source or target == self._rendered:
+            self._rendered = target
             self._updated_at = now
             return
         share = -math.expm1(-max(0.0, now - since) / TAU_S)
-        step_c = share * (wanted.value_c - self._rendered.value_c)
-        left_c = abs(wanted.value_c - self._rendered.value_c) - abs(step_c)
+        step_c = share * (target.value_c - self._rendered.value_c)
+        left_c = abs(target.value_c - self._rendered.value_c) - abs(step_c)
         if left_c < STEP_C:
-            self._rendered = wanted
+            self._rendered = target
             self._updated_at = now
         elif abs(step_c) >= STEP_C:
             value_c = self._rendered.value_c + step_c
-            low_c = min(value_c, wanted.low_c)
-            high_c = max(value_c, wanted.high_c)
-            self._rendered = replace(wanted, value_c=value_c, low_c=low_c, high_c=high_c)
+            low_c = min(value_c, target.low_c)
+            high_c = max(value_c, target.high_c)
+            self._rendered = replace(target, value_c=value_c, low_c=low_c, high_c=high_c)
             self._updated_at = now
 
     def _find(self, scene_view: SceneView) -> int | None:

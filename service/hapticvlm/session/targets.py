@@ -1,8 +1,9 @@
-"""What a picture is recognised for, and what everything known is filed under.
+"""The targets of recognition, which are also the keys of everything known of a scene.
 
-A client names most objects. What it does not name is either under a hand (`HandRegion`: another
-thing at every contact) or in the middle of a frame without an object id (`WholeView`, which may be
-several things). The frame as a whole is looked at for its `Surroundings`, which are no object.
+A client names most objects. An object that it does not name is either under a hand (`HandRegion`:
+another object at every contact) or in the middle of a frame without an object id (`WholeView`,
+which may show several objects). The frame as a whole is recognised for its `Surroundings`, which
+are not an object.
 
 Targets are msgspec structs because they are the keys of the hottest dictionaries: a renewal of a
 lease looks one up some four times, and these hash and compare without running Python.
@@ -30,7 +31,7 @@ class HandRegion(msgspec.Struct, frozen=True, gc=False):
 
 
 class WholeView(msgspec.Struct, frozen=True, gc=False):
-    """What a frame without an object id shows: each recognition of it stands alone."""
+    """The content of a frame without an object id: each recognition of it stands alone."""
 
 
 class Surroundings(msgspec.Struct, frozen=True, gc=False):
@@ -52,11 +53,11 @@ class RequestId:
 
 @dataclass(frozen=True, slots=True)
 class RecognitionRequest:
-    """Recognise `target` in `picture`, and answer the message `reply_to`; None: nobody does.
+    """Recognise `target` in `picture`, and answer the message `reply_to`; None: no message waits.
 
-    `picture` is the frame as it came, with the region and mask to look at; its own id counts for
-    nothing. `generation` is that of the target, so that an answer for a scene or a contact since
-    replaced is not believed. `number` is given by a recorded session, `scene` numbers the scene,
+    `picture` is the frame as it came, with the region and mask to recognise; its own id is not
+    used. `generation` is that of the target, so that an answer for a scene or a contact since
+    replaced is dropped. `number` is given by a recorded session, `scene` numbers the scene,
     `reference_material` is the material of an object that is sure: then the picture is only kept as
     a reference for the other objects of its scene.
     """

@@ -76,7 +76,7 @@ class PlateTarget:
         self._trajectory = self._after(hand, contact, now)
         waits = hand is not None and not hand.is_touching and self._trajectory.begun_at is None
         lead = hand.lead(now) if hand is not None and waits else 1.0
-        wanted = self._trajectory.wanted_c(now, self.gain * lead)
+        wanted = self._trajectory.target_c(now, self.gain * lead)
         if not self._is_driving and self.reading.plate_c is not None:
             low = plate_limits.SETPOINT_MIN_C
             high = plate_limits.SETPOINT_MAX_C

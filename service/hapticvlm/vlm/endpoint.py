@@ -14,7 +14,14 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from hapticvlm import http_client
-from hapticvlm.http_client import MOST_TEXT, Address, HttpClient, HttpError, Response, printable
+from hapticvlm.http_client import (
+    MAX_QUOTED_CHARS,
+    Address,
+    HttpClient,
+    HttpError,
+    Response,
+    printable,
+)
 from hapticvlm.vlm.contract import VlmError
 from hapticvlm.vlm.limits import ANSWER_BYTES
 
@@ -79,7 +86,7 @@ def _refuse(name: str) -> None:
 
 
 def _decoded(data: bytes) -> str:
-    return printable(data[: 4 * MOST_TEXT].decode("utf-8", "replace"))
+    return printable(data[: 4 * MAX_QUOTED_CHARS].decode("utf-8", "replace"))
 
 
 def read_address(url: str) -> Address:

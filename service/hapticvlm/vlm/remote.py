@@ -120,7 +120,7 @@ class RemoteVlm:
         except VlmError as error:
             wait = error.wait_s if isinstance(error, EndpointError) else None
             self._breaker = self._breaker.failed(
-                self._now(), str(error), dice=random.random(), asked_s=wait
+                self._now(), str(error), dice=random.random(), requested_s=wait
             )
             raise
         self._breaker = self._breaker.succeeded()

@@ -1,7 +1,7 @@
-"""`hapticvlm measure marks`: the figures that the project holds itself to, in one table.
+"""`hapticvlm measure marks`: the figures that the project has a mark for, in one table.
 
-Each row is measured now, on this machine, beside the mark that was set for it. `--write` puts the
-table at the head of docs/MEASURED.md, so that it is never typed by hand.
+Each row is measured on this machine, beside its mark. `--write` puts the table at the head of
+docs/MEASURED.md, so that nobody types it by hand.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ ROUNDS = 200
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """One figure: what is measured, what it should not exceed, and what it is now."""
+    """One figure: its name, its unit, its greatest permitted value, and its value now."""
 
     what: str
     unit: str
@@ -54,14 +54,14 @@ class Mark:
 
     @property
     def is_met(self) -> bool:
-        """Whether the mark is kept."""
+        """Whether the figure keeps its mark."""
         return self.now <= self.most
 
 
 def run(*, write: bool, as_json: bool) -> int:
-    """Measure, print a table or JSON; 0 also where a mark is missed: that is a finding."""
+    """Measure and print a table or JSON. Returns 0 even if a mark is missed: that is a finding."""
     if write and not DOCUMENT.is_file():
-        raise UsageError("--write: no docs/MEASURED.md here; run this in a checkout")
+        raise UsageError("--write needs docs/MEASURED.md: run this in a checkout")
     marks = list(measure())
     if write:
         text = DOCUMENT.read_text(encoding="utf-8")
@@ -75,23 +75,23 @@ def run(*, write: bool, as_json: bool) -> int:
 
 
 def measure() -> Iterator[Mark]:
-    """Yield every mark. The machine should do nothing else meanwhile."""
+    """Yield every mark. The machine should be idle otherwise."""
     yield from _latencies()
-    found = turns_beside(SECONDS)
-    p99_us = found.turns[0].p99_us
-    yield Mark("a turn of the loop, the dearest kind: p99", "ms of a core", 0.25, p99_us / 1e3)
+    turns = turns_beside(SECONDS)
+    p99_us = turns.turns[0].p99_us
+    yield Mark("a turn of the loop, the longest kind: p99", "ms of a core", 0.25, p99_us / 1e3)
     yield Mark(
         "the same over all that a bare echo's loop does for a message: p99",
         "",
         1.2,
-        p99_us / found.echo.p99_us,
+        p99_us / turns.echo.p99_us,
     )
     yield from _at_rest()
     yield from _of_a_session()
 
 
 def _latencies() -> Iterator[Mark]:
-    """Touches beside a bare echo in turns, at real-time priority where that is permitted."""
+    """Measure touches in turns with a bare echo, at real-time priority where permitted."""
     realtime = is_priority_permitted()
     arguments = [] if realtime else ["--no-realtime"]
     with priority(realtime), echo(realtime) as port, running(arguments) as service:
@@ -105,7 +105,7 @@ def _latencies() -> Iterator[Mark]:
 
 
 def _at_rest() -> Iterator[Mark]:
-    """Start the service, and let it do nothing."""
+    """Start the service, and leave it idle."""
     ready: list[float] = []
     while len(ready) < STARTS:
         with running() as service:
@@ -145,15 +145,15 @@ def _of_a_session() -> Iterator[Mark]:
         warmed = SceneObject(object_id="o7", material="metal", temperature_c=next(one))
         session.receive(Scene(id=1, objects=[warmed], replace=False), next(clock) * 1e-3)
 
-    given: dict[str, Any] = {"hand": "right", "speed_mps": 0.1, "force_n": 1.0}
-    slide = Touch(id=2, phase="slide", object_id="o7", captured_at=0.0, **given)
+    motion: dict[str, Any] = {"hand": "right", "speed_mps": 0.1, "force_n": 1.0}
+    slide = Touch(id=2, phase="slide", object_id="o7", captured_at=0.0, **motion)
 
     def renew() -> None:
         session.receive(slide, next(clock) * 1e-3)
 
-    # A renewal takes a few microseconds, of which reading the clock would be one: a hundred are
-    # timed at once. So their code and data are in the processor's cache, as the mark means it.
-    # What changes after it is the object that the hand is on, which costs more than another.
+    # A renewal takes a few microseconds, and reading the clock takes one: a hundred are timed at
+    # once. So their code and data are in the processor's cache, as the mark means it. After the
+    # renewals the changed object is the one under the hand, which costs more than another.
     least = least_us({"renew": renew}, ROUNDS, times=100) | least_us({"change": change}, ROUNDS)
     yield Mark(
         f"changing one of {MOST_OBJECTS} objects", "ms of a core", 0.1, least["change"] / 1e3
@@ -162,22 +162,22 @@ def _of_a_session() -> Iterator[Mark]:
 
 
 def as_table(marks: list[Mark]) -> str:
-    """Return the table as Markdown; what is above its mark is bold."""
+    """Return the table as Markdown; a figure above its mark is bold."""
     kind = "real-time priority" if is_priority_permitted() else "normal priority"
     rows = ["| measure | mark | now |", "|---|---|---|"]
     for mark in marks:
         now = f"{mark.now:.3g}" if mark.is_met else f"**{mark.now:.3g}**"
         what = f"{mark.what}, {mark.unit}" if mark.unit else mark.what
         rows.append(f"| {what} | {mark.most:g} | {now} |")
-    made = f"version {__version__}, {os.cpu_count()} cores, {kind}"
-    head = f"**Marks** (`hapticvlm measure marks`; {made}; what is above its mark is bold):"
+    machine = f"version {__version__}, {os.cpu_count()} cores, {kind}"
+    head = f"**Marks** (`hapticvlm measure marks`; {machine}; a figure above its mark is bold):"
     return "\n".join((head, "", *rows))
 
 
 def put(text: str, table: str) -> str:
-    """Put the table between its two comments. Raises UsageError where they are gone."""
+    """Put the table between its two comments. Raises UsageError if the comments are missing."""
     before, begin, rest = text.partition(BEGIN)
     _, end, after = rest.partition(END)
     if not begin or not end:
-        raise UsageError(f"docs/MEASURED.md: the comments are gone: {BEGIN} and {END}")
+        raise UsageError(f"docs/MEASURED.md lacks the comments {BEGIN} and {END}")
     return f"{before}{BEGIN}\n{table}\n{END}{after}"

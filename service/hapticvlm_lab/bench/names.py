@@ -1,10 +1,14 @@
-"""How far names carry: coverage, accuracy, calibration and confusion of `recognition.names`.
+"""Material from names alone: coverage, accuracy, calibration and confusion of `evidence.names`.
 
-Held back: the word lists were committed before the names of pbr, ambientcg_tiles and pb_renders
-were read, but for a first glance ("Wood001", "aluminum", "beryllium"); those of models and
-caltech101 were known to their author. Textures are numbered variants of few words, so every figure
-is also given over distinct words ("Wood001" and "Wood002" count once); and their labels were made
-from their names, so they test spelling more than judgement.
+The word lists were committed before the names of pbr, ambientcg_tiles and pb_renders were read, but
+for a first glance ("Wood001", "aluminum", "beryllium"), so these sets are held back; the author
+knew those of models and caltech101. Textures are numbered variants of few words, so every figure is
+also given over distinct words ("Wood001" and "Wood002" count once). Their labels were derived from
+their names, so they test spelling more than judgement.
+
+Calibration asks whether a confidence of 0.8 is right in 80 % of the cases: names are sorted into
+bins by confidence, and the error is the mean distance between confidence and share right, weighted
+by the size of the bins.
 """
 
 from __future__ import annotations
@@ -35,7 +39,7 @@ EDGES = (0.0, 0.5, 0.7, 0.8, 0.9, 1.0)
 
 @dataclass(frozen=True, slots=True)
 class Name:
-    """A name and the material it truly has (UNKNOWN: none of the table)."""
+    """A name and its true material (UNKNOWN: none of the table)."""
 
     text: str
     truth: str
@@ -63,10 +67,10 @@ class Score:
 
 
 def run(data: Path | None, as_json: bool) -> int:
-    """Print tables or JSON; 2 when there is no data."""
+    """Print tables or JSON; return 2 when there is no data."""
     folder = data or SIBLING
     if not (folder / "labels.csv").is_file():
-        print(f"no labels.csv in {folder}: pass --data with a folder of labelled pictures")
+        print(f"{folder} has no labels.csv: give a folder of labelled pictures with --data")
         return 2
     report = []
     for source in SETS:
@@ -90,27 +94,28 @@ def read_names(data: Path, source: str) -> list[Name]:
     """List a set's names as a developer sees them: file stem, or folder for maps in folders."""
     with (data / "labels.csv").open(newline="", encoding="utf-8") as file:
         rows = [row for row in csv.DictReader(file) if row["path"].startswith(f"{source}/")]
-    found = []
+    names = []
     for row in rows:
         path = Path(row["path"])
         text = path.parent.name if path.stem == "albedo" else path.stem
-        found.append(Name(text, sources.material_of(row["class"])))
-    return found
+        names.append(Name(text, sources.material_of(row["class"])))
+    return names
 
 
 def evaluate(title: str, names: Sequence[Name], *, held_back: bool) -> Score:
-    """Score one list of names; "known" are those the ladder would not call unknown."""
-    found = [from_name(name.text) for name in names]
-    spoke = [(n, e) for n, e in zip(names, found, strict=True) if e is not None and e.material]
+    """Score one list of names; "known" are those that the ladder would not call unknown."""
+    evidence = [from_name(name.text) for name in names]
+    spoke = [(n, e) for n, e in zip(names, evidence, strict=True) if e is not None and e.material]
     right = [e.material == n.truth for n, e in spoke]
     sure = [(n, e) for n, e in spoke if e.confidence >= SURE]
     known = [(n, e) for n, e in spoke if e.confidence >= KNOWN]
+    # Wilson's interval, since shares near 100 % of a few dozen names have no symmetric one.
     low, high = wilson(sum(right), len(right))
     counts = Counter(name.truth for name in names)
     per_class = [
         sum(e is not None and e.material == truth and e.confidence >= KNOWN for e in group)
         / len(group)
-        for truth, group in _by_truth(names, found).items()
+        for truth, group in _by_truth(names, evidence).items()
     ]
     return Score(
         set=title,
@@ -136,10 +141,10 @@ def _without_number(name: Name) -> Name:
 
 
 def _by_truth(
-    names: Sequence[Name], found: Sequence[Evidence | None]
+    names: Sequence[Name], evidence_of: Sequence[Evidence | None]
 ) -> dict[str, list[Evidence | None]]:
     groups: dict[str, list[Evidence | None]] = defaultdict(list)
-    for name, evidence in zip(names, found, strict=True):
+    for name, evidence in zip(names, evidence_of, strict=True):
         if name.truth != materials.UNKNOWN:
             groups[name.truth].append(evidence)
     return groups
@@ -150,18 +155,18 @@ def _share(hits: Sequence[bool]) -> float | None:
 
 
 def _baseline(names: Sequence[Name], words: Callable[[materials.Material], Sequence[str]]) -> float:
-    """Share right when the first class with a word inside the name is taken."""
+    """Return the share right if the first class with such a word inside the name is taken."""
 
     def guess(text: str) -> str:
         table = materials.MATERIALS.values()
-        found = (m.name for m in table if any(word in text.lower() for word in words(m)))
-        return next(found, materials.UNKNOWN)
+        matches = (m.name for m in table if any(word in text.lower() for word in words(m)))
+        return next(matches, materials.UNKNOWN)
 
     return sum(guess(name.text) == name.truth for name in names) / len(names)
 
 
 def _bins(spoke: Sequence[tuple[Name, Evidence]]) -> list[tuple[int, float, float]]:
-    """(n, mean confidence, share right) between EDGES."""
+    """Return (n, mean confidence, share right) between EDGES."""
     rows = []
     for low, high in pairwise(EDGES):
         inside = [(n, e) for n, e in spoke if low <= e.confidence < high]
@@ -183,30 +188,30 @@ def _calibration_error(spoke: Sequence[tuple[Name, Evidence]]) -> float | None:
 
 
 def _print_score(score: Score, names: Sequence[Name]) -> None:
-    kind = "held back" if score.held_back else "seen while writing the word lists"
+    kind = "held back" if score.held_back else "known while the word lists were written"
     print(f"\n== {score.set}: n = {score.n}, {kind}")
-    print(f"spoke on {score.coverage:.1%}; right where it spoke {_percent(score.accuracy)}", end="")
-    print(f" [{score.low:.1%}, {score.high:.1%}]; sure on {score.sure:.1%}", end="")
-    print(f", right there {_percent(score.sure_accuracy)}")
+    print(f"named {score.coverage:.1%}; right among these {_percent(score.accuracy)}", end="")
+    print(f" [{score.low:.1%}, {score.high:.1%}]; sure of {score.sure:.1%}", end="")
+    print(f", right among these {_percent(score.sure_accuracy)}")
     print(
         f"right of all, balanced over classes {score.balanced:.1%}; majority {score.majority:.1%}",
         end="",
     )
     print(f"; class name inside {score.class_word:.1%}; any class word inside {score.any_word:.1%}")
-    found = [from_name(name.text) for name in names]
-    spoke = [(n, e) for n, e in zip(names, found, strict=True) if e is not None]
+    evidence = [from_name(name.text) for name in names]
+    spoke = [(n, e) for n, e in zip(names, evidence, strict=True) if e is not None]
     for n, mean, right in _bins(spoke):
         print(f"  confidence {mean:.2f}: right {right:.2f} (n = {n})")
-    _print_confusion(names, found)
+    _print_confusion(names, evidence)
 
 
 def _percent(share: float | None) -> str:
     return "-" if share is None else f"{share:.1%}"
 
 
-def _print_confusion(names: Sequence[Name], found: Sequence[Evidence | None]) -> None:
-    """Print truth by row, answer by column; "-" is no answer or less than KNOWN."""
-    answers = [e.material if e and e.confidence >= KNOWN else "-" for e in found]
+def _print_confusion(names: Sequence[Name], evidence: Sequence[Evidence | None]) -> None:
+    """Print truth by row, answer by column; "-" is silence or a confidence below KNOWN."""
+    answers = [e.material if e and e.confidence >= KNOWN else "-" for e in evidence]
     cells = Counter((n.truth, a) for n, a in zip(names, answers, strict=True))
     rows = [
         name
@@ -220,7 +225,7 @@ def _print_confusion(names: Sequence[Name], found: Sequence[Evidence | None]) ->
 
 
 def _microseconds(texts: Sequence[str]) -> tuple[float, float]:
-    """Median and 99th percentile of from_name, us."""
+    """Return median and 99th percentile of from_name, us."""
     times = []
     for text in list(texts) * 40:
         start = time.perf_counter()

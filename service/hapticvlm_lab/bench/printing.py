@@ -1,4 +1,4 @@
-"""How a chart ends: its figures as JSON in a file, and printed, or as a table for people."""
+"""The end of a chart: its figures in a JSON file, and printed as JSON or as a table for people."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from hapticvlm import __version__
 
 
 def made_with() -> dict[str, str]:
-    """Return what the figures were made with and on."""
+    """Return the versions and the machine that the figures depend on."""
     return {
         "version": __version__,
         "machine": platform.machine(),

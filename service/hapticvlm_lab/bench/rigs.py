@@ -1,4 +1,4 @@
-"""What several rigs do: run a helper in a process, raise priorities, take times and sum them up."""
+"""Tools that several rigs share: helper processes, priorities, times and their summaries."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Process = subprocess.Popen[str]
 
 @contextmanager
 def helper(module: str, *arguments: object) -> Iterator[Process]:
-    """Run the module `bench.MODULE` in a process of its own, as long as the context lasts."""
+    """Run the module `bench.MODULE` in its own process for as long as the context lasts."""
     command = [sys.executable, "-m", f"hapticvlm_lab.bench.{module}", *map(str, arguments)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         try:
@@ -36,7 +36,7 @@ def helper(module: str, *arguments: object) -> Iterator[Process]:
 
 
 def first_line(process: Process) -> str:
-    """Wait for what a helper prints when it is ready; empty when it ended instead."""
+    """Wait for the line that a helper prints when it is ready; empty if it ended instead."""
     assert process.stdout is not None
     return process.stdout.readline().strip()
 
@@ -64,6 +64,8 @@ def set_priority(pid: int, priority: int) -> bool:
     if not hasattr(os, "sched_setscheduler"):
         return False
     try:
+        # FIFO: runs before every process of normal priority, and is not interrupted after a time
+        # slice. Reset on fork: a child that computes without end must not inherit that.
         flags = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
         os.sched_setscheduler(pid, flags, os.sched_param(priority))
     except OSError:
@@ -82,12 +84,12 @@ def is_priority_permitted() -> bool:
 def service_status(service: Service) -> dict[str, Any]:
     """Return the service's page `/status`."""
     with urllib.request.urlopen(service.page + "status", timeout=5) as answer:
-        found: dict[str, Any] = json.load(answer)
-    return found
+        status: dict[str, Any] = json.load(answer)
+    return status
 
 
 def spent_s(pid: int) -> float:
-    """Return the processor time that a process has spent so far, s, in the system's steps."""
+    """Return the processor time that a process has used so far, s, in the system's steps."""
     import psutil
 
     spent = psutil.Process(pid).cpu_times()
@@ -95,7 +97,7 @@ def spent_s(pid: int) -> float:
 
 
 def core_us(work: Callable[[], object], times: int = 1) -> float:
-    """Return the time of this process's core for one go, us."""
+    """Return the time of this process's core for one call, us."""
     begun = time.process_time_ns()
     for _ in range(times):
         work()
@@ -105,23 +107,26 @@ def core_us(work: Callable[[], object], times: int = 1) -> float:
 def least_us(
     works: Mapping[K, Callable[[], object]], rounds: int, times: int = 1
 ) -> dict[K, float]:
-    """Return the least time of this process's core of one go of each, us.
+    """Return the least time of this process's core for one call of each, us.
 
-    All take turns, round by round, so that a machine that slows down slows them alike.
+    The least of many rounds is the time without disturbance: other work only ever adds. All take
+    turns, round by round, so that a machine that slows down slows all of them.
     """
-    found = dict.fromkeys(works, math.inf)
+    least = dict.fromkeys(works, math.inf)
     for work in works.values():
         work()
     for _ in range(rounds):
         for key, work in works.items():
-            found[key] = min(found[key], core_us(work, times))
-    return found
+            least[key] = min(least[key], core_us(work, times))
+    return least
 
 
 def spread(values: Sequence[float], digits: int = 2) -> dict[str, float]:
-    """Return n, and of any values their median, p99 and the greatest."""
+    """Return n, and the median, p99 and greatest of any values."""
     if not len(values):
         return {"n": 0}
+    # The median tells the usual case, p99 what one touch in a hundred meets. A mean tells neither:
+    # one wait of a second hides a thousand short ones.
     median, p99 = np.percentile(values, (50, 99))
     figures = {"median": median, "p99": p99, "max": max(values)}
     return {"n": len(values), **{name: round(float(x), digits) for name, x in figures.items()}}

@@ -1,19 +1,17 @@
-"""`hapticvlm chart` and `stability`: what each method is worth, what it costs, what breaks it.
+"""`hapticvlm chart` and `stability`: the worth and the cost of each method, and what breaks it.
 
-Another subject is one more `_subject`.
+Another subject is one more call of `_subject`.
 """
 
 from __future__ import annotations
 
 import argparse
-import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hapticvlm.commands.parsing import add_json
 from hapticvlm_lab.commands.declaring import labelled_pictures, number
-from hapticvlm_studio.commands.evaluate import TOKEN
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
@@ -21,14 +19,14 @@ if TYPE_CHECKING:
 
 OUT = Path("chart-output")
 LIMIT = 640  # pictures of a source that `chart` uses
-SHAKEN = 64  # pictures of a source that `stability` uses
+PERTURBED = 64  # pictures of a source that `stability` uses
 PLATES = 200
 
 Run = Callable[[argparse.Namespace], int]
 
 
 def add(commands: Commands) -> None:
-    """Declare the commands, with a subject each."""
+    """Declare both commands with their subjects."""
     chart = commands.add_parser("chart", help="draw accuracy against latency for every method")
     subjects = chart.add_subparsers(title="subjects", required=True, metavar="WHAT")
     material = _material(subjects, _chart_material, LIMIT)
@@ -38,20 +36,12 @@ def add(commands: Commands) -> None:
         metavar="NAME",
         help="network to chart, named as for `serve --encoder`, repeatable (those beside the data)",
     )
-    beliefs = _subject(
-        subjects,
-        "beliefs",
-        _chart_beliefs,
-        "what the service says and renders for pictures, and what it learns from a few",
-    )
-    labelled_pictures(beliefs)
     _subject(
         subjects,
         "thermal",
         _chart_thermal,
-        "skin temperature: error against computing time for every method",
+        "skin temperature: error of each method against computing time",
     )
-    _ambient(subjects)
     _safety(subjects)
     _subject(
         subjects,
@@ -63,21 +53,20 @@ def add(commands: Commands) -> None:
         subjects,
         "whole",
         _chart_whole,
-        "whole pipelines: objects felt as what they are against time of a core",
+        "whole pipelines: objects recognised by touch, against processor time",
     )
     labelled_pictures(whole)
     stability = commands.add_parser("stability", help="draw under which conditions a method fails")
     subjects = stability.add_subparsers(title="subjects", required=True, metavar="WHAT")
-    _material(subjects, _shake_material, SHAKEN)
-    _subject(subjects, "thermal", _shake_thermal, "skin temperature: where each method fails")
-    _subject(subjects, "latency", _shake_latency, "a touch beside other work: when it is late")
+    _material(subjects, _perturb_material, PERTURBED)
+    _subject(subjects, "latency", _perturb_latency, "a touch beside other work: when it is late")
 
 
 def _subject(subjects: Commands, name: str, run: Run, text: str) -> argparse.ArgumentParser:
-    """Declare a subject that writes into a folder, which is made when it runs."""
+    """Declare a subject that writes into a folder, which is created when it runs."""
 
     def into_folder(options: argparse.Namespace) -> int:
-        import matplotlib  # noqa: F401 - missing, it is named before anything is computed
+        import matplotlib  # noqa: F401 - if it is missing, fail before anything is computed
 
         options.out.mkdir(parents=True, exist_ok=True)
         return run(options)
@@ -105,37 +94,10 @@ def _material(subjects: Commands, run: Run, limit: int) -> argparse.ArgumentPars
         type=Path,
         action="append",
         metavar="DIR",
-        help="capture whose materials are known, repeatable (those in examples/)",
+        help="capture whose materials are known, repeatable (the two of the repository)",
     )
-    number(material, "--limit", limit, "N", "most pictures of each source, 0 for all")
+    number(material, "--limit", limit, "N", "at most so many pictures of each source, 0 for all")
     return material
-
-
-def _ambient(subjects: Commands) -> None:
-    ambient = _subject(
-        subjects, "ambient", _chart_ambient, "air temperature from pictures: error, time, memory"
-    )
-    ambient.add_argument(
-        "--data", type=Path, metavar="CSV", help="labelled pictures, as `evaluate ambient` takes"
-    )
-    ambient.add_argument(
-        "--model",
-        metavar="NAME_OR_FOLDER",
-        help="name or folder of a model (one with random weights)",
-    )
-    ambient.add_argument(
-        "--random",
-        choices=["tiny", "full"],
-        default="tiny",
-        help="size of the random model; full is that of Qwen2-VL-2B, 5 GB (%(default)s)",
-    )
-    ambient.add_argument(
-        "--vlm-device",
-        default="cpu",
-        metavar="NAME",
-        help="where the model runs: cpu or cuda (%(default)s)",
-    )
-    ambient.add_argument("--vlm-url", metavar="URL", help="chart an OpenAI-compatible endpoint too")
 
 
 def _safety(subjects: Commands) -> None:
@@ -145,12 +107,12 @@ def _safety(subjects: Commands) -> None:
         _chart_safety,
         "safety functions of the plate: peak temperature, false trips, time to off",
     )
-    number(safety, "--plates", PLATES, "N", "how many plates to vary")
+    number(safety, "--plates", PLATES, "N", "number of varied plates")
     safety.add_argument(
         "--sweep",
         type=Path,
         metavar="FILE",
-        help="time to off for each fault, as tests/firmware/sweep.py writes it",
+        help="times to off of each fault, as tests/firmware/sweep.py prints them",
     )
 
 
@@ -161,16 +123,10 @@ def _chart_material(options: argparse.Namespace) -> int:
     return chart.run(_where(options), named, options.out, as_json=options.json)
 
 
-def _shake_material(options: argparse.Namespace) -> int:
+def _perturb_material(options: argparse.Namespace) -> int:
     from hapticvlm_lab.bench.material import stability
 
     return stability.run(_where(options), options.out, as_json=options.json)
-
-
-def _chart_beliefs(options: argparse.Namespace) -> int:
-    from hapticvlm_lab.bench.material import belief_chart
-
-    return belief_chart.run(_data(options), options.out, as_json=options.json)
 
 
 def _chart_thermal(options: argparse.Namespace) -> int:
@@ -179,34 +135,10 @@ def _chart_thermal(options: argparse.Namespace) -> int:
     return chart.run(options.out, as_json=options.json)
 
 
-def _shake_latency(options: argparse.Namespace) -> int:
+def _perturb_latency(options: argparse.Namespace) -> int:
     from hapticvlm_lab.bench.latency import stability
 
     return stability.run(options.out, as_json=options.json)
-
-
-def _shake_thermal(options: argparse.Namespace) -> int:
-    from hapticvlm_lab.bench.thermal import stability
-
-    return stability.run(options.out, as_json=options.json)
-
-
-def _chart_ambient(options: argparse.Namespace) -> int:
-    import transformers  # noqa: F401 - missing, it is named before anything is computed
-
-    from hapticvlm_lab.bench.ambient import chart
-
-    plan = chart.Plan(
-        data=options.data,
-        model=options.model,
-        size=options.random,
-        device=options.vlm_device,
-        url=options.vlm_url,
-        token=os.environ.get(TOKEN),
-        out=options.out,
-        as_json=options.json,
-    )
-    return chart.run(plan)
 
 
 def _chart_safety(options: argparse.Namespace) -> int:

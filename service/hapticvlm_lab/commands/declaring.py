@@ -1,4 +1,4 @@
-"""Options that several of the laboratory's commands declare alike."""
+"""Options that several commands of the laboratory share."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from pathlib import Path
 def number(
     parser: argparse.ArgumentParser, flag: str, default: float, metavar: str, text: str
 ) -> None:
-    """Declare a number, whole where its default is; the help shows the default."""
+    """Declare a number of the type of its default; the help shows the default."""
     parser.add_argument(
         flag, type=type(default), default=default, metavar=metavar, help=f"{text} (%(default)s)"
     )
 
 
 def only(parser: argparse.ArgumentParser, what: str) -> None:
-    """Declare --only, which measures some rows and leaves the others out."""
+    """Declare --only, which restricts a measurement to some of its rows."""
     parser.add_argument(
         "--only",
         action="append",
@@ -27,10 +27,10 @@ def only(parser: argparse.ArgumentParser, what: str) -> None:
 
 
 def labelled_pictures(parser: argparse.ArgumentParser) -> None:
-    """Declare --data, the folder of training/sources.py."""
+    """Declare --data, the folder that training/sources.py describes."""
     parser.add_argument(
         "--data",
         type=Path,
         metavar="FOLDER",
-        help="labelled pictures (../shared/data if it exists)",
+        help="folder of labelled pictures (../shared/data if it exists)",
     )

@@ -1,4 +1,4 @@
-"""`hapticvlm measure`: what this service costs, floors beside figures."""
+"""`hapticvlm measure`: the costs of this service, each figure beside its floor."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ def add(commands: Commands) -> None:
     _add_recognition(kinds)
     _add_speaker(kinds)
     _add_reliability(kinds)
-    _add_fleet(kinds)
-    marks = _kind(kinds, "marks", _marks, "the figures that the project holds itself to")
-    marks.add_argument("--write", action="store_true", help="put the table into docs/MEASURED.md")
+    _add_shared_recogniser(kinds)
+    marks = _kind(kinds, "marks", _marks, "the figures that the project has marks for")
+    marks.add_argument("--write", action="store_true", help="write the table into docs/MEASURED.md")
 
 
 def _kind(kinds: Commands, name: str, run: Run, text: str) -> argparse.ArgumentParser:
@@ -46,17 +46,20 @@ def _add_latency(kinds: Commands) -> None:
         action="store_true",
         help="also measure while a VLM with random weights uses every core",
     )
-    turns = _kind(kinds, "turns", _turns, "how long each turn of the gateway's loop holds it")
-    number(turns, "--seconds", 10.0, "S", "seconds to send touches and frames for")
+    turns = _kind(kinds, "turns", _turns, "duration of each turn of the gateway's event loop")
+    number(turns, "--seconds", 10.0, "S", "seconds of touches and frames")
     frames = _kind(kinds, "frames", _frames, "60 frames/s for a minute: answers, latency, memory")
-    number(frames, "--seconds", 60.0, "S", "seconds to send frames for")
+    number(frames, "--seconds", 60.0, "S", "seconds of frames")
 
 
 def _add_recognition(kinds: Commands) -> None:
     names = _kind(kinds, "names", _names, "material from names and shaders: confusion matrix")
     labelled_pictures(names)
     beliefs = _kind(
-        kinds, "beliefs", _beliefs, "what the service says and renders for held-back pictures"
+        kinds,
+        "beliefs",
+        _beliefs,
+        "materials that the service names and renders for held-back pictures",
     )
     beliefs.add_argument(
         "--data", type=Path, metavar="FOLDER", help="folder of labelled photographs (none)"
@@ -73,41 +76,42 @@ def _add_reliability(kinds: Commands) -> None:
     stop = _kind(kinds, "stop", _stop, "time from a stop to silence and to an open bridge")
     number(stop, "--trials", 40, "N", "stops for each condition")
     only(stop, "condition")
-    chaos = _kind(kinds, "chaos", _chaos, "what each dying part does to the outputs, with times")
-    number(chaos, "--trials", 3, "N", "how often each is hit")
-    only(chaos, "row")
-    hostile = _kind(
-        kinds, "hostile", _hostile, "round trip of touches beside each kind of hostile client"
-    )
-    number(hostile, "--seconds", 8.0, "S", "seconds for each kind")
-    soak = _kind(kinds, "soak", _soak, "memory and round trips over an hour of all kinds of load")
-    number(soak, "--minutes", 60.0, "M", "minutes that it lasts")
     invariants = _kind(
-        kinds, "invariants", _invariants, "what must hold beside random clients, kills and freezes"
-    )
-    number(invariants, "--minutes", 10.0, "M", "minutes that it lasts")
-    number(invariants, "--seed", 0, "N", "seed of what the clients do")
-
-
-def _add_fleet(kinds: Commands) -> None:
-    fleet = _kind(
         kinds,
-        "fleet",
-        _fleet,
+        "invariants",
+        _invariants,
+        "what must hold beside random and hostile clients, kills, freezes",
+    )
+    number(invariants, "--minutes", 10.0, "M", "minutes of random clients, 0: none")
+    number(invariants, "--seed", 0, "N", "seed of the random requests")
+    number(
+        invariants,
+        "--flood-seconds",
+        8.0,
+        "S",
+        "seconds of touches beside each kind of hostile client, 0: none",
+    )
+
+
+def _add_shared_recogniser(kinds: Commands) -> None:
+    shared = _kind(
+        kinds,
+        "shared-recogniser",
+        _shared_recogniser,
         "one shared recogniser for many simulated scenes",
     )
-    fleet.add_argument(
+    shared.add_argument(
         "--engine",
         choices=("uvicorn", "ray"),
         default="uvicorn",
-        help="what serves it (%(default)s)",
+        help="server to run it on (%(default)s)",
     )
-    number(fleet, "--scenes", 16, "N", "how many scenes")
-    number(fleet, "--rate", 10.0, "HZ", "frames/s of each scene")
-    number(fleet, "--seconds", 20.0, "S", "seconds for each phase")
-    number(fleet, "--max-age-ms", 500.0, "MS", "answers older than this count as dropped")
-    number(fleet, "--batch", 16, "N", "most crops in one batch")
-    number(fleet, "--replicas", 1, "N", "how many replicas")
+    number(shared, "--scenes", 16, "N", "number of scenes")
+    number(shared, "--rate", 10.0, "HZ", "frames/s of each scene")
+    number(shared, "--seconds", 20.0, "S", "seconds for each phase")
+    number(shared, "--max-age-ms", 500.0, "MS", "answers older than this count as dropped")
+    number(shared, "--batch", 16, "N", "most crops in one batch")
+    number(shared, "--replicas", 1, "N", "number of replicas")
 
 
 def _add_speaker(kinds: Commands) -> None:
@@ -127,15 +131,14 @@ def _add_speaker(kinds: Commands) -> None:
         metavar="N",
         help="samples of a block, repeatable (64, 128, 256, 512)",
     )
-    number(speaker, "--clock", 10.0, "S", "seconds for each row on a simulated clock")
-    number(speaker, "--jack", 0.0, "S", "seconds for each block size with jackd's dummy driver")
+    number(speaker, "--clock", 10.0, "S", "seconds on the virtual clock, 0: none")
     speaker.add_argument(
         "--no-realtime", dest="realtime", action="store_false", help="measure at normal priority"
     )
 
 
-def _fleet(options: argparse.Namespace) -> int:
-    from hapticvlm_lab.bench.fleet.run import Load, run
+def _shared_recogniser(options: argparse.Namespace) -> int:
+    from hapticvlm_lab.bench.shared_recogniser import Load, run
 
     shape = (options.scenes, options.rate, options.seconds, options.max_age_ms)
     return run(Load(*shape, options.batch, options.replicas, options.engine), as_json=options.json)
@@ -165,28 +168,15 @@ def _stop(options: argparse.Namespace) -> int:
     return run(trials=options.trials, only=options.only, as_json=options.json)
 
 
-def _chaos(options: argparse.Namespace) -> int:
-    from hapticvlm_lab.bench.reliability.chaos import run
-
-    return run(trials=options.trials, only=options.only, as_json=options.json)
-
-
-def _hostile(options: argparse.Namespace) -> int:
-    from hapticvlm_lab.bench.reliability.hostile import run
-
-    return run(seconds=options.seconds, as_json=options.json)
-
-
-def _soak(options: argparse.Namespace) -> int:
-    from hapticvlm_lab.bench.reliability.soak import run
-
-    return run(minutes=options.minutes, as_json=options.json)
-
-
 def _invariants(options: argparse.Namespace) -> int:
     from hapticvlm_lab.bench.reliability.invariants import run
 
-    return run(minutes=options.minutes, seed=options.seed, as_json=options.json)
+    return run(
+        minutes=options.minutes,
+        seed=options.seed,
+        flood_seconds=options.flood_seconds,
+        as_json=options.json,
+    )
 
 
 def _marks(options: argparse.Namespace) -> int:
@@ -208,8 +198,7 @@ def _beliefs(options: argparse.Namespace) -> int:
 
 
 def _speaker(options: argparse.Namespace) -> int:
-    from hapticvlm_lab.bench.audio.speaker import BLOCKS, Plan, run
+    from hapticvlm_lab.bench.audio import BLOCKS, Plan, run
 
-    clocks = (options.clock, options.jack)
-    plan = Plan(options.seconds, options.block or BLOCKS, *clocks, options.realtime)
+    plan = Plan(options.seconds, options.block or BLOCKS, options.clock, options.realtime)
     return run(plan, as_json=options.json)

@@ -1,1 +1,1 @@
-"""Making the shipped encoders; nothing of it is imported at run time."""
+"""Training of the shipped encoders; the product imports nothing of it at run time."""

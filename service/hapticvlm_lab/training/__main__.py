@@ -1,8 +1,8 @@
 """From data to the shipped encoder: `python -m hapticvlm_lab.training --data D --work W`.
 
-Draws rooms and path-traced objects, describes all that teaches by the packaged network, fits the
-head, chooses its scale on pictures that taught nothing, and writes the encoder's folder. What is
-in W already is not made again. About half an hour of two cores, with libllvm19.
+Draws rooms and path-traced objects, describes every teaching picture by the packaged network, fits
+the head, chooses its scale on pictures that taught nothing, and writes the encoder's folder. Files
+that exist in W are not computed again. It takes about half an hour of two cores, with libllvm19.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ TRACED_SHARDS = 10
 
 
 def main() -> int:
-    """Read the command line and make an encoder."""
+    """Read the command line and build an encoder."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--data", type=Path, required=True, help="folder with labels.csv")
     parser.add_argument("--work", type=Path, required=True, help="folder for what is made")
@@ -42,7 +42,7 @@ def main() -> int:
 
 
 def _draw(data: Path, work: Path) -> None:
-    """Draw rooms and path-traced objects beside each other. Raises RoomsError."""
+    """Draw rooms and path-traced objects in parallel. Raises RoomsError."""
     apart = multiprocessing.get_context("spawn")  # a browser is driven in one of them
     with ProcessPoolExecutor(2, mp_context=apart) as pool:
         drawn = [

@@ -1,8 +1,8 @@
-"""One picture that may teach to one crop with a mask, as a client might send it. Pure.
+"""One teaching picture cut to a crop with a mask, as a client might send it. Pure.
 
-Photographs are cut as they are, with the mask a client would send (the object's outline on a plain
-board, else the central disc, the whole crop or a shape); tiles and boards, which fill the picture,
-are lit, bent into shapes and put before other pictures.
+Photographs are cut as they are, with a mask that a client could send: the object's outline on a
+plain board, else the central disc, the whole crop or a shape. Tiles and boards, which fill the
+picture, are lit, bent into shapes and placed before other pictures.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ Cut = tuple[Pixels, Pixels]  # (S, S, 3) RGB and (S, S) mask, 0 or 255
 
 
 def photograph(pixels: Pixels, side: int, rng: np.random.Generator) -> Cut:
-    """Cut a part of a photograph, squashed to a square, with a mask a client might send."""
+    """Cut a part of a photograph, squashed to a square, with a mask that a client might send."""
     height, width = pixels.shape[:2]
     area = rng.uniform(SMALLEST, 1.0)
     ratio = np.exp(rng.uniform(-ELONGATION, ELONGATION))
@@ -95,7 +95,7 @@ def shape(side: int, rng: np.random.Generator) -> Pixels:
 
 
 def _outline(pixels: Pixels) -> Pixels:
-    """Find the object on a plain board: what differs from the border's colour, filled."""
+    """Find the object on a plain board: the region unlike the border's colour, filled."""
     border = np.concatenate([pixels[:6].reshape(-1, 3), pixels[-6:].reshape(-1, 3)])
     far = np.abs(pixels.astype(np.float32) - np.median(border, axis=0)).max(axis=2)
     near = ndimage.binary_closing(ndimage.gaussian_filter(far, 2) > 22, iterations=9)

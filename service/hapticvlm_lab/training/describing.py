@@ -1,8 +1,8 @@
-"""What the packaged network sees of the pictures that teach, choose and calibrate.
+"""Features of the packaged network for the pictures that teach, choose and calibrate.
 
-Crops are described by the int8 graph that ships, so that a head learns from exactly what it will
-be given. Descriptions are kept in a folder, one file a set, since they take ten times as long as
-the fit. Which picture may do what is decided in `sources` alone.
+Crops are described by the int8 graph that ships, so that a head learns from exactly the features
+that it will get. Descriptions are kept in a folder, one file a set, since they take ten times as
+long as the fit. `sources` alone decides which picture may do what.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class Described:
 def describe_all(
     model: ModelProto, weights: Mapping[str, Any], sets: Mapping[str, Iterable[Labelled]], at: Path
 ) -> dict[str, Described]:
-    """Describe every set that has no file in the folder `at` yet, and read all of them."""
+    """Describe every set without a file in the folder `at`, and read all of them."""
     session = open_session(model.SerializeToString(), 1, weights)
     at.mkdir(parents=True, exist_ok=True)
     for name, crops in sets.items():
@@ -67,9 +67,9 @@ def _write(session: Any, crops: Iterable[Labelled], path: Path) -> None:  # noqa
     labels = []
     named = []
     for crop, label, source in crops:
-        found = session.run(["features", "_fc"], {"crops": _pixels(crop)[None]})
-        features.append(found[0][0].astype(np.float16))
-        scores.append(found[1][0].astype(np.float16))
+        outputs = session.run(["features", "_fc"], {"crops": _pixels(crop)[None]})
+        features.append(outputs[0][0].astype(np.float16))
+        scores.append(outputs[1][0].astype(np.float16))
         labels.append(NAMES.index(label))
         named.append(source)
     part = path.with_suffix(".part")
@@ -86,34 +86,34 @@ def _read(path: Path) -> Described:
 
 
 def teaching(data: Path, renders: Path, side: int) -> dict[str, Iterable[Labelled]]:
-    """Name every set of crops that may teach: references, photographs, renders."""
-    found: dict[str, Iterable[Labelled]] = {"references": _references(side)}
-    found |= {f"photographs_{turn}": _photographs(data, side, turn) for turn in range(len(MOST))}
+    """Return every set of crops that may teach: references, photographs, renders."""
+    sets: dict[str, Iterable[Labelled]] = {"references": _references(side)}
+    sets |= {f"photographs_{turn}": _photographs(data, side, turn) for turn in range(len(MOST))}
     for name in RENDERS:
-        found[name] = _renders(renders / name, side, calibrates=False)
-    return found
+        sets[name] = _renders(renders / name, side, calibrates=False)
+    return sets
 
 
 def judging(data: Path, renders: Path, side: int) -> dict[str, Iterable[Labelled]]:
-    """Name the sets that choose and calibrate: renders of other rooms, and sources.CHOICE."""
-    found: dict[str, Iterable[Labelled]] = {sources.CHOICE: _chosen(data, side)}
+    """Return the sets that choose and calibrate: renders of other rooms, and sources.CHOICE."""
+    sets: dict[str, Iterable[Labelled]] = {sources.CHOICE: _chosen(data, side)}
     for name in RENDERS:
         shown = _renders(renders / name, side, calibrates=True)
-        found[f"{name}_left_out"] = shown
-    return found
+        sets[f"{name}_left_out"] = shown
+    return sets
 
 
 def calibrating(data: Path, renders: Path, side: int, count: int) -> list[Pixels]:
-    """Take crops (S, S, 4) that ranges of activations are taken of: no label is read."""
+    """Return crops (S, S, 4) from which ranges of activations are taken; no label is read."""
     folder = data / sources.UNLABELLED[0]
     barred = sources.SAME_AS_HELD_BACK | sources.LIVING_HELD_BACK
     paths = [path for path in sorted(folder.rglob("*.jpg")) if path.parent.name not in barred]
     chosen = np.random.default_rng(SEED).choice(len(paths), count, replace=False)
     whole = np.full((side, side), 255, np.uint8)
-    found = [_pixels(Crop(_resized(pool.read(paths[at]), side), whole)) for at in chosen]
+    crops = [_pixels(Crop(_resized(pool.read(paths[at]), side), whole)) for at in chosen]
     rooms = _renders(renders / RENDERS[0], side, calibrates=False)
-    found += [_pixels(crop) for (crop, _, _), _ in zip(rooms, range(count), strict=False)]
-    return found
+    crops += [_pixels(crop) for (crop, _, _), _ in zip(rooms, range(count), strict=False)]
+    return crops
 
 
 def _references(side: int) -> Iterator[Labelled]:
@@ -123,7 +123,7 @@ def _references(side: int) -> Iterator[Labelled]:
 
 
 def _photographs(data: Path, side: int, turn: int) -> Iterator[Labelled]:
-    """Cut photographs that teach, at most MOST of each source and class, another part a turn."""
+    """Cut photographs that teach, at most MOST of each source and class, another part each turn."""
     every = pool.pictures(data)
     order = np.random.default_rng(SEED + turn).permutation(len(every))
     taken: Counter[tuple[str, str]] = Counter()
@@ -147,7 +147,7 @@ def _renders(folder: Path, side: int, *, calibrates: bool) -> Iterator[Labelled]
 
 
 def _chosen(data: Path, side: int) -> Iterator[Labelled]:
-    """Show sources.CHOICE as `recognise` sees pictures without a mask: whole."""
+    """Cut sources.CHOICE as `recognise` cuts pictures without a mask: whole."""
     for path, label in sources.labelled(data, sources.CHOICE):
         crop = pictures.crop(files.read_frame(path), side)
         yield crop, sources.material_of(label), sources.CHOICE

@@ -1,8 +1,9 @@
-"""Writes an ONNX graph node by node, quantised where ranges of its activations are known.
+"""Writes an ONNX graph node by node, quantised if the ranges of its activations are known.
 
 Weights are named and left out: the product reads them from their own package. An activation is
-quantised to uint8 over the range that pictures gave it; a node between two quantised tensors is
-what onnxruntime computes in whole numbers.
+quantised to uint8 over the range that pictures gave it: value = (level - zero) step. A node between
+two quantised tensors is then computed by onnxruntime in whole numbers, which is several times as
+fast as floats.
 """
 
 from __future__ import annotations
@@ -27,8 +28,8 @@ Ranges = Mapping[str, tuple[float, float]]  # least and greatest value of a tens
 class GraphWriter:
     """The nodes and constants so far.
 
-    ranges: None for a graph of floats. `watched` are the tensors that a quantised graph needs the
-    ranges of; `scales` the step of each layer's input.
+    ranges: None for a graph of floats. `watched` are the tensors whose ranges a quantised graph
+    needs; `scales` the step of each layer's input.
     """
 
     ranges: Ranges | None = None
@@ -39,12 +40,12 @@ class GraphWriter:
     _steps: dict[str, float] = field(default_factory=dict)
 
     def add(self, kind: str, inputs: Sequence[str], name: str, **attributes: Any) -> str:
-        """Add a node with one output of its own name; return that."""
+        """Add a node with one output of the same name; return that name."""
         self._nodes.append(helper.make_node(kind, inputs, [name], name=name, **attributes))
         return name
 
     def has(self, name: str) -> bool:
-        """Whether a node of that name is there."""
+        """Return whether a node of that name exists."""
         return any(node.name == name for node in self._nodes)
 
     def constant(self, name: str, value: ArrayLike) -> str:
@@ -53,7 +54,7 @@ class GraphWriter:
         return name
 
     def folded(self, name: str, value: ArrayLike) -> str:
-        """Add a constant that takes few bytes, as the float32 that it is once the graph is open."""
+        """Add a constant that is stored in few bytes and cast to float32 when the graph opens."""
         stored = self.constant(f"{name}.stored", value)
         return self.add("Cast", [stored], name, to=TensorProto.FLOAT)
 
@@ -65,9 +66,9 @@ class GraphWriter:
         return self.add("DequantizeLinear", [x, scale, origin], name)
 
     def rounded(self, x: str, most: float | None = None) -> str:
-        """Quantise an activation over its range, which begins at 0 where `most` is given.
+        """Quantise an activation over its range, which begins at 0 if `most` is given.
 
-        Saturation is then the rectifier: what is below 0 or above `most` becomes these.
+        Saturation is then the rectifier: values below 0 or above `most` become 0 and `most`.
         """
         self.watched.append(x)
         if self.ranges is None:
@@ -78,6 +79,8 @@ class GraphWriter:
             high = min(high, most)
         low = min(low, 0.0)
         high = max(high, LEAST_RANGE)
+        # Zero must be a level of its own: padding and rectified cells are exactly 0, and an error
+        # there would be added up over the whole map.
         step = float(np.float32((high - low) / LEVELS))
         scale = self.constant(f"{x}.rounded.step", np.float32(step))
         zero = round(-low / step)
@@ -86,7 +89,7 @@ class GraphWriter:
         return self.dequantised(whole, f"{x}.rounded", step, zero)
 
     def layer(self, kind: str, x: str, name: str, shape: Sequence[int], **attributes: Any) -> str:
-        """Add a convolution or a product whose weights (O, ...) and bias (O,) are left out."""
+        """Add a convolution or a product whose weights (O, ...) and bias (O,) are external."""
         if self.ranges is None:
             parts = [
                 self._outside(f"{name}.weights", TensorProto.FLOAT, shape),
@@ -98,6 +101,8 @@ class GraphWriter:
         bias = self._outside(f"{name}.bias", TensorProto.INT32, shape[:1])
         steps = self._outside(f"{name}.steps", TensorProto.FLOAT, shape[:1])
         unit = self._outside(f"{name}.unit", TensorProto.FLOAT, shape[:1])
+        # Weights are int8 with a step for each output channel. The bias is int32 in units of input
+        # step times weight step, so that it adds to the sum of products without rounding.
         zeros = np.zeros(shape[0])
         whole = self.constant(f"zeros8.{shape[0]}", zeros.astype(np.int8))
         wide = self.constant(f"zeros32.{shape[0]}", zeros.astype(np.int32))
@@ -112,13 +117,13 @@ class GraphWriter:
     ) -> ModelProto:
         """Close the graph: crops (N, S, S, 4) uint8 to these float outputs, by name with shape."""
         shape: list[int | str | None] = ["N", side, side, 4]
-        given = helper.make_tensor_value_info("crops", TensorProto.UINT8, shape)
-        made = [
+        crops = helper.make_tensor_value_info("crops", TensorProto.UINT8, shape)
+        results = [
             helper.make_tensor_value_info(name, TensorProto.FLOAT, sizes)
             for name, sizes in outputs.items()
         ]
         constants = list(self._constants.values())
-        graph = helper.make_graph(self._nodes, "encoder", [given], made, constants)
+        graph = helper.make_graph(self._nodes, "encoder", [crops], results, constants)
         opsets = [helper.make_opsetid("", OPSET)]
         return helper.make_model(graph, opset_imports=opsets, ir_version=IR_VERSION)
 

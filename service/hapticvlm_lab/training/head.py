@@ -1,8 +1,8 @@
-"""The head of the shipped encoder: one hidden layer on what a frozen network sees, by a fixed seed.
+"""The head of the shipped encoder: one hidden layer on the features of a frozen network.
 
-Classes count alike; within a class renders and photographs do, and within these their sources, so
+Classes count equally; within a class renders and photographs do, and within these their sources, so
 that the largest set does not become the material. The layer's activation of unit norm is the
-embedding; the linear layer of the gallery reads the materials off it.
+embedding; the linear layer of the gallery reads the materials off it. The seed is fixed.
 """
 
 from __future__ import annotations
@@ -54,8 +54,8 @@ class Fitted:
         """Return the unit activation (N, W) of features (N, F), as the graph does."""
         head = self.head
         unit = _unit((features.astype(np.float32) - head.mean) * head.scale)
-        made = unit @ (head.weights * head.steps) + head.bias
-        return _unit(np.maximum(made, 0.0))
+        hidden = unit @ (head.weights * head.steps) + head.bias
+        return _unit(np.maximum(hidden, 0.0))
 
     def embed(self, described: Described) -> Floats:
         """Return the embeddings (N, D) of described crops, as the graph does."""
@@ -65,9 +65,9 @@ class Fitted:
 
 def fit(sets: Sequence[Described], network: Network, seed: int) -> Fitted:
     """Fit a head; the same sets and seed give the same bytes on one machine."""
-    labels = np.concatenate([found.labels for found in sets])
-    weights = weigh(labels, np.concatenate([found.sources for found in sets]))
-    features = np.concatenate([found.features for found in sets]).astype(np.float32)
+    labels = np.concatenate([each.labels for each in sets])
+    weights = weigh(labels, np.concatenate([each.sources for each in sets]))
+    features = np.concatenate([each.features for each in sets]).astype(np.float32)
     mean, scale = _standard(features, weights, network)
     rows = torch.from_numpy(_unit((features - mean) * scale) * np.float32(GAIN))
     hidden, last = _train(rows, torch.from_numpy(labels), weights, seed)
@@ -80,7 +80,7 @@ def fit(sets: Sequence[Described], network: Network, seed: int) -> Fitted:
 
 
 def weigh(labels: NDArray[np.int64], sources_of: NDArray[np.str_]) -> Doubles:
-    """Weights (N,), which sum to 1, by which classes, kinds and sources count alike."""
+    """Return weights (N,), which sum to 1, so that classes, kinds and sources count equally."""
     weights = np.zeros(len(labels))
     is_render = np.isin(sources_of, (*RENDERS, "references"))
     for label in np.unique(labels):
@@ -101,7 +101,7 @@ def _weigh_kind(weights: Doubles, chosen: NDArray[np.bool_], sources_of: NDArray
 
 
 def _standard(features: Floats, weights: Doubles, network: Network) -> tuple[Floats, Floats]:
-    """Return mean and scale by which each stage's numbers count alike, the last map's more."""
+    """Return mean and scale by which each stage's features count equally, the last map's more."""
     groups = [width for width in network.widths[1:] for _ in range(2)]
     last = network.features - sum(groups)
     share = [np.full(width, width**-0.5) for width in groups] + [np.full(last, last**-0.5)]
@@ -115,7 +115,7 @@ def _standard(features: Floats, weights: Doubles, network: Network) -> tuple[Flo
 def _train(
     rows: torch.Tensor, labels: torch.Tensor, weights: Doubles, seed: int
 ) -> tuple[torch.nn.Linear, torch.nn.Linear]:
-    """Train hidden and last layer on unit features times GAIN; on one thread, so deterministic."""
+    """Train hidden and last layer on unit features times GAIN, on one thread: repeatable."""
     torch.set_num_threads(1)
     torch.manual_seed(seed)
     hidden = torch.nn.Linear(rows.shape[1], WIDTH)
@@ -128,9 +128,9 @@ def _train(
         for batch in torch.randperm(len(rows))[: steps * BATCH].reshape(steps, BATCH):
             seen = functional.dropout(rows[batch], DROPPED_FEATURES)
             active = HIDDEN_GAIN * functional.normalize(torch.relu(hidden(seen)), dim=1)
-            found = last(functional.dropout(active, DROPPED))
+            logits = last(functional.dropout(active, DROPPED))
             surprise = functional.cross_entropy(
-                found, labels[batch], reduction="none", label_smoothing=SMOOTHING
+                logits, labels[batch], reduction="none", label_smoothing=SMOOTHING
             )
             optimiser.zero_grad()
             (costs[batch] * surprise).mean().backward()  # type: ignore[no-untyped-call]

@@ -1,11 +1,12 @@
 """The graph of the shipped encoder: an EfficientNet-Lite without its weights, and our own head.
 
-A crop (N, S, S, 4) uint8 goes in, RGB and mask. The network is Tan and Le's EfficientNet in its
-Lite form (no squeeze, ReLU6, TensorFlow's padding). What its stages see is averaged under the mask,
-mean and standard deviation; the last map gives its mean, and the scores of ImageNet's classes.
+The input is a crop (N, S, S, 4) uint8, RGB and mask. The network is Tan and Le's EfficientNet in
+its Lite form (no squeeze, ReLU6, TensorFlow's padding). The map of each stage is averaged under the
+mask, which gives mean and standard deviation of each channel; the last map gives its mean, and the
+scores of ImageNet's classes.
 
-The head standardises these numbers, and one hidden layer makes an embedding of them; the class
-scores become beliefs in the materials beside it (joint_embedding), all inside of the graph.
+The head standardises these numbers, and one hidden layer turns them into an embedding. Beside it
+the class scores become beliefs in the materials (joint_embedding), all inside of the graph.
 """
 
 from __future__ import annotations
@@ -46,7 +47,7 @@ class Network:
 
     @property
     def features(self) -> int:
-        """How many numbers are pooled from it."""
+        """Number of features that are pooled from it."""
         return 2 * sum(self.widths[1:]) + LAST
 
 
@@ -58,7 +59,7 @@ NETWORKS = {
 
 @dataclass(frozen=True, slots=True)
 class Head:
-    """From features (N, F): standardised, of unit norm, one hidden layer of W, of unit norm.
+    """Features (N, F), standardised and of unit norm, to one hidden layer of W, of unit norm.
 
     mean and scale (F,); weights (F, W) int8 with a step for each column, and bias (W,).
     """
@@ -76,9 +77,10 @@ class Head:
 
 
 def describing(network: Network, ranges: Ranges | None) -> tuple[ModelProto, GraphWriter]:
-    """Make the graph that gives "features" (N, F) and "scores" (N, 1000).
+    """Build the graph with outputs "features" (N, F) and "scores" (N, 1000).
 
-    Without ranges it is one of floats, whose further outputs are what ranges are taken of.
+    Without ranges it is a graph of floats; its further outputs are the tensors whose ranges are
+    taken.
     """
     graph = GraphWriter(ranges)
     features, scores = _describe(graph, network)
@@ -92,11 +94,13 @@ def describing(network: Network, ranges: Ranges | None) -> tuple[ModelProto, Gra
 
 
 def embedding(network: Network, ranges: Ranges, head: Head) -> tuple[ModelProto, GraphWriter]:
-    """Make the graph that ships: "embeddings" (N, D)."""
+    """Build the graph that ships, with output "embeddings" (N, D)."""
     graph = GraphWriter(ranges)
     features, scores = _describe(graph, network)
     hidden = _hidden(graph, features, head)
     levels = _levels(graph, scores)
+    # The embedding has unit norm: a fixed share belongs to the hidden layer, the rest to the
+    # levels, and one number fills up whatever the levels leave of theirs.
     squares = graph.add("ReduceSumSquare", [levels], "levels.squares", axes=[1], keepdims=1)
     left = graph.add(
         "Sub", [_number(graph, "share", joint_embedding.SHARE), squares], "levels.left"
@@ -134,7 +138,7 @@ def _describe(graph: GraphWriter, network: Network) -> tuple[str, str]:
 
 
 def _read(graph: GraphWriter) -> tuple[str, str]:
-    """Take crops apart: the image (N, 3, S, S), and the mask (N, 1, S, S) from 0 to 1."""
+    """Split crops into the image (N, 3, S, S), and the mask (N, 1, S, S) from 0 to 1."""
     places = [graph.constant(f"place.{at}", np.array([at], np.int64)) for at in (0, 3, 4)]
     pixels = graph.add("Slice", ["crops", places[0], places[1], places[1]], "pixels")
     inside = graph.add("Slice", ["crops", places[1], places[2], places[1]], "inside")
@@ -167,18 +171,18 @@ def _block(
 def _convolve(
     graph: GraphWriter, x: str, name: str, shape: tuple[int, int, int, int], stride: int = 1
 ) -> str:
-    """Add a convolution, depthwise where it takes one channel, with its rectifier."""
+    """Add a convolution with its rectifier, depthwise if it takes one channel."""
     groups = shape[0] if shape[1] == 1 else 1
-    made = graph.layer(
+    layer = graph.layer(
         "Conv", x, name, shape, kernel_shape=shape[2:], strides=[stride] * 2, group=groups,
         auto_pad="SAME_UPPER",
     )  # fmt: skip
     if graph.ranges is not None:
-        return graph.rounded(made, LARGEST_ACTIVATION)
+        return graph.rounded(layer, LARGEST_ACTIVATION)
     least = _number(graph, "least", 0.0)
     most = _number(graph, "most", LARGEST_ACTIVATION)
-    graph.watched.append(made)
-    return graph.add("Clip", [made, least, most], f"{name}.rectified")
+    graph.watched.append(layer)
+    return graph.add("Clip", [layer, least, most], f"{name}.rectified")
 
 
 def _halved(graph: GraphWriter, mask: str, name: str) -> str:
@@ -191,6 +195,8 @@ def _halved(graph: GraphWriter, mask: str, name: str) -> str:
 
 def _pooled(graph: GraphWriter, x: str, mask: str, name: str) -> list[str]:
     """Return mean and standard deviation of a map under the mask, (N, C) each."""
+    # Variance as the mean of squares less the square of the mean, in one pass over the map.
+    # Rounding can make it slightly negative, hence the rectifier before the root.
     rows = _rows(graph, x, name)
     mean = _mean(graph, rows, mask, name)
     squares = graph.add("Mul", [rows, rows], f"{name}.squares")
@@ -231,8 +237,8 @@ def _hidden(graph: GraphWriter, features: str, head: Head) -> str:
     whole = graph.folded("head.whole", head.weights)
     weights = graph.add("Mul", [whole, graph.constant("head.steps", head.steps)], "head.weights")
     bias = graph.constant("head.bias", head.bias)
-    made = graph.add("Gemm", [unit, weights, bias], "head.layer")
-    return _unit(graph, graph.add("Relu", [made], "head.active"), "hidden")
+    layer = graph.add("Gemm", [unit, weights, bias], "head.layer")
+    return _unit(graph, graph.add("Relu", [layer], "head.active"), "hidden")
 
 
 def _unit(graph: GraphWriter, rows: str, name: str) -> str:

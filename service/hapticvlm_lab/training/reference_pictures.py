@@ -1,7 +1,7 @@
 """Writes the reference pictures that ship: `python -m hapticvlm_lab.training.reference_pictures`.
 
-Crops of rendered rooms (CC0 materials, our own scenes), as many of each material and of none, at
-most TWO of a shard and a class; shards that calibrate are left out.
+They are crops of rendered rooms (CC0 materials, our own scenes), the same number of each material
+and of none, at most TWO of a shard and a class. Shards that calibrate are left out.
 """
 
 from __future__ import annotations
@@ -35,15 +35,15 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=REFERENCES)
     chosen = parser.parse_args()
     shards = [s for s in sorted(chosen.renders.glob("shard_*.npz")) if _may_teach(s)]
-    found = choose(shards)
+    chosen_crops = choose(shards)
     chosen.out.mkdir(parents=True, exist_ok=True)
-    for name, crops in found.items():
+    for name, crops in chosen_crops.items():
         write_sheet(crops, chosen.out / name)
 
 
 def choose(shards: Sequence[Path]) -> dict[str, list[Pixels]]:
     """Choose crops (S, S, 4) of every material, the first that fit."""
-    found: dict[str, list[Pixels]] = {name: [] for name in NAMES}
+    chosen: dict[str, list[Pixels]] = {name: [] for name in NAMES}
     for shard in shards:
         with np.load(shard, allow_pickle=False) as file:
             crops = file["big"]
@@ -52,8 +52,8 @@ def choose(shards: Sequence[Path]) -> dict[str, list[Pixels]]:
         for name in NAMES:
             rows = [row for row, label in enumerate(labels) if label == name]
             fit = [row for row in rows if _fits(crops[row], sizes[row])]
-            found[name] += [crops[row] for row in fit[: min(TWO, EACH - len(found[name]))]]
-    return found
+            chosen[name] += [crops[row] for row in fit[: min(TWO, EACH - len(chosen[name]))]]
+    return chosen
 
 
 def write_sheet(crops: Sequence[Pixels], path: Path) -> None:

@@ -1,7 +1,7 @@
-"""Which source teaches and which is held back. The one place that decides it.
+"""The one place that decides which source teaches and which is held back.
 
-Sources are split whole, never picture by picture: pictures of one source look alike. What is held
-back is touched by measurements alone, never by training, gallery or calibration. Paths are relative
+Sources are split whole, never picture by picture: pictures of one source look alike. Held-back
+sources are for measurements alone, never for training, gallery or calibration. Paths are relative
 to the data folder (labels.csv, README.md).
 """
 
@@ -61,27 +61,28 @@ _TILES_HELD_BACK = 4  # one in so many tiles dresses the held-back renders
 
 
 def material_of(label: str) -> str:
-    """Map a class of labels.csv to one of the material table, UNKNOWN when it has none."""
+    """Map a class of labels.csv to one of the material table, UNKNOWN if it has none."""
     name = _SAME.get(label, label)
     return name if name in materials.MATERIALS else materials.UNKNOWN
 
 
 def is_tile_held_back(path: str) -> bool:
-    """Whether a tile of ambientcg_tiles is kept from training; `path` as in labels.csv.
+    """Return whether a tile of ambientcg_tiles is kept from training; `path` as in labels.csv.
 
-    Variants of one asset (a final letter) go together, and what `pbr` also has is held back.
+    Variants of one asset (a final letter) go together, and assets that `pbr` also has are held
+    back.
     """
     asset = path.rsplit("/", 1)[-1].split(".")[0].split("_")[0].rstrip("ABCDEFGHM")
     return asset in _ALSO_IN_PBR or crc32(asset.encode()) % _TILES_HELD_BACK == 0
 
 
 def is_calibration_shard(stem: str) -> bool:
-    """Whether a shard of renders, by its name without suffix, calibrates and does not teach."""
+    """Return whether a shard of renders, by its name, calibrates instead of teaching."""
     return stem.endswith("9")
 
 
 def labelled(data: Path, source: str) -> Iterator[tuple[Path, str]]:
-    """Yield every picture of a source that is there, with its class in labels.csv."""
+    """Yield every existing picture of a source, with its class in labels.csv."""
     with (data / "labels.csv").open(newline="", encoding="utf-8") as file:
         for row in csv.DictReader(file):
             path = data / row["path"]

@@ -1,8 +1,8 @@
-"""Write shards of path-traced crops, another look than the rooms': `python -m ...training.traced`.
+"""Writes shards of path-traced crops, unlike the rooms': `python -m hapticvlm_lab.training.traced`.
 
-The generator of the held-back set draws other objects (other seeds) of what may train: textures
-and skies that are not held back, no model. A network that learned from these still meets unseen
-objects, textures and lights in the held-back set, but no longer an unseen renderer.
+The generator of the held-back set draws other objects (other seeds) with textures and skies that
+are not held back, and no model. A network that learned from these still meets unseen objects,
+textures and lights in the held-back set, but no longer an unseen renderer.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ CLASSES = (*MAIN, *materials.MATERIALS, materials.UNKNOWN)  # in turn: the main 
 
 
 def main() -> int:
-    """Read the command line and render; shards that are there are left alone."""
+    """Read the command line and render; existing shards are left as they are."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--data", type=Path, required=True, help="folder with labels.csv")
     parser.add_argument("--out", type=Path, required=True, help="folder to write to")
@@ -51,7 +51,7 @@ def main() -> int:
 
 
 def draw(data: Path, out: Path, numbers: range) -> None:
-    """Write these shards where they are not there yet."""
+    """Write the shards that do not exist yet."""
     out.mkdir(parents=True, exist_ok=True)
     paths = [(number, out / f"shard_{number:05d}.npz") for number in numbers]
     missing = [(number, path) for number, path in paths if not path.exists()]

@@ -1,6 +1,6 @@
-"""One waveform on one output, from begin to end, without the audio engine: for calibration.
+"""Plays one waveform on one output, without the service's audio engine, for calibration.
 
-Whatever ends it early, an exception or Ctrl-C, fades it within FADE_S.
+An exception or Ctrl-C in the middle fades the waveform within FADE_S.
 """
 
 from __future__ import annotations
@@ -21,12 +21,15 @@ FADE_S = 0.05
 _POLL_S = 0.02
 
 
-class Sounding:
-    """An output that is silent until it is given something to play."""
+class WavePlayer:
+    """A player that is silent until `play` is called.
+
+    `fill` runs in the thread of the audio output, everything else in that of the caller.
+    """
 
     def __init__(self, name: str) -> None:
         self.name = name
-        self.played = 0  # samples of the waveform so far
+        self.played = 0  # samples of the waveform played so far
         self._wave = np.zeros(0, np.float32)
         self._gain = self._aim = 1.0
         self._ended = threading.Event()
@@ -38,6 +41,8 @@ class Sounding:
         part = self._wave[self.played : self.played + count]
         block[: part.size] = part
         self.played += part.size
+        # A waveform that is cut off would click, loudly on a speaker under a palm. So a fade lowers
+        # the gain by a straight line, which goes on across blocks until it reaches 0.
         if self._aim < 1.0:
             gains = np.maximum(self._gain - np.arange(1, count + 1) / (FADE_S * RATE_HZ), self._aim)
             block = (block * gains).astype(np.float32)
@@ -47,53 +52,56 @@ class Sounding:
         return np.clip(block, np.float32(-1.0), np.float32(1.0))
 
     def play(self, wave: NDArray[np.float32]) -> None:
-        """Play a waveform (N,) at RATE_HZ to its end. Raises OutputError when the output stops."""
+        """Play a waveform, (N,) at RATE_HZ, and return at its end.
+
+        Raises OutputError when the output stops asking for samples.
+        """
         self._ended.clear()
         self.played, self._wave = 0, np.asarray(wave, np.float32)
-        gives_up_at = time.monotonic() + 2.0 * wave.size / RATE_HZ + 5.0
+        deadline = time.monotonic() + 2.0 * wave.size / RATE_HZ + 5.0
         while not self._ended.wait(_POLL_S):
-            if time.monotonic() > gives_up_at:
+            if time.monotonic() > deadline:
                 raise OutputError(f"{self.name} stopped asking for samples")
 
     def fade(self) -> None:
-        """Fade what sounds, and wait for its end."""
+        """Fade out what plays, and wait until it is silent."""
         self._aim = 0.0
         self._ended.wait(1.0)
 
 
 @contextmanager
-def opened(wanted: str) -> Iterator[Sounding]:
-    """Open the output called so; "simulated" plays into nothing. Raises OutputError."""
-    if wanted == "simulated":
-        with _clocked(Sounding("simulated speaker")) as sounding:
-            yield sounding
+def open_player(name: str) -> Iterator[WavePlayer]:
+    """Open the output of this name; "simulated" plays into nothing. Raises OutputError."""
+    if name == "simulated":
+        with _simulated(WavePlayer("simulated speaker")) as player:
+            yield player
         return
-    sounding = Sounding(wanted)
-    output = Output(sounding.fill, realtime=False)
-    output.open(wanted, BLOCK)
+    player = WavePlayer(name)
+    output = Output(player.fill, realtime=False)
+    output.open(name, BLOCK)
     try:
-        output.settle(lambda: None)
-        sounding.name = output.name
-        yield sounding
+        output.wait_until_steady(lambda: None)
+        player.name = output.name
+        yield player
     finally:
-        sounding.fade()
+        player.fade()
         output.close()
 
 
 @contextmanager
-def _clocked(sounding: Sounding) -> Iterator[Sounding]:
-    """Ask for samples as fast as they are played."""
+def _simulated(player: WavePlayer) -> Iterator[WavePlayer]:
+    """Request samples from a thread, at the rate at which a real output would."""
     stopped = threading.Event()
 
-    def ask() -> None:
+    def request() -> None:
         while not stopped.wait(BLOCK / RATE_HZ):
-            sounding.fill(BLOCK)
+            player.fill(BLOCK)
 
-    thread = threading.Thread(target=ask, name="simulated output", daemon=True)
+    thread = threading.Thread(target=request, name="simulated output", daemon=True)
     thread.start()
     try:
-        yield sounding
+        yield player
     finally:
-        sounding.fade()
+        player.fade()
         stopped.set()
         thread.join(1.0)

@@ -1,8 +1,19 @@
-"""A speaker's response from a sweep and what an accelerometer made of it.
+"""Computes a speaker's response from a sweep and an accelerometer's recording of it.
 
-The recording is divided by the sweep, which gives an impulse response at whatever time the
-recording was begun; what lies further than GATE_S from its peak is noise and is cut. Third octaves
-of what is left are the response.
+The speaker plays a sweep x(t) whose frequency rises exponentially from 12 to 1200 Hz in 10 s (the
+method of Farina, 2000; unchecked), and the accelerometer records y(t). The spectrum of the impulse
+response is Y / X, computed as
+
+    H = Y X* / (|X|^2 + eps max |X|^2)
+
+where eps keeps frequencies that the sweep does not contain from being divided by nothing. Back in
+time, H is one short peak, at whatever moment the recording was started. So playback and recording
+need not be synchronised.
+
+Everything further than GATE_S from the peak is cut. That removes noise, and also the distortion of
+the speaker: with an exponential sweep the n-th harmonic of f sounds T ln n / ln(1200 / 12) before
+the sweep itself arrives at n f, so its response stands that long before the peak (1.5 s for n = 2,
+computed), far outside of the gate. The response is the level of the rest in third octaves.
 """
 
 from __future__ import annotations
@@ -28,19 +39,21 @@ SWEEP_S = 10.0
 SILENCE_S = 0.5
 LEVEL = 0.5
 LONGEST_S = 120.0
-MOST_BYTES = 256 * documents.MIB  # of a recording as text
+MAX_BYTES = 256 * documents.MIB  # of a recording in a CSV file
 THIRDS_HZ = tuple(1000.0 * 2.0 ** (third / 3.0) for third in range(-17, 1))  # 20 to 1000 Hz
 GATE_S = 0.25
 FADE_S = 0.1
-LEAST_CONTRAST_DB = 15.0  # of the gated response over the rest; noise alone gives 6, none of it 140
-LEAST_RATE_HZ = 2_500.0  # a thousand hertz need more than twice that
-QUANTITIES = {"acceleration": 0, "velocity": 1, "displacement": 2}  # derivatives still to take
+MIN_CONTRAST_DB = 15.0  # of the gated response over the rest; noise alone gives 6, no noise 140
+MIN_RATE_HZ = 2_500.0  # more than twice the highest third octave
+QUANTITIES = {"acceleration": 0, "velocity": 1, "displacement": 2}  # derivatives to acceleration
 
 
 def sweep() -> NDArray[np.float32]:
-    """Make the sweep to play, (N,) float32 at RATE_HZ: logarithmic, silence around it."""
+    """Return the sweep to play, (N,) float32 at RATE_HZ, with SILENCE_S before and after."""
     count = int(SWEEP_S * RATE_HZ)
     low, high = SWEEP_HZ
+    # f(t) = low exp(rate t / T): every octave takes the same time and so gets the same energy. The
+    # phase is the integral of 2 pi f.
     rate = math.log(high / low)
     time = np.arange(count) / count
     wave = np.sin(2.0 * math.pi * low * SWEEP_S / rate * np.expm1(time * rate))
@@ -55,16 +68,24 @@ def sweep() -> NDArray[np.float32]:
 def response(
     recorded: _Floats, rate_hz: float, quantity: str = "acceleration", *, simulated: bool = False
 ) -> SpeakerResponse:
-    """Compute the response from a recording (N,) of the sweep. Raises ValueError."""
+    """Return the response from a recording of the sweep, 0 dB at 250 Hz.
+
+    `recorded` is (N,) float64 in any unit of `quantity`, a key of QUANTITIES. Raises ValueError
+    when it is too slow, too short or too long, silent, or does not contain the sweep.
+    """
     wave = _checked(recorded, rate_hz)
     played = sweep().astype(np.float64)
+    # Padded to the length of the linear convolution, so that the end does not wrap to the start.
     size = 1 << (wave.size + played.size - 1).bit_length()
-    given = np.fft.rfft(played, size)
+    sent = np.fft.rfft(played, size)
     received = np.fft.rfft(wave, size)
-    power = np.abs(given) ** 2
-    impulse = np.fft.irfft(received * np.conj(given) / (power + 1e-4 * power.max()), size)
+    power = np.abs(sent) ** 2
+    impulse = np.fft.irfft(received * np.conj(sent) / (power + 1e-4 * power.max()), size)
     gated = _gated(impulse)
     hertz = np.arange(size // 2 + 1) * (RATE_HZ / size)
+    # The response is that of acceleration, in which an ideal speaker is flat above its resonance
+    # (perception.py). Each derivative is a factor of 2 pi f, of which 2 pi cancels below, because
+    # the response is relative to that at 250 Hz.
     transfer = np.abs(np.fft.rfft(gated)) * hertz ** QUANTITIES[quantity]
     edge = 2.0 ** (1.0 / 6.0)
     bands = [transfer[(hertz >= hz / edge) & (hertz < hz * edge)] for hz in THIRDS_HZ]
@@ -75,32 +96,40 @@ def response(
 
 
 def read_csv(path: Path) -> tuple[_Floats, float]:
-    """Read an accelerometer's time in s and value: (N,) evenly spaced, and its rate, Hz.
+    """Return an accelerometer's values, (N,) evenly spaced, and their rate in Hz.
 
-    A first line of names is skipped; further columns are ignored. Raises OSError, ValueError.
+    The file has rows of time in s and value. A first row of names is skipped, further columns are
+    ignored. Raises OSError, and ValueError which names the file and the fault.
     """
     try:
-        text = documents.read_text(path, MOST_BYTES)
+        content = documents.read_text(path, MAX_BYTES)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
-    rows = [row for row in csv.reader(io.StringIO(text, newline="")) if len(row) >= 2]
+    rows = [row for row in csv.reader(io.StringIO(content, newline="")) if len(row) >= 2]
     try:
         numbers = np.array([(float(row[0]), float(row[1])) for row in rows[_header(rows) :]])
     except ValueError as error:
-        raise ValueError(f"{path}: {error}; needs rows of time in s, acceleration") from None
+        raise ValueError(f"{path}: {error}; needs rows of time in s and acceleration") from None
     if numbers.shape[0] < 100:
-        raise ValueError(f"{path}: {numbers.shape[0]} rows, needs time in s and acceleration")
+        raise ValueError(
+            f"{path}: {numbers.shape[0]} rows; needs at least 100 of time in s and acceleration"
+        )
     time_s, value = numbers.T
     steps = np.diff(time_s)
     if not np.isfinite(numbers).all() or float(steps.min()) <= 0.0:
-        raise ValueError(f"{path}: time does not rise or a value is no number")
+        raise ValueError(f"{path}: timestamps must increase and every value must be a number")
+    # The clock of a phone or a microcontroller jitters and drops samples; the median step is its
+    # rate all the same, and the values are interpolated to even steps of it.
     rate_hz = 1.0 / float(np.median(steps))
     even = np.arange(time_s[0], time_s[-1], 1.0 / rate_hz)
     return np.asarray(np.interp(even, time_s, value)), rate_hz
 
 
 def simulated_speaker(played: _Floats) -> _Floats:
-    """Move as a small driver does, (N,): resonant at 55 Hz, weak below, with a peak at 400 Hz."""
+    """Return the acceleration of a small simulated driver, (N,), from the wave it plays.
+
+    It resonates at 55 Hz with Q = 1.2, falls by 12 dB per octave below, and has a peak at 400 Hz.
+    """
     hertz = np.arange(played.size // 2 + 1) * (RATE_HZ / played.size)
     resonance = (1j * hertz / 55.0) ** 2 / (1.0 - (hertz / 55.0) ** 2 + 1j * hertz / 55.0 / 1.2)
     bump = 1.0 + 1.0 / (1.0 + 1j * 3.0 * (hertz / 400.0 - 400.0 / np.maximum(hertz, 1e-9)))
@@ -110,7 +139,7 @@ def simulated_speaker(played: _Floats) -> _Floats:
 
 
 def _header(rows: list[list[str]]) -> int:
-    """Return how many first rows are names: none or one."""
+    """Return how many rows at the top are names: 0 or 1."""
     try:
         float(rows[0][0])
     except (ValueError, IndexError):
@@ -119,32 +148,33 @@ def _header(rows: list[list[str]]) -> int:
 
 
 def _checked(recorded: _Floats, rate_hz: float) -> _Floats:
-    if rate_hz < LEAST_RATE_HZ:
-        raise ValueError(f"recorded at {rate_hz:.0f} Hz; needs {LEAST_RATE_HZ:.0f} or more")
+    if rate_hz < MIN_RATE_HZ:
+        raise ValueError(f"recorded at {rate_hz:.0f} Hz; needs {MIN_RATE_HZ:.0f} Hz or more")
     if not SWEEP_S <= recorded.size / rate_hz <= LONGEST_S:
         seconds = recorded.size / rate_hz
         raise ValueError(
-            f"lasts {seconds:.3g} s; needs the whole sweep, {SWEEP_S:g} s, and under "
-            f"{LONGEST_S:g} s"
+            f"the recording lasts {seconds:.3g} s; it needs the whole sweep, {SWEEP_S:g} s, and at "
+            f"most {LONGEST_S:g} s"
         )
     if not np.isfinite(recorded).all():
-        raise ValueError("holds values that are no numbers")
+        raise ValueError("the recording contains values that are not numbers")
     wave = recorded - recorded.mean()
     peak = float(np.abs(wave).max())
     if peak == 0.0:
-        raise ValueError("is silent; was the speaker on?")
+        raise ValueError("the recording is silent; was the speaker on?")
     return resampled(wave / peak, round(rate_hz))
 
 
 def _gated(impulse: _Floats) -> _Floats:
-    """Return what lies around the peak. Raises ValueError where nothing stands out."""
+    """Return the impulse response around its peak. Raises ValueError where nothing stands out."""
     peak = int(np.argmax(np.abs(impulse)))
+    # The peak is moved to the middle, so that the gate needs no case for a peak near either end.
     rolled = np.roll(impulse, impulse.size // 2 - peak)
     away_s = np.abs(np.arange(impulse.size) - impulse.size // 2) / RATE_HZ
     gate = np.clip((GATE_S - away_s) / (0.5 * GATE_S), 0.0, 1.0)
     inside = rolled[away_s < GATE_S]
     outside = rolled[away_s >= GATE_S]
     contrast = np.mean(inside**2) / max(float(np.mean(outside**2)), 1e-30)
-    if 10.0 * math.log10(float(contrast)) < LEAST_CONTRAST_DB:
-        raise ValueError("does not hold the sweep, or too much noise; play it louder, record again")
+    if 10.0 * math.log10(float(contrast)) < MIN_CONTRAST_DB:
+        raise ValueError("sweep not found (too much noise?); play it louder and record it again")
     return np.asarray(rolled * gate)

@@ -1,4 +1,4 @@
-"""`hapticvlm feel`, `export`, `evaluate`, `calibrate` and `study`."""
+"""The commands `hapticvlm feel`, `export`, `evaluate`, `calibrate` and `study`."""
 
 from __future__ import annotations
 

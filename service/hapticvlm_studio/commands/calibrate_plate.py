@@ -1,4 +1,4 @@
-"""`hapticvlm calibrate plate`: measure how well a palm lies on the plate."""
+"""`hapticvlm calibrate plate`: measures the thermal resistance between a palm and the plate."""
 
 from __future__ import annotations
 
@@ -18,10 +18,11 @@ if TYPE_CHECKING:
     from hapticvlm_studio.calibration.plate_flow import PlateEstimate
 
 _DESCRIPTION = """
-Measure the resistance between a palm and the plate from the heat that the palm takes. The plate
-swings gently for 72 s with nothing on it, and again with your palm at rest on it; it asks for each.
-Nothing is to be judged. `hapticvlm serve` and `hapticvlm calibrate thermal` take the result. With
---simulate R a simulated palm lies on a simulated plate.
+Measure the resistance between a palm and the plate from the heat that flows into the palm. The
+temperature of the plate swings gently for 72 s with nothing on it, and again with your palm at rest
+on it; the command asks for each. You are not asked what you feel. `hapticvlm serve` and
+`hapticvlm calibrate thermal` use the result. With --simulate R a simulated palm lies on a simulated
+plate.
 """
 
 
@@ -41,13 +42,13 @@ def add(subjects: Commands) -> None:
         "--peltier",
         default="auto",
         metavar="PORT",
-        help="the plate: serial port or `auto` (%(default)s)",
+        help="plate: serial port or `auto` (%(default)s)",
     )
     plate.add_argument(
         "--simulate",
         type=number_within(1e-4, 2e-3),
         metavar="R",
-        help="simulate plate and palm, with this resistance between them in m2 K/W",
+        help="simulate plate and palm with this resistance between them, m2 K/W",
     )
     add_json(plate)
     plate.add_argument(
@@ -63,70 +64,71 @@ def _plate(options: argparse.Namespace) -> int:
     if options.simulate is not None:
         return _report(_simulated(options.simulate), options)
     if options.peltier == "simulated":
-        raise UsageError("no palm lies on a simulated plate: give --simulate 5e-4 instead")
+        raise UsageError("a simulated plate has no palm on it: give --simulate 5e-4 instead")
     try:
         return _report(_person(options.peltier), options)
     except EOFError:
-        raise UsageError("nobody pressed Enter: the plate is not calibrated") from None
+        raise UsageError("input ended before Enter was pressed; nothing was calibrated") from None
 
 
 def _simulated(resistance: float) -> PlateEstimate:
     from hapticvlm.devices.simulated.simulated import SimulatedPlate
-    from hapticvlm_studio.calibration.plate_course import simulated_time, swing
     from hapticvlm_studio.calibration.plate_flow import estimate, middle_c
+    from hapticvlm_studio.calibration.plate_trajectory import simulated_time, swing
 
     plate = SimulatedPlate(palm_resistance=math.inf)
-    turn = simulated_time()
-    around_c = middle_c(plate.advance(turn()).sink_c)
-    bare = swing(plate, around_c, turn)
+    next_tick = simulated_time()
+    around_c = middle_c(plate.advance(next_tick()).sink_c)
+    bare = swing(plate, around_c, next_tick)
     plate.touch(resistance)
-    return estimate(bare, swing(plate, around_c, turn))
+    return estimate(bare, swing(plate, around_c, next_tick))
 
 
 def _person(port: str) -> PlateEstimate:
-    """Lead a person through both runs; before, between and after them the plate is off."""
+    """Guide a person through both runs; the plate is off before, between and after them."""
     from hapticvlm.devices.plate.peltier import Peltier
-    from hapticvlm_studio.calibration.plate_course import real_time, swing
     from hapticvlm_studio.calibration.plate_flow import RUN_S, estimate, middle_c
+    from hapticvlm_studio.calibration.plate_trajectory import real_time, swing
 
     plate = Peltier(port)
     plate.start()
     try:
-        _ask("1 of 2: take everything off the plate, and press Enter")
+        _ask("1 of 2: take everything off the plate and press Enter")
         around_c = middle_c(plate.advance(real_time()).sink_c)
-        _tell(f"touch nothing for {RUN_S:g} s ...")
+        _print(f"do not touch the plate for {RUN_S:g} s ...")
         bare = swing(plate, around_c, real_time)
         _ask(
-            "2 of 2: lay your palm on the plate as you will when you use it, keep it still, and "
-            "press Enter with the other hand"
+            "2 of 2: lay your palm on the plate as in use, keep it still and press Enter with the "
+            "other hand"
         )
-        _tell(f"keep still for {RUN_S:g} s; Ctrl-C stops the plate ...")
+        _print(f"keep your palm still for {RUN_S:g} s; Ctrl-C stops the plate ...")
         return estimate(bare, swing(plate, around_c, real_time))
     finally:
         plate.close()
 
 
-def _ask(text: str) -> None:
-    _tell(text)
+def _ask(instruction: str) -> None:
+    """Print an instruction and wait for Enter. Raises EOFError."""
+    _print(instruction)
     input()
 
 
-def _tell(text: str) -> None:
-    """Speak to the person; the output may be a program's."""
-    print(text, file=sys.stderr, flush=True)
+def _print(instruction: str) -> None:
+    """Print for the person on standard error; standard output may go to a program."""
+    print(instruction, file=sys.stderr, flush=True)
 
 
-def _report(found: PlateEstimate, options: argparse.Namespace) -> int:
-    """Print what was found before it is written: a file that can't be must not lose it."""
-    result = {"calibrate": "plate", "simulated": options.simulate is not None, **asdict(found)}
+def _report(palm: PlateEstimate, options: argparse.Namespace) -> int:
+    """Print the result, then write it: a file that cannot be written must not lose it."""
+    result = {"calibrate": "plate", "simulated": options.simulate is not None, **asdict(palm)}
     line = json.dumps(result)
-    rounded = f"{found.plate_resistance:.2g}"
+    rounded = f"{palm.plate_resistance:.2g}"
     if options.json:
         print(line)
     else:
-        print(f"plate resistance {rounded} m2 K/W (95 % {found.low:.2g} to {found.high:.2g})")
+        print(f"plate resistance {rounded} m2 K/W (95 % {palm.low:.2g} to {palm.high:.2g})")
     if options.out is not None:
         options.out.write_text(line + "\n", encoding="utf-8")
     if not options.json:
-        print(f"use it: --plate-resistance {options.out or rounded}")
+        print(f"to use it: --plate-resistance {options.out or rounded}")
     return 0

@@ -1,4 +1,4 @@
-"""`hapticvlm calibrate speaker`: measure a speaker with a sweep, so that it can be corrected."""
+"""`hapticvlm calibrate speaker`: measures a speaker with a sweep, so that it can be corrected."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 _DESCRIPTION = """
 Measure how a speaker moves, in two steps. First play a sweep of eleven seconds: --speaker NAME
-plays it, or --sweep FILE writes it as a WAV file to play elsewhere. Rest a palm on the speaker,
-at the level you will use, and record its motion with an accelerometer: a WAV file, or a CSV file
+plays it, or --sweep FILE writes it to a WAV file to play elsewhere. Rest a palm on the speaker, set
+the level you will use, and record the motion with an accelerometer, to a WAV file or to a CSV file
 of time in s and value. Ctrl-C ends the sweep. Then --recorded FILE --out CURVE writes the curve
 that `hapticvlm serve --speaker-response CURVE` corrects. --simulate measures a simulated speaker.
 """
@@ -46,7 +46,7 @@ def add(subjects: Commands) -> None:
         help="play the sweep on `default`, `jack`, or an output of this name",
     )
     steps.add_argument(
-        "--recorded", type=Path, metavar="FILE", help="read a recording of the sweep"
+        "--recorded", type=Path, metavar="FILE", help="evaluate this recording of the sweep"
     )
     steps.add_argument("--simulate", action="store_true", help="measure a simulated speaker")
     speaker.add_argument(
@@ -67,7 +67,7 @@ def add(subjects: Commands) -> None:
         type=int,
         default=5,
         metavar="S",
-        help="seconds to wait before it plays (%(default)s)",
+        help="seconds to wait before the sweep (%(default)s)",
     )
     speaker.add_argument("--out", type=Path, metavar="FILE", help="write the curve to this file")
     add_json(speaker)
@@ -95,7 +95,7 @@ def _write_sweep(options: argparse.Namespace) -> int:
 
     write_wav(options.sweep, speaker_response.sweep())
     seconds = speaker_response.SWEEP_S + 2 * speaker_response.SILENCE_S
-    print(f"wrote {options.sweep}: play its {seconds:g} s, record them, then use --recorded")
+    print(f"wrote {options.sweep}: play its {seconds:g} s, record them, then run with --recorded")
     return 0
 
 
@@ -105,14 +105,14 @@ def _play_sweep(options: argparse.Namespace) -> int:
     from hapticvlm_studio.calibration import speaker_response
 
     wave = speaker_response.sweep() * (options.level / speaker_response.LEVEL)
-    with calibration_output.opened(options.speaker) as output:
-        print(f"{output.name}: start recording, palm on the speaker; Ctrl-C ends it", flush=True)
+    with calibration_output.open_player(options.speaker) as player:
+        print(f"{player.name}: start recording, palm on the speaker; Ctrl-C stops", flush=True)
         for left in range(max(options.countdown, 0), 0, -1):
             print(f"  {left}", flush=True)
             time.sleep(1.0)
-        output.play(wave)
+        player.play(wave)
     seconds = wave.size / RATE_HZ
-    print(f"played {seconds:g} s at level {options.level:g}; then --recorded")
+    print(f"played {seconds:g} s at level {options.level:g}; now run with --recorded FILE")
     return 0
 
 
@@ -131,29 +131,29 @@ def _measure(options: argparse.Namespace) -> SpeakerResponse:
     return speaker_response.response(sound.mean(axis=1), rate, options.quantity)
 
 
-def _report(found: SpeakerResponse, options: argparse.Namespace) -> int:
+def _report(response: SpeakerResponse, options: argparse.Namespace) -> int:
     from hapticvlm.devices.speaker.speaker_files import write_response
 
     if options.out is not None:
-        write_response(options.out, found)
+        write_response(options.out, response)
     if not options.json:
-        _print_curve(found)
+        _print_curve(response)
         if options.out is not None:
-            print(f"use it: hapticvlm serve --speaker-response {options.out}")
+            print(f"to use it: hapticvlm serve --speaker-response {options.out}")
         return 0
-    result = {"calibrate": "speaker", "simulated": found.simulated}
-    result |= {"frequency_hz": [round(hz, 2) for hz in found.frequency_hz]}
-    result |= {"response_db": [round(db, 2) for db in found.response_db]}
+    result = {"calibrate": "speaker", "simulated": response.simulated}
+    result |= {"frequency_hz": [round(hz, 2) for hz in response.frequency_hz]}
+    result |= {"response_db": [round(db, 2) for db in response.response_db]}
     print(json.dumps(result))
     return 0
 
 
-def _print_curve(found: SpeakerResponse) -> None:
-    correction = found.correction()
+def _print_curve(response: SpeakerResponse) -> None:
+    correction = response.correction()
     gains_db = dict(zip(correction.frequency_hz, correction.gain_db, strict=True))
-    if found.simulated:
-        print("the speaker is simulated: the curve is a rehearsal, no device's")
-    print(f"{'Hz':>8} {'moves dB':>9} {'corrected by dB':>16}")
-    for hz, db in zip(found.frequency_hz, found.response_db, strict=True):
-        by_db = gains_db.get(hz)
-        print(f"{hz:>8.1f} {db:>9.1f} {'-' if by_db is None else f'{by_db:.1f}':>16}")
+    if response.simulated:
+        print("simulated: this curve is only a rehearsal, do not use it")
+    print(f"{'Hz':>8} {'response, dB':>13} {'correction, dB':>15}")
+    for hz, db in zip(response.frequency_hz, response.response_db, strict=True):
+        gain_db = gains_db.get(hz)
+        print(f"{hz:>8.1f} {db:>13.1f} {'-' if gain_db is None else f'{gain_db:.1f}':>15}")

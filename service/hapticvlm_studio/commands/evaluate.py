@@ -1,4 +1,4 @@
-"""`hapticvlm evaluate`: a method against known truths. Wires models to the measurement."""
+"""`hapticvlm evaluate`: grades a method on labelled pictures. Connects models to the grades."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from hapticvlm.vlm.contract import VlmSettings
     from hapticvlm_studio.evaluation.asking import Ask
 
-TOKEN = "HAPTICVLM_VLM_TOKEN"  # of the environment: an option would show in the process list
-TIMEOUT_S = 120.0  # nobody's hand waits here
+TOKEN = "HAPTICVLM_VLM_TOKEN"  # environment variable; an option would show in the process list
+TIMEOUT_S = 120.0  # long, since no hand waits for the answer
 
 
 def add(commands: Commands) -> None:
@@ -24,14 +24,14 @@ def add(commands: Commands) -> None:
     evaluate = commands.add_parser(
         "evaluate",
         help="grade a method on your own labelled pictures",
-        description="Grade a method on your own labelled pictures, beside blind guesses.",
+        description="Grade a method on your own labelled pictures, beside constant guesses.",
     )
     subjects = evaluate.add_subparsers(title="subjects", required=True, metavar="WHAT")
     ambient = subjects.add_parser(
         "ambient",
-        help="air temperature read off pictures",
-        description="Grade how well a vision-language model reads the air temperature off "
-        "pictures. The default and a constant guess are graded beside it.",
+        help="air temperature estimated from pictures",
+        description="Grade how well a vision-language model estimates the air temperature from "
+        "pictures, and compare it with the default and with a constant guess.",
         examples=("hapticvlm evaluate ambient pictures.csv --vlm",),
     )
     ambient.set_defaults(run=_evaluate_ambient)
@@ -44,7 +44,7 @@ def add(commands: Commands) -> None:
     ambient.add_argument(
         "--method",
         choices=["default", "vlm"],
-        help="what to grade (vlm if --vlm or --vlm-url is given, else default)",
+        help="method to grade (vlm if --vlm or --vlm-url is given, else default)",
     )
     ambient.add_argument(
         "--vlm",
@@ -59,7 +59,7 @@ def add(commands: Commands) -> None:
         help="ask an OpenAI-compatible endpoint; your pictures are sent there",
     )
     ambient.add_argument(
-        "--out", type=Path, metavar="FOLDER", help="draw plots into this folder (none are drawn)"
+        "--out", type=Path, metavar="FOLDER", help="draw plots into this folder (no plots)"
     )
     add_json(ambient)
 
@@ -77,13 +77,13 @@ def _evaluate_ambient(options: argparse.Namespace) -> int:
 
 
 def _method(options: argparse.Namespace) -> tuple[str, Ask]:
-    """Name the method and make it. Raises ValueError and VlmError."""
+    """Return the name of the method and the function that asks it. Raises ValueError, VlmError."""
     from hapticvlm_studio.evaluation.asking import by_default, by_vlm
 
     named = options.vlm or options.vlm_url
     method = options.method or ("vlm" if named else "default")
     if method != "vlm" and named:
-        raise ValueError(f"--method {method} asks no model: leave out --vlm and --vlm-url")
+        raise ValueError(f"--method {method} asks no model: omit --vlm and --vlm-url")
     if method == "default":
         return "default", by_default
     from hapticvlm.vlm.local import load_vlm

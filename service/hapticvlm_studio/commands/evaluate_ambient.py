@@ -1,4 +1,4 @@
-"""`hapticvlm evaluate ambient`: a method against known temperatures, and against blind guesses."""
+"""`hapticvlm evaluate ambient`: grades temperatures and prints the result."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from pathlib import Path
 from hapticvlm.evidence.reading import COVERAGE
 from hapticvlm_studio.evaluation import plots
 from hapticvlm_studio.evaluation.asking import Ask, ask_all
+from hapticvlm_studio.evaluation.grades import Outcome, figures, grade
 from hapticvlm_studio.evaluation.pictures import read_pictures
-from hapticvlm_studio.evaluation.rendition import Outcome, figures, grade
 from hapticvlm_studio.evaluation.scores import PAPER, Score, Share, share
 
 NAME = "evaluate-ambient"
-MOST_LINES = 40  # pictures listed
+MAX_LINES = 40  # pictures listed
 
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """What to evaluate on, under which name, where plots go (None: none), and whether to talk."""
+    """The CSV, the name of the method, the folder for plots (None: no plots), and the output."""
 
     file: Path
     method: str
@@ -29,7 +29,7 @@ class Plan:
 
 
 def run(plan: Plan, ask: Ask) -> int:
-    """Evaluate; 1 where nothing was answered. Raises LabelledPictureError."""
+    """Evaluate and print; return 1 where nothing was answered. Raises LabelledPictureError."""
     answers = ask_all(ask, read_pictures(plan.file))
     outcome = grade(answers)
     files: list[Path] = []
@@ -45,9 +45,9 @@ def run(plan: Plan, ask: Ask) -> int:
 
 
 def print_outcome(outcome: Outcome, method: str, files: Sequence[Path]) -> None:
-    """Print everything for a reader."""
+    """Print the outcome for a person."""
     _print_pictures(outcome)
-    print(f"\n{'':<34}{'n':>5}  {'MAE, degC':<20}{'within 8 degC':<18}{'interval holds':<18}width")
+    print(f"\n{'':<34}{'n':>5}  {'MAE, degC':<20}{'within 8 degC':<18}{'in interval':<18}width")
     _print_score(method, outcome.score)
     for rule, score in outcome.constants.items():
         mark = " (best)" if rule == outcome.best else ""
@@ -65,8 +65,8 @@ def print_outcome(outcome: Outcome, method: str, files: Sequence[Path]) -> None:
 
 
 def _print_pictures(outcome: Outcome) -> None:
-    print(f"\n{'picture':<34}{'truth':>7}{'said':>7}  {'interval':<16}{'error':>7}")
-    for answer in outcome.answers[:MOST_LINES]:
+    print(f"\n{'picture':<34}{'truth':>7}{'guess':>7}  {'interval':<16}{'error':>7}")
+    for answer in outcome.answers[:MAX_LINES]:
         name = answer.labelled.path.name[-33:]
         truth = answer.labelled.truth_c
         if answer.guess is None:
@@ -75,8 +75,8 @@ def _print_pictures(outcome: Outcome) -> None:
         ends = f"{answer.guess.low_c:.1f} to {answer.guess.high_c:.1f}"
         columns = f"{answer.guess.value_c:>7.1f}  {ends:<16}{answer.guess.value_c - truth:>+7.1f}"
         print(f"{name:<34}{truth:>7.1f}{columns}")
-    if len(outcome.answers) > MOST_LINES:
-        print(f"... and {len(outcome.answers) - MOST_LINES} more, all in the JSON line")
+    if len(outcome.answers) > MAX_LINES:
+        print(f"... and {len(outcome.answers) - MAX_LINES} more; --json lists all")
 
 
 def _print_score(title: str, score: Score | None) -> None:
@@ -99,9 +99,9 @@ def _verdict(outcome: Outcome, method: str) -> str:
     if outcome.gain_c is None:
         return f"\n{method} answered nothing{missing}"
     value, low, high = outcome.gain_c
-    worth = "is better than" if low > 0 else "is worse than" if high < 0 else "equals within error"
+    worth = "is better than" if low > 0 else "is worse than" if high < 0 else "does not differ from"
     side = f"its error is lower by {value:.1f} degC [{low:.1f}, {high:.1f}]"
     return (
         f"\n{method} {worth} the best constant guess ({outcome.best}): {side}{missing}\n"
-        f"Brackets: 95 %. Intervals are meant to hold {100 * COVERAGE:.0f} %."
+        f"Brackets: 95 % intervals. A stated interval should contain {100 * COVERAGE:.0f} %."
     )

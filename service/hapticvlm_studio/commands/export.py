@@ -1,4 +1,4 @@
-"""`hapticvlm export`: a touch of a material as a file that other haptic tools open."""
+"""`hapticvlm export`: writes a touch of a material as a file for other haptic tools."""
 
 from __future__ import annotations
 
@@ -26,12 +26,13 @@ SCALES = ("palm", "controller")
 ALL = "all"
 HEAT_SUFFIX = ".heat.json"
 _DESCRIPTION = """
-Write what touching a material feels like as a file: wav (48 kHz, what the palm speaker plays),
+Write what touching a material feels like to a file: wav (48 kHz, what the palm speaker plays),
 haptic (Meta Haptics SDK), ahap (Apple Core Haptics) or hjif (MPEG, ISO/IEC 23090-31). `all` writes
 every material of the table and of --gallery into the folder --out, one file for each interaction.
-hjif holds the plate's temperature too; the others get it in a file beside them (.heat.json).
-`page` is one HTML file to hear and compare touches, with all four formats to download.
-`--scale controller` lifts what a controller or a phone would hardly play; wav stays as it is.
+hjif contains the temperature of the plate; for the other formats it is written to a second file
+(.heat.json). `page` is one HTML file to hear and compare touches, with all four formats to
+download. `--scale controller` raises what a controller or a phone would hardly play; wav files do
+not change.
 """
 
 
@@ -41,8 +42,8 @@ def add(commands: Commands) -> None:
         "export", help="write a touch for other haptic tools", description=_DESCRIPTION
     )
     export.set_defaults(run=_export)
-    export.add_argument("material", metavar="MATERIAL", help=f"a material, such as wood, or {ALL}")
-    export.add_argument("--to", required=True, choices=FORMATS, help="the format to write")
+    export.add_argument("material", metavar="MATERIAL", help=f"material, such as wood, or {ALL}")
+    export.add_argument("--to", required=True, choices=FORMATS, help="format to write")
     export.add_argument(
         "--interaction", choices=INTERACTIONS, help="how the hand touches (a strike, then a slide)"
     )
@@ -60,7 +61,7 @@ def add(commands: Commands) -> None:
         "--scale",
         choices=SCALES,
         default=SCALES[0],
-        help="as strong as the palm speaker plays it, or as controllers and phones need it (palm)",
+        help="strength: as the palm speaker plays it, or as controllers and phones need it (palm)",
     )
     touch_options.add_force(export)
     touch_options.add_seconds(export, 1.0)
@@ -75,7 +76,7 @@ class _Job:
 
     material: Material
     interaction: str | None
-    path: Path | None  # None: named after the touch, in the folder
+    path: Path | None  # None: the folder, and the name of the touch
 
 
 def _export(options: argparse.Namespace) -> int:
@@ -114,7 +115,10 @@ def _write_page(
 
 
 def write(clip: Clip, kind: str, path: Path) -> list[Path]:
-    """Write a clip, and its temperatures beside it where the format has none. Raises OSError."""
+    """Write a clip, and its temperatures to a second file where the format has none.
+
+    Returns the paths written. Raises OSError.
+    """
     from hapticvlm_studio.touches import ahap, haptic, hjif
     from hapticvlm_studio.touches.sound import write_wav
 
@@ -125,13 +129,13 @@ def write(clip: Clip, kind: str, path: Path) -> list[Path]:
         write_wav(path, clip.wave)
     else:
         _write_json(path, haptic.document(clip) if kind == "haptic" else ahap.document(clip))
-    beside = path.with_name(path.name + HEAT_SUFFIX)
-    _write_json(beside, heat_document(clip))
-    return [path, beside]
+    heat_path = path.with_name(path.name + HEAT_SUFFIX)
+    _write_json(heat_path, heat_document(clip))
+    return [path, heat_path]
 
 
 def heat_document(clip: Clip) -> dict[str, Any]:
-    """Return the temperatures of a touch from contact on, degC."""
+    """Return the temperatures of a touch from contact on, in degC, times in s."""
     heat = clip.heat
     return {
         "material": heat.material,
@@ -148,10 +152,10 @@ def _jobs(options: argparse.Namespace, table: Mapping[str, Material]) -> Iterato
         yield _Job(touch_options.find(options.material, table), options.interaction, options.out)
         return
     if options.to != PAGE and options.out is not None and options.out.is_file():
-        raise UsageError(f"{options.out} is a file; all needs a folder")
-    chosen = INTERACTIONS if options.interaction is None else (options.interaction,)
+        raise UsageError(f"--out {options.out} is a file; `{ALL}` needs a folder")
+    interactions = INTERACTIONS if options.interaction is None else (options.interaction,)
     for material in table.values():
-        for interaction in chosen:
+        for interaction in interactions:
             yield _Job(material, interaction, None)
 
 
@@ -161,7 +165,8 @@ def _clip(job: _Job, options: argparse.Namespace, table: Mapping[str, Material])
     from hapticvlm_studio.touches.heat import ThermalInputs, heat
     from hapticvlm_studio.touches.sound import sound
 
-    others = {} if options.patterns is None else table  # of which recordings may be, too
+    # A recording may be of another material than the one that is touched.
+    others = {} if options.patterns is None else table
     voices = touch_options.voices(options, {**others, job.material.name: job.material})
     motion = Motion(options.speed, options.force)
     return clip(

@@ -1,4 +1,4 @@
-"""`hapticvlm feel`: what a touch of a material would feel like, without a scene or a service."""
+"""`hapticvlm feel`: computes what a touch of a material feels like, without scene or service."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ SPEED_MPS = 0.3
 SWING_MPS = 5.0
 
 _DESCRIPTION = """
-Compute what touching a material would feel like. You see the temperature of the skin, the
-setpoint of the plate, the limit that shaped it, and the vibration. --plot draws them and --wav
-writes the sound. No service and no device is used.
+Compute what touching a material feels like. The command prints the temperature of the skin, the
+setpoint of the plate, the limit that acted, and the vibration. --plot draws them and --wav writes
+the vibration. It uses neither a service nor a device.
 """
 
 
@@ -37,7 +37,7 @@ def add(commands: Commands) -> None:
     """Declare the command and its options."""
     feel = commands.add_parser(
         "feel",
-        help="show what a touch would feel like",
+        help="compute what a touch feels like",
         description=_DESCRIPTION,
         examples=(
             "hapticvlm feel metal --object-c 5",
@@ -46,7 +46,7 @@ def add(commands: Commands) -> None:
     )
     feel.set_defaults(run=_feel)
     feel.add_argument(
-        "material", metavar="MATERIAL", help="a material, such as wood, glass, fabric or metal"
+        "material", metavar="MATERIAL", help="material, such as wood, glass, fabric or metal"
     )
     _add_heat(feel)
     sound = feel.add_argument_group("vibration")
@@ -59,14 +59,14 @@ def add(commands: Commands) -> None:
         "--speed",
         type=number_within(0.0, 20.0),
         metavar="M_PER_S",
-        help="speed of the hand in m/s, the greatest of a stroke (0.3; swing 5)",
+        help="highest speed of a stroke in m/s (0.3; swing 5)",
     )
     touch_options.add_force(sound)
     touch_options.add_recordings(sound)
     out = feel.add_argument_group("output")
     touch_options.add_seconds(out, 5.0)
     out.add_argument(
-        "--plot", type=Path, metavar="FILE", help="draw it to this .png, .svg or .pdf file"
+        "--plot", type=Path, metavar="FILE", help="draw the touch to this .png, .svg or .pdf file"
     )
     out.add_argument(
         "--wav", type=Path, metavar="FILE", help="write the vibration to this file, 48 kHz mono"
@@ -89,19 +89,19 @@ def _add_heat(feel: argparse.ArgumentParser) -> None:
         "--contact-resistance",
         type=_palm,
         metavar="R_OR_FILE",
-        help="contact resistance of skin and object in m2 K/W, or a file that `hapticvlm calibrate "
-        "thermal` wrote (that of the material)",
+        help="contact resistance of skin and object in m2 K/W, or a file written by `hapticvlm "
+        "calibrate thermal` (that of the material)",
     )
     heat.add_argument(
         "--thickness-m",
         type=number_within(1e-6, 10.0),
         metavar="M",
-        help="the object is a sheet or rod of this thickness in m (it is thick)",
+        help="thickness of an object that is a sheet or rod, in m (thick)",
     )
 
 
 def _palm(text: str) -> float:
-    """Read a contact resistance that skin and object can have."""
+    """Return a contact resistance that skin and object can have."""
     return number_within(0.0, 1.0)(repr(contact_resistance(text)))
 
 
@@ -133,16 +133,17 @@ def _touch(material: Material, options: argparse.Namespace) -> tuple[Heat, Sound
 
     usual_mps = SWING_MPS if options.interaction == "swing" else SPEED_MPS
     motion = Motion(usual_mps if options.speed is None else options.speed, options.force)
-    others = {} if options.patterns is None else MATERIALS  # of which recordings may be, too
+    # A recording may be of another material than the one that is touched.
+    others = {} if options.patterns is None else MATERIALS
     touch = (options.interaction, motion, options.seconds)
     voices = touch_options.voices(options, {**others, material.name: material})
     return (
-        heat(material, _warmth(options), options.seconds),
+        heat(material, _thermal_inputs(options), options.seconds),
         sound(material, *touch, voices, options.thickness_m),
     )
 
 
-def _warmth(options: argparse.Namespace) -> ThermalInputs:
+def _thermal_inputs(options: argparse.Namespace) -> ThermalInputs:
     from hapticvlm_studio.touches.heat import ThermalInputs
 
     return ThermalInputs(
@@ -173,7 +174,7 @@ def _print(heat: Heat, vibration: dict[str, Any]) -> None:
         f"contact temperature {heat.contact_c:.1f} degC"
     )
     if not heat.thermal_cue:
-        print("no thermal cue: object and skin are too alike to be felt as warm or cold")
+        print("no thermal cue: object and skin differ too little to be felt as warm or cold")
     print(f"\n{'s':>6} {'skin degC':>10} {'setpoint degC':>14}  limited by")
     for shown_s in SHOWN_S:
         if shown_s <= heat.time_s[-1]:

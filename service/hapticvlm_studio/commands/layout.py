@@ -1,4 +1,4 @@
-"""`hapticvlm study new`, and how a study is laid out: by its file, or by options."""
+"""`hapticvlm study new`, and the layout of a study from its file or from options."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ if TYPE_CHECKING:
     from hapticvlm_studio.trials.record import Pace
 
 _NEW = """
-Write DIR/study.toml, the file of a new study with comments: consent, instructions, questions,
-ratings, languages (English and German), patterns and participants. It runs as it is.
+Write DIR/study.toml, the commented file of a new study: consent, instructions, questions, ratings,
+languages (English and German), patterns and participants. It runs as it is.
 """
 _OPTIONS = ("patterns", "participants", "order", "repeats", "renderings", "seed")
-_MOST_PEOPLE = 999
-_MOST_REPEATS = 100
-_MOST_REST_S = 600.0
+_MAX_PEOPLE = 999
+_MAX_REPEATS = 100
+_MAX_REST_S = 600.0
 
 
 def add(parts: Commands) -> None:
-    """Declare the part."""
+    """Declare `study new`."""
     new = parts.add_parser(
         "new",
-        help="begin a study: write its file",
+        help="write the file of a new study",
         description=_NEW,
         examples=("hapticvlm study new pilot", "hapticvlm study run pilot --hear"),
     )
@@ -44,24 +44,27 @@ def _new(options: argparse.Namespace) -> int:
 
     path: Path = options.folder / FILE
     if path.exists():
-        raise StudyError(f"{path} is there already")
+        raise StudyError(f"{path} already exists; edit it, or give another folder")
     with usage_errors():
         options.folder.mkdir(parents=True, exist_ok=True)
         path.write_text(TEMPLATE.read_text(encoding="utf-8"), encoding="utf-8")
-    print(f"{path}: edit it as you like, then")
+    print(f"wrote {path}: edit it, then")
     print(f"  hapticvlm study run {options.folder} --hear    try it without a device")
     print(f"  hapticvlm study run {options.folder}           run it")
     return 0
 
 
 def layout(options: argparse.Namespace) -> tuple[Design, Pace]:
-    """Read the study of this folder, or begin it. Raises StudyError."""
+    """Return the design and pace of the folder's study; begin it where it is new.
+
+    Raises StudyError when file, options and a study that was begun do not agree.
+    """
     from hapticvlm_studio.design import form
     from hapticvlm_studio.design.form import StudyFile
 
-    given = form.read(options.folder)
-    pace = _pace(options, StudyFile() if given is None else given[1])
-    return (_by_options(options) if given is None else _by_file(options, *given)), pace
+    file = form.read(options.folder)
+    pace = _pace(options, StudyFile() if file is None else file[1])
+    return (_by_options(options) if file is None else _by_file(options, *file)), pace
 
 
 def _by_file(options: argparse.Namespace, form: Form, file: StudyFile) -> Design:
@@ -70,31 +73,34 @@ def _by_file(options: argparse.Namespace, form: Form, file: StudyFile) -> Design
     from hapticvlm_studio.design.stimuli import StudyError
 
     path = options.folder / FILE
-    asked = [name for name in _OPTIONS if getattr(options, name) is not None]
-    if asked:
-        raise StudyError(f"{path} lays the study out: say it there, not by --{asked[0]}")
-    made = _designed(form, file)
+    stated = [name for name in _OPTIONS if getattr(options, name) is not None]
+    if stated:
+        raise StudyError(f"{path} lays the study out: change it there, not by --{stated[0]}")
+    wanted = _designed(form, file)
     if not (options.folder / design.HEAD).exists():
-        design.write_design(options.folder, made)
-        return made
+        design.write_design(options.folder, wanted)
+        return wanted
+    # Trials that were presented under one design must not be continued under another, so the file
+    # is compared with what the study was begun with.
     begun = design.read_design(options.folder)
-    if begun != made:
+    if begun != wanted:
+        changed = _difference(begun, wanted)
         raise StudyError(
-            f"{path} is not what this study was begun with (other: {_difference(begun, made)}); "
-            "put it back as it was, or take a new folder"
+            f"{path} was changed after the study had begun ({changed}); undo the change, or use a "
+            "new folder"
         )
     return begun
 
 
-def _difference(begun: Design, made: Design) -> str:
-    """Name the parts in which two designs differ."""
+def _difference(begun: Design, wanted: Design) -> str:
+    """Return the names of the parts in which two designs differ."""
     parts = [
-        *((name, begun.form, made.form) for name in begun.form.__struct_fields__),
-        *((name, begun, made) for name in ("stimuli", "participants", "repeats", "renderings")),
-        *((name, begun, made) for name in ("order", "seed")),
+        *((name, begun.form, wanted.form) for name in begun.form.__struct_fields__),
+        *((name, begun, wanted) for name in ("stimuli", "participants", "repeats", "renderings")),
+        *((name, begun, wanted) for name in ("order", "seed")),
     ]
-    found = [name for name, first, second in parts if getattr(first, name) != getattr(second, name)]
-    return ", ".join(found) or "trials"
+    names = [name for name, first, second in parts if getattr(first, name) != getattr(second, name)]
+    return ", ".join(names) or "trials"
 
 
 def _designed(form: Form, file: StudyFile) -> Design:
@@ -115,29 +121,32 @@ def _by_options(options: argparse.Namespace) -> Design:
     from hapticvlm_studio.design.stimuli import StudyError
 
     if (options.folder / design.HEAD).exists():
-        found = design.read_design(options.folder)
-        if _wanted(options, found.stimuli, found.participants, _plan_of(found)) != found:
-            raise StudyError(f"{options.folder} holds a study of another design; take a new folder")
-        return found
+        begun = design.read_design(options.folder)
+        # Options that are not given keep their value, so those that are given decide.
+        if _wanted(options, begun.stimuli, begun.participants, _plan_of(begun)) != begun:
+            raise StudyError(
+                f"{options.folder} contains a study of another design; use a new folder"
+            )
+        return begun
     if not options.without_file and all(getattr(options, name) is None for name in _OPTIONS):
         raise StudyError(_no_study(options.folder))
-    made = _wanted(options, ours(), ("P01",), design.Plan())
-    design.write_design(options.folder, made)
-    return made
+    wanted = _wanted(options, ours(), ("P01",), design.Plan())
+    design.write_design(options.folder, wanted)
+    return wanted
 
 
 def _no_study(folder: Path) -> str:
-    """Say that a folder holds no study, and which one beside it was probably meant."""
+    """Return an error that names the study in a neighbouring folder that was probably meant."""
     from hapticvlm_studio.design.design import HEAD
     from hapticvlm_studio.design.form import FILE
 
     others = [path for path in folder.absolute().parent.glob("*/") if path.name != folder.name]
     studies = [each.name for each in others if any((each / name).exists() for name in (FILE, HEAD))]
     near = get_close_matches(folder.name, studies, n=1)
-    meant = f"did you mean {folder.parent / near[0]}? Else " if near else ""
+    hint = f"did you mean {folder.parent / near[0]}? Otherwise " if near else ""
     return (
-        f"{folder}: no {FILE} here; {meant}`hapticvlm study new {folder}` writes one, "
-        "and --without-file does without"
+        f"{folder} contains no {FILE}; {hint}`hapticvlm study new {folder}` writes one, "
+        "and --without-file runs a study without it"
     )
 
 
@@ -153,28 +162,28 @@ def _wanted(
     participants: tuple[str, ...],
     plan: Plan,
 ) -> Design:
-    """Lay out what the options ask for, the rest as given. Raises StudyError."""
+    """Return the design that the options ask for, with defaults for the rest. Raises StudyError."""
     from hapticvlm_studio.design.design import design
 
     if options.patterns not in (None, "default"):
         stimuli = patterns_named(options.patterns)
     if options.participants is not None:
         participants = _codes(options.participants)
-    asked = {name: getattr(options, name) for name in ("repeats", "renderings", "seed", "order")}
-    given = {name: value for name, value in asked.items() if value is not None}
-    return design(stimuli, participants, _checked(replace(plan, **given)))
+    values = {name: getattr(options, name) for name in ("repeats", "renderings", "seed", "order")}
+    changes = {name: value for name, value in values.items() if value is not None}
+    return design(stimuli, participants, _checked(replace(plan, **changes)))
 
 
 def _checked(plan: Plan) -> Plan:
     from hapticvlm_studio.design.stimuli import StudyError
 
-    if not 1 <= plan.repeats <= _MOST_REPEATS or not 0 <= plan.renderings <= _MOST_REPEATS:
-        raise StudyError("repeats and renderings: at most 100, repeats at least 1")
+    if not 1 <= plan.repeats <= _MAX_REPEATS or not 0 <= plan.renderings <= _MAX_REPEATS:
+        raise StudyError(f"repeats must be 1 to {_MAX_REPEATS} and renderings 0 to {_MAX_REPEATS}")
     return plan
 
 
 def patterns_named(name: str) -> tuple[Stimulus, ...]:
-    """Return a set of this program's by its name, or read a file. Raises StudyError."""
+    """Return a shipped set of patterns by its name, or read a file. Raises StudyError."""
     from hapticvlm_studio.design import patterns, stimuli
 
     named = {"ours": patterns.ours, "twenty": patterns.twenty, "paper-like": patterns.paper_like}
@@ -190,8 +199,8 @@ def _codes(text: str) -> tuple[str, ...]:
 def _numbered(count: int) -> tuple[str, ...]:
     from hapticvlm_studio.design.stimuli import StudyError
 
-    if not 1 <= count <= _MOST_PEOPLE:
-        raise StudyError(f"participants: 1 to {_MOST_PEOPLE}")
+    if not 1 <= count <= _MAX_PEOPLE:
+        raise StudyError(f"participants: must be 1 to {_MAX_PEOPLE}")
     return tuple(f"P{number:02d}" for number in range(1, count + 1))
 
 
@@ -204,6 +213,6 @@ def _pace(options: argparse.Namespace, file: StudyFile) -> Pace:
     pace = Pace(masking_noise=masks, hear=options.hear)
     if rest_s is None:
         return pace
-    if not 0.0 <= rest_s <= _MOST_REST_S:
-        raise StudyError(f"rest_s {rest_s:g}: not within 0..{_MOST_REST_S:g}")
+    if not 0.0 <= rest_s <= _MAX_REST_S:
+        raise StudyError(f"rest_s {rest_s:g}: must be 0 to {_MAX_REST_S:g}")
     return replace(pace, rest_s=rest_s)

@@ -1,4 +1,4 @@
-"""`hapticvlm study predict` and `choose`: what the machine observer makes of patterns."""
+"""`hapticvlm study predict` and `choose`: patterns judged by the machine observer, a model."""
 
 from __future__ import annotations
 
@@ -18,26 +18,27 @@ if TYPE_CHECKING:
     from hapticvlm_studio.observer.predict import PaperCheck, Prediction, Spread
 
 SETS = ("ours", "twenty", "paper-like")
-WHAT = "simulated: a machine observer, not people"
+WHAT = "machine observer: a model, not people"
 _PREDICT = """
-Predict which patterns of a set are confused. A machine observer of vibration and heat answers: a
-model, never a person. It has two free numbers, its noise for vibration and for heat. They are
-calibrated so that a set like the paper's gives the paper's figures: 84.67 % of trials right, and
-hot and cold confused in 4.2 %. The paper's stimuli are unpublished, so the prediction is a range
-over guesses of them, not one number. Heat is what the simulated plate brings to the palm. The
+Predict which patterns of a set are confused. The answers come from a machine observer of vibration
+and heat, which is a model, not a person. It has two free numbers, its noise for vibration and for
+heat. They are calibrated so that a set like the paper's gives the paper's figures: 84.67 % of
+trials correct, and hot and cold confused in 4.2 %. The paper's stimuli are unpublished, so the
+prediction is a range over guesses of them. Heat is what the simulated plate brings to the palm. The
 random numbers are seeded. Exit code 2: the patterns cannot be read or presented.
 """
 _CHOOSE = """
-Search for strokes of the five vibrations that the machine observer confuses least. It takes about
-half a minute. The shipped patterns were chosen like this, on other seeds than the reported ones.
+Search for strokes of the five vibrations that the machine observer confuses least; it is a model,
+not a person. The search takes about half a minute. The shipped patterns were chosen this way, with
+other seeds than those of the reported predictions.
 """
 
 
 def add(parts: Commands) -> None:
-    """Declare both parts of `hapticvlm study`."""
+    """Declare `hapticvlm study predict` and `hapticvlm study choose`."""
     predict = parts.add_parser(
         "predict",
-        help="predict which patterns are confused",
+        help="predict which patterns are confused, by a model",
         description=_PREDICT,
         examples=("hapticvlm study predict --patterns twenty --out prediction",),
     )
@@ -58,18 +59,21 @@ def add(parts: Commands) -> None:
         "--heat-noise",
         type=_noise,
         metavar="STEPS",
-        help="noise for heat, in Weber steps (the same as --noise)",
+        help="noise for heat in Weber steps (the same as --noise)",
     )
     predict.add_argument(
         "--guesses",
         type=_count,
         default=20,
         metavar="N",
-        help="how many guesses of the paper's stimuli, each calibrated; 0 is the shipped one alone "
+        help="number of guesses of the paper's stimuli, each calibrated; 0: only the shipped one "
         "(%(default)s)",
     )
     predict.add_argument(
-        "--out", type=Path, metavar="FOLDER", help="draw matrices and curve into this folder"
+        "--out",
+        type=Path,
+        metavar="FOLDER",
+        help="draw confusion matrices and curves into this folder",
     )
     add_former(predict, "--plots", "out")
     add_json(predict)
@@ -113,102 +117,111 @@ def _report(options: argparse.Namespace) -> None:
     from hapticvlm_studio.observer.percepts import Noise
 
     stimuli = patterns_named(options.patterns)
-    checked = spread = None
+    check = spread = None
     if options.noise is None and options.heat_noise is not None:
         raise ValueError("--heat-noise needs --noise")
-    with working("asking the machine observer"):
+    with working("running the machine observer"):
         if options.noise is None:
-            checked = predict.check(predict.paper_noise())
-            noise = checked.noise
+            check = predict.check(predict.paper_noise())
+            noise = check.noise
             spread = predict.spread(stimuli, options.guesses) if options.guesses else None
         else:
             heat = options.noise if options.heat_noise is None else options.heat_noise
             noise = Noise(options.noise, heat)
-        found = predict.predict(stimuli, noise)
+        prediction = predict.predict(stimuli, noise)
         if options.out is not None:
-            _draw(found, checked, options)
+            _draw(prediction, check, options)
     if options.json:
-        print(json.dumps(_document(found, checked, spread)))
+        print(json.dumps(_document(prediction, check, spread)))
         return
-    _print(found, spread)
-    if checked is not None:
-        _print_check(checked)
+    _print(prediction, spread)
+    if check is not None:
+        _print_check(check)
 
 
-def _draw(found: Prediction, checked: PaperCheck | None, options: argparse.Namespace) -> None:
+def _draw(prediction: Prediction, check: PaperCheck | None, options: argparse.Namespace) -> None:
     from hapticvlm_studio.design import paper
     from hapticvlm_studio.observer import plots, predict
 
     folder: Path = options.out
     folder.mkdir(parents=True, exist_ok=True)
     name = Path(options.patterns).stem
-    plots.draw_matrix(found, folder / f"observer-{name}.png")
+    plots.draw_matrix(prediction, folder / f"observer-{name}.png")
     others = {
-        other: predict.predict(patterns_named(other), found.noise).curve
+        other: predict.predict(patterns_named(other), prediction.noise).curve
         for other in SETS
         if other != options.patterns
     }
-    plots.draw_curves({name: found.curve, **others}, folder / "observer-noise.png")
-    if checked is not None:
+    plots.draw_curves({name: prediction.curve, **others}, folder / "observer-noise.png")
+    if check is not None:
         path = folder / "observer-paper.png"
-        plots.draw_check(checked, paper.confusion(), paper.CODES, path)
+        plots.draw_check(check, paper.confusion(), paper.CODES, path)
 
 
 def _document(
-    found: Prediction, checked: PaperCheck | None, spread: Spread | None
+    prediction: Prediction, check: PaperCheck | None, spread: Spread | None
 ) -> dict[str, Any]:
-    document = {"what": WHAT, **asdict(found), "counts": found.counts.tolist()}
+    document = {"what": WHAT, **asdict(prediction), "counts": prediction.counts.tolist()}
     if spread is not None:
         document["guesses"] = asdict(spread)
-    if checked is not None:
-        document["paper_check"] = {**asdict(checked), "counts": checked.counts.tolist()}
+    if check is not None:
+        document["paper_check"] = {**asdict(check), "counts": check.counts.tolist()}
     return document
 
 
-def _print(found: Prediction, spread: Spread | None) -> None:
+def _print(prediction: Prediction, spread: Spread | None) -> None:
     from hapticvlm_studio.observer.answers import TRIALS
 
-    noise = f"{found.noise.touch:.2f} (vibration) and {found.noise.heat:.2f} (heat)"
-    print(f"{WHAT}; {TRIALS} trials a pattern at {noise} Weber steps of noise")
-    print(f"recognised: {found.recognised:.1%} of {len(found.names)} patterns{_range(spread)}")
-    name, share = found.one_feature
-    print(f"  beside it: always one answer {found.constant:.1%}, best single feature {share:.1%}")
-    print(f"  ({name}), vibration alone {found.touch_only:.1%}, heat alone {found.heat_only:.1%}")
-    curve = ", ".join(f"x{factor:g} {share:.1%}" for factor, share in found.curve)
-    print(f"  with other noise: {curve}")
-    print("\nconfused most (presented, taken for, share of its trials):")
-    for pair in found.pairs:
+    names = prediction.names
+    noise = f"{prediction.noise.touch:.2f} (vibration) and {prediction.noise.heat:.2f} (heat)"
+    print(f"{WHAT}; {TRIALS} trials per pattern at a noise of {noise} Weber steps")
+    print(f"recognised: {prediction.recognised:.1%} of {len(names)} patterns{_range(spread)}")
+    feature, share = prediction.one_feature
+    print(
+        f"  baselines: always the same answer {prediction.constant:.1%}, best single feature "
+        f"{share:.1%}"
+    )
+    print(
+        f"  ({feature}), vibration alone {prediction.touch_only:.1%}, heat alone "
+        f"{prediction.heat_only:.1%}"
+    )
+    curve = ", ".join(f"x{factor:g} {share:.1%}" for factor, share in prediction.curve)
+    print(f"  at other noise: {curve}")
+    print("\nmost confused pairs (presented, answered, share of its trials):")
+    for pair in prediction.pairs:
         print(f"  {pair.presented:<26} {pair.answered:<26} {pair.share:.1%}")
-    if not found.pairs:
-        print("  none in 0.5 % or more")
-    wide = max(len(name) for name in found.names)
-    print("\npresented, and % of its trials answered as each, in the same order:")
-    for name, row in zip(found.names, found.counts, strict=True):
-        print(f"  {name:<{wide}} " + " ".join(f"{100 * n / row.sum():3.0f}" for n in row))
+    if not prediction.pairs:
+        print("  no pair in 0.5 % of trials or more")
+    width = max(len(name) for name in names)
+    print("\nconfusion matrix, % of a row's trials answered as each pattern, in the same order:")
+    for name, row in zip(names, prediction.counts, strict=True):
+        print(f"  {name:<{width}} " + " ".join(f"{100 * n / row.sum():3.0f}" for n in row))
     print("\nskin on the simulated plate, degC, as the first stroke begins and the last ends:")
-    for name, (begin_c, end_c) in zip(found.names, found.palm_c, strict=True):
-        print(f"  {name:<{wide}} {begin_c:.1f} {end_c:.1f}")
+    for name, (begin_c, end_c) in zip(names, prediction.palm_c, strict=True):
+        print(f"  {name:<{width}} {begin_c:.1f} {end_c:.1f}")
 
 
 def _range(spread: Spread | None) -> str:
-    """Return how much of the figure depends on the guess of the paper's stimuli."""
+    """Return how much the figure depends on the guess of the paper's stimuli, in words."""
     if spread is None:
         return ""
     return (
-        f" with the guess of the paper's stimuli\n  that is shipped; with {spread.count} others "
-        f"{spread.lowest:.1%} to {spread.highest:.1%}, median {spread.median:.1%}, four in five "
+        f" with the shipped guess\n  of the paper's stimuli; with {spread.count} other guesses "
+        f"{spread.lowest:.1%} to {spread.highest:.1%}, median {spread.median:.1%}, 80 % within "
         f"{spread.tenth:.1%} to {spread.ninetieth:.1%}"
     )
 
 
-def _print_check(checked: PaperCheck) -> None:
-    print("\ncalibrated on a set like the paper's; pairs of vibrations, share of all trials")
+def _print_check(check: PaperCheck) -> None:
+    print(
+        "\ncalibrated on a set like the paper's; confused pairs of vibrations, share of all trials"
+    )
     print(f"{'':<8} {'nine people':>12} {'observer':>10}")
-    for name, people, machine in checked.pairs:
+    for name, people, machine in check.pairs:
         print(f"{name:<8} {people:>12.1%} {machine:>10.1%}")
-    people, machine = checked.temperature_slips
+    people, machine = check.temperature_slips
     print(f"{'hot-cold':<8} {people:>12.1%} {machine:>10.1%}")
-    print(f"order of the ten pairs: Spearman {checked.order:.2f}")
+    print(f"order of the ten pairs: Spearman {check.order:.2f}")
 
 
 def _search(options: argparse.Namespace) -> None:
@@ -222,7 +235,7 @@ def _search(options: argparse.Namespace) -> None:
         rows = [asdict(stimulus) for stimulus in chosen]
         print(json.dumps({"what": WHAT, "nearest_two_steps": nearest, "vibrations": rows}))
         return
-    print(f"{WHAT}; nearest two: {nearest:.1f} Weber steps, each level up to 6 dB off")
+    print(f"{WHAT}; nearest two: {nearest:.1f} Weber steps with level errors of up to 6 dB")
     for stimulus in chosen:
         print(
             f"  {stimulus.vibration:<16} {stimulus.speed_mps:>5g} m/s {stimulus.force_n:>4g} N, "

@@ -1,4 +1,4 @@
-"""`hapticvlm study report`: evaluate a study, or the paper's data."""
+"""`hapticvlm study report`: evaluates a study, or the paper's data."""
 
 from __future__ import annotations
 
@@ -14,14 +14,15 @@ if TYPE_CHECKING:
 _REPORT = """
 Evaluate a study: recognition with intervals, confusion matrices, reaction times, a two-way
 repeated-measures ANOVA and Friedman's test of those who felt every pattern, pairwise tests after
-Holm, ratings, and information transmitted. DIR/report gets report.html, one file with its pictures
-inside that can be sent round; it says what may be claimed and what not. Beside it are text, JSON
-and CSV files of all trials and participants. --paper evaluates the data of the HapticVLM paper.
+Holm, ratings, and information transmitted. The result is DIR/report/report.html, one file with its
+pictures inside that you can send to others. It says what may be claimed and what may not. Text,
+JSON and CSV files of all trials and participants are written next to it. --paper evaluates the data
+of the HapticVLM paper.
 """
 
 
 def add(parts: Commands) -> None:
-    """Declare the part."""
+    """Declare `study report`."""
     report = parts.add_parser(
         "report",
         help="evaluate a study",
@@ -43,11 +44,11 @@ def _report(options: argparse.Namespace) -> int:
     from hapticvlm_studio.report.report import report, report_paper
 
     if options.paper == (options.folder is not None):
-        raise StudyError("name a study's folder, or --paper")
+        raise StudyError("give the folder of a study, or --paper")
     with working("evaluating the study"):
         if options.paper:
-            text = report_paper(options.out, as_json=options.json)
+            summary = report_paper(options.out, as_json=options.json)
         else:
-            text = report(options.folder, options.out, as_json=options.json)
-    print(text)
+            summary = report(options.folder, options.out, as_json=options.json)
+    print(summary)
     return 0

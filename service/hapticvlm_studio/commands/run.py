@@ -1,4 +1,4 @@
-"""`hapticvlm study run`: serve the page of a study, and play its patterns."""
+"""`hapticvlm study run`: serves the pages of a study and plays its patterns."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ if TYPE_CHECKING:
 
 _RUN = """
 Serve the study page on this machine. It trains the participant with pictures, then presents every
-pattern in a balanced or a free random order. The patterns are played through a service of its
-own, or the one at --url. Devices are simulated unless --speaker and --peltier name others. Every
-answer is on the disk before the next pattern: stop it anywhere, and run the same command again to
-go on. DIR/study.toml, written by `hapticvlm study new`, adds consent, questions, ratings and
-languages; what it states about the study cannot be given as an option. Exit code 2: it could not
-start or go on.
+pattern in a balanced or a free random order. A service of its own plays the patterns, or the one at
+--url. Devices are simulated unless --speaker and --peltier name others. Every answer is on the disk
+before the next pattern: stop the command at any time and run it again to continue. DIR/study.toml,
+written by `hapticvlm study new`, adds consent, questions, ratings and languages; the plan of such a
+study is in that file and cannot be given as options. Exit code 2: the study could not start or
+continue.
 """
 
 
 def add(parts: Commands) -> None:
-    """Declare the part."""
+    """Declare `study run`."""
     run = parts.add_parser(
         "run",
-        help="run a study, through a page",
+        help="run a study in the browser",
         description=_RUN,
         examples=(
             "hapticvlm study run pilot --hear",
@@ -45,13 +45,13 @@ def add(parts: Commands) -> None:
         "folder",
         type=Path,
         metavar="DIR",
-        help="folder of the study: a new one, or one to be continued",
+        help="folder of the study, new or to be continued",
     )
     run.add_argument(
         "--without-file",
         action="store_true",
-        help="begin a study in a folder that has no study.toml, as the options say; any of "
-        "--patterns to --seed says so too",
+        help="begin a study without study.toml, laid out by the options; any of --patterns to "
+        "--seed implies this",
     )
     run.add_argument(
         "--patterns",
@@ -61,7 +61,7 @@ def add(parts: Commands) -> None:
     run.add_argument(
         "--participants",
         metavar="N|CODES",
-        help="how many, or their codes with commas between them; never names of people (1)",
+        help="number of participants, or their codes separated by commas; never use names (1)",
     )
     run.add_argument(
         "--order",
@@ -69,31 +69,31 @@ def add(parts: Commands) -> None:
         help="balanced blocks of all patterns, or one free random order (blocked)",
     )
     run.add_argument(
-        "--repeats", type=int, metavar="N", help="trials of every pattern for each person (5)"
+        "--repeats", type=int, metavar="N", help="trials of every pattern for each participant (5)"
     )
     run.add_argument(
         "--renderings",
         type=int,
         metavar="N",
-        help="how often every pattern is presented in training (3)",
+        help="how often every pattern is played in training (3)",
     )
     run.add_argument("--seed", type=int, metavar="N", help="seed of the random orders (1)")
     run.add_argument(
         "--masking-noise",
         action="store_true",
-        help="the page plays noise into the participant's headphones",
+        help="play noise into the participant's headphones",
     )
     run.add_argument(
         "--hear",
         action="store_true",
-        help="the page plays the vibration: to try a study without a device",
+        help="play the vibration in the page, to try a study without a device",
     )
     run.add_argument(
         "--port",
         type=int,
         default=8791,
         metavar="PORT",
-        help="port of the page, 0 for any free one (%(default)s)",
+        help="port of the page; 0: any free port (%(default)s)",
     )
     run.add_argument(
         "--rest",
@@ -106,14 +106,14 @@ def add(parts: Commands) -> None:
         type=float,
         default=0.8,
         metavar="DEGC",
-        help="how near to 32 degC the plate must be before a pattern (%(default)s)",
+        help="how close to 32 degC the plate must be before a pattern (%(default)s)",
     )
     add_json(run)
     devices = run.add_argument_group("devices")
     devices.add_argument(
-        "--url", help="play through this running service, e.g. ws://127.0.0.1:8790/"
+        "--url", help="play through this running service, for example ws://127.0.0.1:8790/"
     )
-    devices.add_argument("--token", help="the secret of that service")
+    devices.add_argument("--token", help="token of that service")
     devices.add_argument(
         "--speaker", default="simulated", metavar="NAME", help="as in `serve` (%(default)s)"
     )
@@ -136,14 +136,14 @@ def _run(options: argparse.Namespace) -> int:
 
 @contextlib.contextmanager
 def _service(options: argparse.Namespace) -> Iterator[str]:
-    """Offer a service to play through: the one named, or one that ends with us."""
+    """Yield the address of a service: that of --url, or one started here that ends with us."""
     if options.url is not None:
         yield options.url
         return
     from hapticvlm.client.local_service import running
 
-    given = ["--speaker", options.speaker, "--peltier", options.peltier]
-    with running(given, ends_with_us=True) as service:
+    arguments = ["--speaker", options.speaker, "--peltier", options.peltier]
+    with running(arguments, ends_with_us=True) as service:
         yield service.url
 
 
@@ -156,17 +156,15 @@ async def _serve(design: Design, pace: Pace, options: argparse.Namespace, url: s
     def ready(page: str) -> None:
         trials = len(next(iter(design.trials.values())))
         people = len(design.participants)
-        desk = page.replace(PAGE, EXPERIMENTER)
+        experimenter = page.replace(PAGE, EXPERIMENTER)
         if options.json:
-            told = {"page": page, "experimenter": desk, "participants": people, "trials": trials}
-            print(json.dumps(told), flush=True)
+            addresses = {"page": page, "experimenter": experimenter}
+            print(json.dumps({**addresses, "participants": people, "trials": trials}), flush=True)
             return
         print(f"study ready on {page}", flush=True)
-        of_each = (
-            f"{people} participants, {trials} trials each" if people > 1 else f"{trials} trials"
-        )
-        print(f"  {of_each}", flush=True)
-        print(f"  for the experimenter: {desk}", flush=True)
+        size = f"{people} participants, {trials} trials each" if people > 1 else f"{trials} trials"
+        print(f"  {size}", flush=True)
+        print(f"  for the experimenter: {experimenter}", flush=True)
 
     setting = Setting(
         options.folder, url, options.port, pace, settle_c=options.settle_c, token=options.token

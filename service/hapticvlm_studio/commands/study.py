@@ -1,4 +1,4 @@
-"""`hapticvlm study`: the forced-choice study of what people feel, from its file to its report."""
+"""`hapticvlm study`: a forced-choice study of what people feel, from its file to its report."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ if TYPE_CHECKING:
 
 
 def add(commands: Commands) -> None:
-    """Declare the command with its parts."""
+    """Declare the command and its parts."""
     study = commands.add_parser(
         "study",
-        help="run a study of what people feel, and report it",
+        help="run a study of what people feel and report it",
         description="Run a forced-choice study of what people feel, and evaluate it.",
     )
     parts = study.add_subparsers(title="parts", required=True, metavar="PART")

@@ -1,12 +1,18 @@
-"""What a study presents to whom, and in which order; study.json, which is written once.
+"""Lays a study out: which patterns are presented to whom and in which order; reads study.json.
 
-Orders are balanced blocks or free. Balanced: Latin squares in which every pattern follows every
-other equally often. Williams (1949): the rows of a square of even order n can be chosen so that
-each pattern stands once in every place and is preceded once by every other; an odd order needs the
-mirrored square beside it. A block is one row, so a block presents each pattern once, and what a
-warm plate does to the pattern after it falls on all alike. The end of a block can be guessed by who
-keeps count; a free order has no blocks and no balance. Seeded: the same study gives the same
-orders.
+A pattern changes how the next one feels: the plate is still warm, the skin has adapted, and the
+participant compares. The order is balanced so that this carry-over affects all patterns alike, and
+does not make those that happen to come late or after a hot one look worse.
+
+Balanced blocks are Williams designs (1949): n x n Latin squares in which every row is a permutation
+of the n patterns, each pattern stands once in every position, and each is preceded once by every
+other. Such a square exists for even n. For odd n the square and its mirror image together have the
+property, so there are 2 n rows. A block is one row, so each block presents every pattern once.
+
+The price of blocks is that a participant who keeps count can guess the last pattern of a block. A
+free order shuffles all trials at once: it has no blocks to count, and no balance beyond chance.
+Both are seeded: the same study gives the same orders. study.json is written once, before the first
+participant, and holds the orders themselves, so a later version of this program changes nothing.
 """
 
 from __future__ import annotations
@@ -26,14 +32,13 @@ from hapticvlm_studio.design.form import NOTHING, Form
 from hapticvlm_studio.design.stimuli import Stimulus, StudyError, revive
 
 HEAD = "study.json"
-# 1 knew no form
-VERSION = 2
+VERSION = 2  # of study.json; 2 added the form
 OLDEST = 1
 
 
 @dataclass(frozen=True, slots=True)
 class Design:
-    """What a study presents to whom: patterns, and each participant's trials by pattern name.
+    """The patterns of a study, and each participant's trials as names of patterns, in order.
 
     `order` is "blocked" or "free".
     """
@@ -48,11 +53,11 @@ class Design:
 
     @property
     def participants(self) -> tuple[str, ...]:
-        """Codes of the participants, in order."""
+        """The codes of the participants, in order."""
         return tuple(self.trials)
 
     def stimulus(self, name: str) -> Stimulus:
-        """Return the pattern of this name. Raises StudyError."""
+        """Return the pattern of this name. Raises StudyError when there is none."""
         for stimulus in self.stimuli:
             if stimulus.name == name:
                 return stimulus
@@ -61,7 +66,7 @@ class Design:
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """How much of it, how often in training, in which orders, and what is asked beside it."""
+    """How a study is laid out: trials per pattern, renderings in training, order, seed and form."""
 
     repeats: int = 5
     renderings: int = 3
@@ -71,33 +76,37 @@ class Plan:
 
 
 def design(stimuli: tuple[Stimulus, ...], participants: Iterable[str], plan: Plan) -> Design:
-    """Lay a study out. Raises StudyError."""
+    """Return the design of a study. Raises StudyError when a code or the plan is invalid."""
     codes = tuple(participants)
     if not codes or len(set(codes)) < len(codes):
-        raise StudyError("participants: needs at least one, each with a code of its own")
+        raise StudyError("participants: needs at least one, each with a different code")
     for code in codes:
         if not code.replace("-", "").replace("_", "").isalnum() or len(code) > 40:
-            raise StudyError(f"participant {code!r}: a code has letters, digits, - and _ only")
+            raise StudyError(
+                f"participant {code!r}: a code has at most 40 letters, digits, - and _"
+            )
     names = [stimulus.name for stimulus in stimuli]
-    lay = free_orders if plan.order == "free" else orders
-    rows = lay(names, len(codes), plan.repeats, plan.seed)
+    lay_out = free_orders if plan.order == "free" else blocked_orders
+    rows = lay_out(names, len(codes), plan.repeats, plan.seed)
     trials = dict(zip(codes, rows, strict=True))
     return Design(stimuli, plan.repeats, plan.renderings, plan.seed, trials, plan.order, plan.form)
 
 
-def write_design(folder: Path, made: Design) -> None:
-    """Begin a study; an interrupted write leaves no half file."""
+def write_design(folder: Path, design: Design) -> None:
+    """Write study.json. Raises OSError, and the folder then holds none."""
     folder.mkdir(parents=True, exist_ok=True)
     head = {
         "version": VERSION,
-        "repeats": made.repeats,
-        "renderings": made.renderings,
-        "seed": made.seed,
-        "order": made.order,
-        "patterns": [asdict(stimulus) for stimulus in made.stimuli],
-        "trials": made.trials,
-        "form": msgspec.to_builtins(made.form),
+        "repeats": design.repeats,
+        "renderings": design.renderings,
+        "seed": design.seed,
+        "order": design.order,
+        "patterns": [asdict(stimulus) for stimulus in design.stimuli],
+        "trials": design.trials,
+        "form": msgspec.to_builtins(design.form),
     }
+    # Written beside its place, flushed to the disk and renamed: a crash in the middle leaves either
+    # no study.json or a whole one, never half of one.
     unfinished = folder / f"{HEAD}.part"
     with unfinished.open("w", encoding="utf-8") as file:
         file.write(json.dumps(head, indent=1, ensure_ascii=False) + "\n")
@@ -106,7 +115,7 @@ def write_design(folder: Path, made: Design) -> None:
 
 
 def read_design(folder: Path) -> Design:
-    """Read a study's design back. Raises StudyError."""
+    """Read study.json. Raises StudyError when it is missing, of another format or damaged."""
     path = folder / HEAD
     try:
         head = documents.parse_json(documents.read_text(path))
@@ -126,11 +135,15 @@ def read_design(folder: Path) -> Design:
     except OSError as error:
         raise StudyError(f"{path}: {error.strerror}; is {folder} a study's folder?") from None
     except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise StudyError(f"{path}: not a study ({error!r})") from None
+        raise StudyError(f"{path}: not a study's design ({error!r})") from None
 
 
 def square(patterns: int) -> list[list[int]]:
-    """Williams' rows for this many patterns: n rows, or 2 n when n is odd."""
+    """Return the rows of a Williams design for n patterns: n rows, or 2 n when n is odd."""
+    # The first row goes to and fro: 0, 1, -1, 2, -2 ... modulo n. For even n its steps from entry
+    # to entry are all different, and the other rows, which add a constant to it, have the same
+    # steps from other starts: so each ordered pair of neighbours occurs exactly once. For odd n
+    # each step occurs twice and its negative never; the mirrored rows supply those.
     zigzag = [(i + 1) // 2 if i % 2 else -(i // 2) for i in range(patterns)]
     rows = [[(start + step) % patterns for step in zigzag] for start in range(patterns)]
     return rows if patterns % 2 == 0 else rows + [row[::-1] for row in rows]
@@ -139,19 +152,20 @@ def square(patterns: int) -> list[list[int]]:
 def free_orders(
     names: Sequence[str], participants: int, repeats: int, seed: int
 ) -> list[tuple[str, ...]]:
-    """Return each participant's trials: every pattern `repeats` times, shuffled as a whole."""
+    """Return each participant's trials, every pattern `repeats` times, shuffled as a whole."""
     rng = np.random.default_rng(seed)
     trials = [name for name in names for _ in range(repeats)]
     return [tuple(trials[at] for at in rng.permutation(len(trials))) for _ in range(participants)]
 
 
-def orders(
+def blocked_orders(
     names: Sequence[str], participants: int, repeats: int, seed: int
 ) -> list[tuple[str, ...]]:
-    """Return each participant's trials in order, `repeats` blocks of all patterns.
+    """Return each participant's trials, `repeats` blocks of all patterns.
 
-    Rows are used up square by square, each square with labels and rows shuffled anew, so that
-    every n blocks in a row are balanced, whoever takes part.
+    Blocks are taken from one square after the other, across participants. Each square has its
+    labels and rows shuffled, so participants differ while every n blocks in a row are balanced,
+    however many people take part.
     """
     rng = np.random.default_rng(seed)
     blocks: list[tuple[str, ...]] = []

@@ -1,9 +1,10 @@
-"""The study of the paper HapticVLM (arXiv 2505.02569): nine people, ten patterns, 450 trials.
+"""Holds the published data of the HapticVLM paper's study (arXiv 2505.02569).
 
-The paper prints proportions with two decimals; each row maps to integers that sum to 45 without a
-remainder (docs/physics.md 6.1), and those are kept here. Trials of single people are unpublished.
-Of its statistics, facts and words only: F is recovered, the value of two decimals that gives both
-the printed p and the printed effect size.
+Nine people answered 450 trials of ten patterns. The paper prints its confusion matrix as
+proportions with two decimals; each row corresponds to exactly one row of integers that sum to 45
+(docs/physics.md 6.1), and those counts are kept here. Single people's trials are unpublished. The
+paper does not print F. It is recovered as the value with two decimals that gives both the printed p
+and the printed effect size.
 """
 
 from __future__ import annotations
@@ -42,14 +43,15 @@ RECOGNISED = 381 / 450  # 84.67 %
 
 
 def confusion() -> NDArray[np.int64]:
-    """Return how often each pattern (rows, CODES) was answered as each, (10, 10); rows sum to 45.
+    """Return how often each pattern (rows) was answered as each (columns), (10, 10).
 
-    The five hot patterns come first, then the five cold ones.
+    Both are in the order of CODES, the five hot patterns first; rows sum to 45.
     """
     return np.array(_COUNTS, dtype=np.int64)
 
 
-# Effect, F, its printed degrees of freedom, those of a 5 x 2 design with nine people, printed p.
+# Effect, recovered F, printed degrees of freedom, those of a 5 x 2 design of nine people, printed
+# p.
 PRINTED = (
     ("vibration", 1.92, (9, 72), (4, 32), 0.0625),
     ("temperature", 2.59, (1, 8), (1, 8), 0.146),
@@ -60,14 +62,16 @@ NOTES = (
     "vibrations with two temperatures, for which vibration and interaction have F(4, 32); crossing "
     "ten patterns with temperature is degenerate, because temperature is already in the pattern.",
     "Printed p and partial eta squared agree with the printed F, so the figures are consistent "
-    "with each other; it is the label of the design that is not.",
-    "0.193 and 0.244 are called medium; by the usual 0.14 they are large. Nine people who differ "
-    "insignificantly do not show that patterns are recognised alike.",
+    "with each other; only the label of the design is not.",
+    "0.193 and 0.244 are called medium; by the usual limit of 0.14 they are large. That the "
+    "differences among nine people are not significant does not show that patterns are recognised "
+    "alike.",
     "'None significant, all corrected p = 1.000' cannot follow from these counts by pooled tests: "
-    "wood carving hot is right 45 of 45 times, fabric rubbing cold 34 of 45. A test by person "
-    "could still come out so; it cannot be repeated from the table.",
-    "The mean of the printed cells is 84.6 %, of the counts 84.67 %: rounding. It is how well "
-    "people told patterns apart; the paper gives no accuracy of its vision module.",
+    "wood carving hot is correct 45 of 45 times, fabric rubbing cold 34 of 45. A test by person "
+    "could still give that result; it cannot be repeated from the table.",
+    "The mean of the printed cells is 84.6 %, of the counts 84.67 %; the difference is rounding. "
+    "This is how well people distinguished patterns; the paper gives no accuracy of its vision "
+    "module.",
     "To run the ANOVA, the pairwise tests by person and an interval that respects people, each "
     "person's trials are needed: participant, presented and answered pattern, in order. Reaction "
     "times, levels, setpoints and whether sound was masked are not given either.",

@@ -1,13 +1,16 @@
-"""The patterns this project proposes, and the wider set to try how many more can be distinguished.
+"""Defines the ten patterns that this project proposes, a set of twenty, and a set like the paper's.
 
-The five vibrations are the paper's. Their strokes were picked by `hapticvlm study choose` among
-`candidates()` as those the machine observer would mistake least, with a level error of 6 dB allowed
-for: a long carve, quick hard taps, one hard blow, a slow rub (low pitch) and a fast swing (high
-pitch). Nobody has felt them yet. The plate: the heating current warms the palm by 2 degC in the
-2.4 s of a stroke, whatever is asked for, so the palm rests on the object for PALM_LEAD_S before it;
-then HOT_C is the mildest setpoint that gets all of what the current gives. COLD_C is as far below
-neutral as the strongest thermal icons people told the direction of in 94 % of cases (6 degC;
-Wilson, Brewster). All patterns wait alike, so that waiting gives no hint.
+The five vibrations are the paper's. Their strokes were chosen by `hapticvlm study choose` among
+`candidates()`, as those that the machine observer (a model, not a person) confuses least, with a
+level error of 6 dB allowed for: a long carve, quick hard taps, one hard blow, a slow rub (low
+pitch) and a fast swing (high pitch). Nobody has felt them yet.
+
+Heat: the heating current warms the palm by 2 degC in the 2.4 s of a stroke, whatever the setpoint,
+which is too little to be recognised. So the palm rests on the object for PALM_LEAD_S before the
+stroke, and HOT_C is the mildest setpoint that uses all of the current in that time. COLD_C lies as
+far below neutral as the strongest thermal icons, whose direction people recognised in 94 % of cases
+(6 degC; Wilson, Brewster; physics.md 1.3). All patterns wait for the same time, hot or cold, so
+that the wait gives no hint.
 """
 
 from __future__ import annotations
@@ -63,7 +66,7 @@ _FIVE_MORE: tuple[_Row, ...] = (
     ("paper rubbing", "paper", "slide", (0.5, 1.5, 1)),
 )
 
-_GRIDS: dict[str, _Grid] = {  # speeds in m/s, forces in N, strokes; what a hand does without effort
+_GRIDS: dict[str, _Grid] = {  # speeds m/s, forces N, number of strokes, all without effort
     "carve": ((0.03, 0.06, 0.1, 0.15, 0.3, 0.6), (1.0, 4.0), (1,)),
     "tap": ((0.2, 0.4, 0.8, 1.5), (1.5,), (3, 4, 6)),
     "strike": ((0.4, 0.8, 1.5, 2.5), (4.0,), (1, 2, 3)),
@@ -73,8 +76,9 @@ _GRIDS: dict[str, _Grid] = {  # speeds in m/s, forces in N, strokes; what a hand
 }
 
 
-# The paper's five. Its recordings, levels and durations are unpublished: these strokes are a guess,
-# one of 72 tried in which rubbing and whooshing are mixed up most, as they were by its people.
+# The paper's five vibrations. Its recordings, levels and durations are unpublished, so these
+# strokes are a guess: of 72 that were tried, the one in which rubbing and whooshing are confused
+# most, as they were by the paper's people.
 _PAPER_FIVE: tuple[tuple[str, dict[str, Any]], ...] = (
     ("wood carving", {"material": "wood", "interaction": "carve", "speed_mps": 0.15}),
     ("glass tapping", {"material": "glass", "interaction": "tap", "speed_mps": 0.6, "repeats": 4}),
@@ -94,7 +98,7 @@ _PAPER_FIVE: tuple[tuple[str, dict[str, Any]], ...] = (
 
 
 def ours() -> tuple[Stimulus, ...]:
-    """Return the ten patterns: five vibrations, hot and cold, in the paper's order."""
+    """Return our ten patterns: five vibrations, hot and cold, in the paper's order."""
     return hot_and_cold(_vibration(*row) for row in _FIVE)
 
 
@@ -104,7 +108,7 @@ def twenty() -> tuple[Stimulus, ...]:
 
 
 def paper_like() -> tuple[Stimulus, ...]:
-    """Return the ten patterns of the paper: five vibrations, hot and cold."""
+    """Return ten patterns like the paper's: five vibrations, hot and cold."""
     return tuple(
         Stimulus(
             name=f"{vibration.replace(' ', '-')}-{temperature}",
@@ -119,22 +123,25 @@ def paper_like() -> tuple[Stimulus, ...]:
 
 
 def hot_and_cold(vibrations: Iterable[Stimulus]) -> tuple[Stimulus, ...]:
-    """Cross vibrations with the two temperatures; all hot ones come first."""
-    given = tuple(vibrations)
+    """Return each vibration hot and cold, all hot ones first."""
+    neutral = tuple(vibrations)
     return tuple(
         dataclasses.replace(
             stimulus, name=f"{stimulus.name}-{warmth}", temperature=warmth, setpoint_c=setpoint_c
         )
         for warmth, setpoint_c in zip(TEMPERATURES, (HOT_C, COLD_C), strict=True)
-        for stimulus in given
+        for stimulus in neutral
     )
 
 
 def candidates(*, wider: bool = False) -> tuple[tuple[Stimulus, ...], ...]:
-    """List the strokes to choose from, one row per vibration; wider: five more beside ours."""
-    kept = tuple((_vibration(*row),) for row in _FIVE)
+    """Return the strokes to choose from, a row per vibration.
+
+    With `wider`, our five are fixed and strokes for five more vibrations are searched.
+    """
+    fixed = tuple((_vibration(*row),) for row in _FIVE)
     if wider:
-        return kept + tuple(_strokes(row) for row in _FIVE_MORE)
+        return fixed + tuple(_strokes(row) for row in _FIVE_MORE)
     return tuple(_strokes(row) for row in _FIVE)
 
 

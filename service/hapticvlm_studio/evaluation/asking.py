@@ -1,4 +1,4 @@
-"""The methods to judge a picture's temperature, and asking one of them about every picture."""
+"""Asks one method about the air temperature of every picture."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from hapticvlm_studio.evaluation.scores import Guess
 
 Ask = Callable[[Picture], Guess | None]
 
-PATIENCE_S = 60.0  # waited for an endpoint that rests after a failure, before a picture is given up
+PATIENCE_S = 60.0  # how long to wait for an endpoint that rests after a failure, per picture
 
 
 @dataclass(frozen=True, slots=True)
 class Answered:
-    """The answer on a picture: a guess, or None and why; and the seconds it took."""
+    """The answer to a picture: a guess, or None and the reason; and the time it took in s."""
 
     labelled: LabelledPicture
     guess: Guess | None
@@ -30,12 +30,12 @@ class Answered:
 
 
 def by_default(_picture: Picture) -> Guess:
-    """Return the default for every picture."""
+    """Return the service's default for every picture."""
     return Guess(DEFAULT_C, DEFAULT_LOW_C, DEFAULT_HIGH_C)
 
 
 def by_vlm(vlm: Vlm) -> Ask:
-    """Ask a model or an endpoint, waiting for one that rests after a failure."""
+    """Return a function that asks a model or an endpoint, and waits while the latter rests."""
 
     def ask(picture: Picture) -> Guess:
         return guess_of(_patiently(vlm, picture))
@@ -49,7 +49,10 @@ def guess_of(reading: Reading) -> Guess:
 
 
 def ask_all(ask: Ask, pictures: Sequence[LabelledPicture]) -> list[Answered]:
-    """Ask about every picture, with progress on standard error. Raises LabelledPictureError."""
+    """Ask about every picture and print progress to standard error.
+
+    Raises LabelledPictureError. A method that fails is recorded as an answer without a guess.
+    """
     answers = []
     for count, labelled in enumerate(pictures, 1):
         answers.append(_answer(ask, labelled))
@@ -62,7 +65,7 @@ def _answer(ask: Ask, labelled: LabelledPicture) -> Answered:
     started = time.monotonic()
     try:
         guess = ask(picture)
-        why_not = "does not know"
+        why_not = "gives no answer"
     except VlmError as error:
         guess = None
         why_not = str(error)
@@ -70,13 +73,17 @@ def _answer(ask: Ask, labelled: LabelledPicture) -> Answered:
 
 
 def _patiently(vlm: Vlm, picture: Picture) -> Reading:
-    """Ask, and ask again after the rest a failing endpoint is given. Raises VlmError."""
-    until = time.monotonic() + PATIENCE_S
+    """Ask, and retry once a failing endpoint has rested. Raises VlmError.
+
+    In the service an endpoint that failed is not asked for a while, so that a scene does not wait
+    for it. Here nobody waits, and a picture dropped for that reason would be a hole in the figures.
+    """
+    deadline = time.monotonic() + PATIENCE_S
     while True:
         try:
             return vlm.ambient(picture)
         except RestingError as error:
-            if time.monotonic() + error.seconds > until:
+            if time.monotonic() + error.seconds > deadline:
                 raise
             time.sleep(error.seconds)
 

@@ -1,7 +1,7 @@
-"""Pictures whose air temperature is known: a CSV with columns image and temperature_c.
+"""Reads pictures with known air temperature from a CSV with the columns image and temperature_c.
 
-`image` is a path relative to the CSV. A column `source` groups the rows; without one a picture
-belongs to the folder it lies in.
+`image` is a path relative to the CSV. An optional column `source` groups the rows; without it a
+picture belongs to the folder that contains it.
 """
 
 from __future__ import annotations
@@ -20,20 +20,20 @@ from hapticvlm.errors import HapticVLMError
 from hapticvlm.vlm.contract import Picture
 
 COLUMNS = ("image", "temperature_c")
-# degC, of the air near the ground, ever measured, rounded
+# Extremes of air temperature ever measured near the ground, rounded, degC.
 COLDEST_C = -90.0
 HOTTEST_C = 60.0
-MOST_PIXELS = 64_000_000
-MOST_BYTES = 64 * documents.MIB  # of a picture
+MAX_PIXELS = 64_000_000
+MAX_BYTES = 64 * documents.MIB  # of a picture
 
 
 class LabelledPictureError(HapticVLMError, ValueError):
-    """A CSV or a picture of it cannot be used; the text names row and column."""
+    """Raised when a CSV or one of its pictures cannot be used; the message names row and column."""
 
 
 @dataclass(frozen=True, slots=True)
 class LabelledPicture:
-    """A picture, the air temperature where it was taken in degC, and where it comes from."""
+    """A picture, the air temperature where it was taken in degC, and the source it belongs to."""
 
     path: Path
     truth_c: float
@@ -41,10 +41,10 @@ class LabelledPicture:
 
 
 def read_pictures(file: Path) -> list[LabelledPicture]:
-    """Read a CSV, all of it, before any picture is opened. Raises LabelledPictureError."""
+    """Return the rows of a CSV; opens no picture. Raises LabelledPictureError."""
     try:
-        text = documents.read_bytes(file).decode("utf-8-sig")
-        reader = csv.DictReader(io.StringIO(text, newline=""), strict=True)
+        content = documents.read_bytes(file).decode("utf-8-sig")
+        reader = csv.DictReader(io.StringIO(content, newline=""), strict=True)
         _check_header(file, reader.fieldnames or ())
         pictures = [_labelled(file, reader.line_num, row) for row in reader]
     except LabelledPictureError:
@@ -57,13 +57,13 @@ def read_pictures(file: Path) -> list[LabelledPicture]:
 
 
 def read_picture(labelled: LabelledPicture) -> Picture:
-    """Decode a labelled picture to (H, W, 3) uint8 RGB, upright. Raises LabelledPictureError."""
+    """Return a picture as (H, W, 3) uint8 RGB, upright. Raises LabelledPictureError."""
     from PIL import Image, ImageOps
 
     try:
-        with Image.open(io.BytesIO(documents.read_bytes(labelled.path, MOST_BYTES))) as picture:
-            if picture.width * picture.height > MOST_PIXELS:
-                raise LabelledPictureError(f"{labelled.path}: more than {MOST_PIXELS} pixels")
+        with Image.open(io.BytesIO(documents.read_bytes(labelled.path, MAX_BYTES))) as picture:
+            if picture.width * picture.height > MAX_PIXELS:
+                raise LabelledPictureError(f"{labelled.path}: more than {MAX_PIXELS} pixels")
             return np.asarray(ImageOps.exif_transpose(picture).convert("RGB"))
     except LabelledPictureError:
         raise
@@ -74,8 +74,8 @@ def read_picture(labelled: LabelledPicture) -> Picture:
 def _check_header(file: Path, names: Sequence[str]) -> None:
     for column in COLUMNS:
         if column not in names:
-            found = ", ".join(names) or "nothing"
-            raise LabelledPictureError(f"{file}: row 1: no column `{column}`, found {found}")
+            columns = ", ".join(names) or "nothing"
+            raise LabelledPictureError(f"{file}: row 1: no column `{column}`, found {columns}")
 
 
 def _labelled(file: Path, line: int, row: Mapping[str | None, str | None]) -> LabelledPicture:
@@ -95,9 +95,9 @@ def _temperature(where: str, stated: str) -> float:
     try:
         value = float(stated)
     except ValueError:
-        raise LabelledPictureError(f"{where}: `{stated}` is no number") from None
+        raise LabelledPictureError(f"{where}: `{stated}` is not a number") from None
     if not math.isfinite(value) or not COLDEST_C <= value <= HOTTEST_C:
         raise LabelledPictureError(
-            f"{where}: {stated} degC is not between {COLDEST_C:g} and {HOTTEST_C:g}"
+            f"{where}: {stated} degC is not between {COLDEST_C:g} and {HOTTEST_C:g} degC"
         )
     return value

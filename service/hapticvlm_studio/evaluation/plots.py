@@ -1,4 +1,4 @@
-"""The evaluation as a picture: estimate against truth, and how many truths intervals hold."""
+"""Draws estimates against true temperatures, and how often intervals contain the truth."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from hapticvlm.evidence.reading import COVERAGE
 from hapticvlm.palette import BLUE, FIGURE, GRID, INK, SOFT, VERMILION
-from hapticvlm_studio.evaluation.rendition import Outcome
+from hapticvlm_studio.evaluation.grades import Outcome
 from hapticvlm_studio.evaluation.scores import TOLERANCE_C
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ MARKERS = "osD^vPX"  # of sources, in turn
 
 
 def draw(outcome: Outcome, method: str, stem: Path) -> list[Path]:
-    """Write `stem`.png and .svg; return both, or [] where nothing was answered."""
+    """Write `stem`.png and .svg and return both paths, or [] where nothing was answered."""
     import matplotlib as mpl
 
     if outcome.score is None:
@@ -79,9 +79,9 @@ def _scatter(axes: Axes, outcome: Outcome) -> None:
         axes.vlines(true, *zip(*ends, strict=True), color=BLUE, linewidth=1.0, alpha=0.4)
         axes.plot(true, guessed, MARKERS[at % len(MARKERS)], color=BLUE, markersize=5, label=source)
     axes.set(xlim=(low, high), ylim=(low, high), aspect="equal")
-    axes.set(xlabel="true air temperature, degC", ylabel="said, with its interval, degC")
+    axes.set(xlabel="true air temperature, degC", ylabel="estimate with its interval, degC")
     axes.legend(loc="upper left", frameon=False)
-    _tidy(axes, "What was said")
+    _tidy(axes, "Estimates")
 
 
 def _calibration(axes: Axes, outcome: Outcome) -> None:
@@ -89,7 +89,14 @@ def _calibration(axes: Axes, outcome: Outcome) -> None:
     assert outcome.score is not None
     coverage = outcome.score.interval_coverage
     axes.plot([0, 100], [0, 100], color=SOFT, linewidth=0.8, label="as stated")
-    axes.plot(stated, held, "o-", color=BLUE, markersize=4, label="scaled as a normal law's")
+    axes.plot(
+        stated,
+        held,
+        "o-",
+        color=BLUE,
+        markersize=4,
+        label="intervals scaled as of a normal distribution",
+    )
     axes.vlines(100 * COVERAGE, 100 * coverage.low, 100 * coverage.high, color=VERMILION, alpha=0.6)
     axes.plot(
         100 * COVERAGE,
@@ -97,12 +104,12 @@ def _calibration(axes: Axes, outcome: Outcome) -> None:
         "D",
         color=VERMILION,
         markersize=7,
-        label="the interval itself, with 95 % interval",
+        label="stated interval, with 95 % interval",
     )
     axes.set(xlim=(0, 100), ylim=(0, 102), aspect="equal")
-    axes.set(xlabel="share an interval is meant to hold, %", ylabel="share of truths it held, %")
+    axes.set(xlabel="stated coverage of an interval, %", ylabel="truths inside, %")
     axes.legend(loc="upper left", frameon=False)
-    _tidy(axes, "Below the line: too sure of itself")
+    _tidy(axes, "Calibration (below the line: intervals too narrow)")
 
 
 def _tidy(axes: Axes, title: str) -> None:

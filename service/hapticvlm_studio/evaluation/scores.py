@@ -1,9 +1,13 @@
-"""What temperatures with intervals are worth, beside a guess that uses no picture. Pure.
+"""Grades estimated temperatures and their intervals against guesses that use no picture. Pure.
 
-A picture shows a climate rather than a number, so a method is only worth what it is better by than
-one number for every picture: the default, or the median of the other pictures' truths.
-Intervals of figures are 95 %: by bootstrap over pictures for means, exact (Clopper and Pearson) for
-shares. Pictures of one place count as independent, which makes them too narrow where there are any.
+Pictures of one collection tend to show one climate, so a method that always answers 20 degC may
+look good. A method is worth only what it gains over such a constant: the service's default, or the
+median of the other pictures' true temperatures (leave-one-out, so the constant never sees the truth
+that it is graded on).
+
+Figures have 95 % intervals: for means by the bootstrap over pictures, for shares exact (Clopper and
+Pearson). Both assume that pictures are independent. Several pictures of one place are not, and make
+the intervals too narrow.
 """
 
 from __future__ import annotations
@@ -18,11 +22,12 @@ from numpy.typing import NDArray
 from hapticvlm.evidence.ambient import DEFAULT_C, DEFAULT_HIGH_C, DEFAULT_LOW_C
 from hapticvlm.evidence.reading import COVERAGE
 
-TOLERANCE_C = 8.0  # the paper's rule: right when within 8 degC
-PAPER = (13, 15)  # right by that rule, of how many; HapticVLM, arXiv 2505.02569
+TOLERANCE_C = 8.0  # the paper's rule: correct within 8 degC
+PAPER = (13, 15)  # correct by that rule, and of how many; HapticVLM, arXiv 2505.02569
 RESAMPLES = 4000
 SEED = 5
-LEVELS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95)  # stated, of the calibration curve
+# Stated coverages of the calibration curve.
+LEVELS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95)
 
 Doubles = NDArray[np.float64]
 Rule = Literal["default", "leave-one-out median"]
@@ -30,7 +35,7 @@ Rule = Literal["default", "leave-one-out median"]
 
 @dataclass(frozen=True, slots=True)
 class Guess:
-    """A temperature and the interval believed to hold COVERAGE of it, degC."""
+    """A temperature in degC and the interval that should contain it with probability COVERAGE."""
 
     value_c: float
     low_c: float
@@ -39,7 +44,7 @@ class Guess:
 
 @dataclass(frozen=True, slots=True)
 class Share:
-    """A share 0..1 with its exact 95 % interval."""
+    """A share, 0..1, with its exact 95 % interval."""
 
     share: float
     low: float
@@ -48,7 +53,11 @@ class Share:
 
 @dataclass(frozen=True, slots=True)
 class Score:
-    """Over n pictures: mean absolute error with interval and mean error, degC, and shares."""
+    """Figures over n pictures, in degC where named so.
+
+    Mean absolute error with its interval, mean error (`bias_c`), the shares within TOLERANCE_C and
+    inside the stated interval, and the mean width of the latter.
+    """
 
     n: int
     mae_c: float
@@ -61,7 +70,7 @@ class Score:
 
 
 def share(hits: int, n: int) -> Share:
-    """Return a share of n > 0 trials with its exact interval."""
+    """Return the share of hits in n > 0 trials with its exact interval."""
     from scipy.stats import binomtest
 
     ends = binomtest(hits, n).proportion_ci(0.95)
@@ -69,7 +78,7 @@ def share(hits: int, n: int) -> Share:
 
 
 def score(guesses: Sequence[Guess], truths: Sequence[float]) -> Score | None:
-    """Grade guesses; None where there are none."""
+    """Return the score of guesses against true temperatures in degC; None where there are none."""
     if not guesses:
         return None
     values, lows, highs = _columns(guesses)
@@ -91,29 +100,30 @@ def score(guesses: Sequence[Guess], truths: Sequence[float]) -> Score | None:
 
 
 def constant(rule: Rule, truths: Sequence[float]) -> list[Guess] | None:
-    """Guess without looking, a guess a picture; None where there is nothing to guess from.
+    """Return the guess of a rule for each picture; None where it has nothing to guess from.
 
-    The median is of all other pictures, its interval their middle COVERAGE.
+    The median is that of all other pictures, and its interval their central COVERAGE.
     """
     if rule == "default":
         return [Guess(DEFAULT_C, DEFAULT_LOW_C, DEFAULT_HIGH_C) for _ in truths]
     if len(truths) < 2:
         return None
     tail = 100 * (1 - COVERAGE) / 2
-    found = []
+    guesses = []
     for left_out in range(len(truths)):
         others = np.delete(np.asarray(truths, dtype=np.float64), left_out)
         low, value, high = np.percentile(others, [tail, 50, 100 - tail])
-        found.append(Guess(float(value), float(low), float(high)))
-    return found
+        guesses.append(Guess(float(value), float(low), float(high)))
+    return guesses
 
 
 def gain(
     guesses: Sequence[Guess], rivals: Sequence[Guess], truths: Sequence[float]
 ) -> tuple[float, float, float]:
-    """By how much a method's mean absolute error is below a rival's, with interval; degC.
+    """Return how far a method's mean absolute error is below a rival's, (value, low, high) degC.
 
-    Pictures are resampled in pairs, so what makes a picture hard for both cancels.
+    Both are compared on the same picture before pictures are resampled, so what makes a picture
+    difficult for both cancels and does not widen the interval.
     """
     truth = np.asarray(truths, dtype=np.float64)
     ours = _columns(guesses)[0]
@@ -123,7 +133,8 @@ def gain(
 
 
 def bootstrap(values: Doubles) -> tuple[float, float]:
-    """95 % interval of a mean by resampling values (n,)."""
+    """Return the 95 % interval of the mean of values, (n,), by the percentile bootstrap."""
+    # The mean of n values drawn with replacement varies as the mean of another n pictures would.
     rng = np.random.default_rng(SEED)
     means = [values[rng.integers(0, values.size, values.size)].mean() for _ in range(RESAMPLES)]
     low, high = np.percentile(means, [2.5, 97.5])
@@ -131,18 +142,20 @@ def bootstrap(values: Doubles) -> tuple[float, float]:
 
 
 def calibration(guesses: Sequence[Guess], truths: Sequence[float]) -> list[tuple[float, float]]:
-    """Pair each of LEVELS with the share of truths inside the interval of that level.
+    """Return each of LEVELS with the share of truths inside an interval of that stated coverage.
 
-    One interval is known a guess; others are it, each side scaled as a normal law's would be.
+    A guess states one interval, of COVERAGE. For other levels each side of it is scaled by the
+    ratio of normal quantiles, as if the error were normal on either side. A well calibrated method
+    has equal pairs; smaller shares mean that its intervals are too narrow.
     """
     from scipy.stats import norm
 
     values, lows, highs = _columns(guesses)
     truth = np.asarray(truths, dtype=np.float64)
-    known = norm.ppf(0.5 + COVERAGE / 2)
+    stated = norm.ppf(0.5 + COVERAGE / 2)
     curve = []
     for level in LEVELS:
-        scale = norm.ppf(0.5 + level / 2) / known
+        scale = norm.ppf(0.5 + level / 2) / stated
         inside = values - scale * (values - lows) <= truth
         inside &= truth <= values + scale * (highs - values)
         curve.append((level, float(inside.mean())))

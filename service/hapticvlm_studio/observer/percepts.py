@@ -1,11 +1,18 @@
-"""From patterns to what the machine observer takes from them: presented, sensed, kept. Pure.
+"""Reduces patterns to the features that the machine observer compares. Pure; a model, not a person.
 
-Vibration is counted in Weber steps by channels.py. Of a plate it takes which way, how fast and how
-far: early rate and end temperature, with their sign, on a scale that is even up to a floor and
-logarithmic beyond it. One step is WEBER of the rate at which heat is extracted, which decides more
-than the end temperature does (Bergmann Tiest and Kappers 2009); the temperature gets the same step
-because people told 3 from 6 degC of a thermal icon in 73 % of cases only (Wilson, Brewster), which
-0.2 degC of noise would make certain. The sign needs no feature of its own: it is theirs.
+Vibration gives the levels of `channels`, in Weber steps. Heat gives two features: the early rate of
+change of the skin's temperature in degC/s, and its change at the end in degC, both with their sign
+(negative is colder). A value x becomes the number n of steps that lead to it from a floor x0,
+
+    (1 + WEBER)^n = 1 + |x| / x0        n = sign(x) ln(1 + |x| / x0) / ln(1 + WEBER)
+
+so steps are even up to the floor, where thresholds are absolute, and proportional beyond it, where
+Weber's law holds.
+
+WEBER is the Weber fraction of the rate at which heat is extracted, which decides more than the end
+temperature does (Bergmann Tiest and Kappers 2009, physics.md 1.3). The end temperature gets the
+same step: people distinguished 3 from 6 degC of a thermal icon in only 73 % of cases (Wilson,
+Brewster), which a noise of 0.2 degC on an even scale would have made certain.
 """
 
 from __future__ import annotations
@@ -25,42 +32,42 @@ from hapticvlm_studio.design.stimuli import Stimulus
 from hapticvlm_studio.observer import presented
 from hapticvlm_studio.observer.channels import CHANNELS, WINDOWS_S, vibration_steps
 
-RENDERINGS = tuple(range(1, 7))  # seeds; a study's pattern is rendered anew each time
+RENDERINGS = tuple(range(1, 7))  # seeds; a study renders a pattern again for every trial
 WEBER = 0.43
 EARLY_S = 0.5  # s from the plate's start, about a cold reaction time (docs/physics.md 1.3)
 RATE_FLOOR_C_PER_S = 0.1  # below it thresholds rise steeply (physics.md 1.3)
-_KEPT = 4096
-_LEAST_NOISE = 1e-6  # Weber steps: none at all, yet no unit to divide by
+_CACHE_SIZE = 4096
+_MIN_NOISE = 1e-6  # Weber steps: no noise at all, but a number that can be divided by
 _Floats = NDArray[np.float64]
 _STROKES = ("speed_mps", "force_n", "seconds", "repeats")
 
 
 @dataclass(frozen=True, slots=True)
 class Percepts:
-    """What a set of patterns does to the observer: (patterns, renderings, features), in steps."""
+    """Features of a set of patterns; `steps` is (patterns, renderings, features) in Weber steps."""
 
     names: tuple[str, ...]
     steps: _Floats
 
     def only(self, columns: slice | list[int]) -> Percepts:
-        """Return some features only."""
+        """Return the same patterns with some features only."""
         return Percepts(self.names, self.steps[:, :, columns])
 
     @property
     def templates(self) -> _Floats:
-        """Each pattern as the observer remembers it, (patterns, features)."""
+        """What the observer remembers: each pattern's mean rendering, (patterns, features)."""
         return np.asarray(self.steps.mean(axis=1))
 
 
 @dataclass(frozen=True, slots=True)
 class Noise:
-    """Standard deviation of what is felt, in Weber steps of vibration and of heat."""
+    """Standard deviations of the observer's noise, in Weber steps: vibration and heat."""
 
     touch: float
     heat: float
 
     def scaled(self, by: float) -> Noise:
-        """Return so many times the noise."""
+        """Return both noises multiplied by `by`."""
         return Noise(by * self.touch, by * self.heat)
 
 
@@ -79,28 +86,30 @@ HEAT = slice(len(FEATURES) - 2, len(FEATURES))
 
 
 def percepts(stimuli: Sequence[Stimulus], seeds: Sequence[int] = RENDERINGS) -> Percepts:
-    """Present every pattern once per seed; the steps of FEATURES, (patterns, seeds, features)."""
+    """Present every pattern once for each seed and return its features in Weber steps."""
     rows = [[_steps(stimulus, seed) for seed in seeds] for stimulus in stimuli]
     return Percepts(tuple(stimulus.name for stimulus in stimuli), np.array(rows))
 
 
 def touch(stimulus: Stimulus, seed: int) -> NDArray[np.float64]:
-    """Return the steps of the vibration alone, (TOUCH,), which neither name nor heat changes."""
+    """Return the vibration's features alone in Weber steps, (TOUCH,)."""
+    # Rendering takes most of the time, and neither names nor heat change the vibration: with those
+    # replaced, the cache serves the hot and the cold pattern of one vibration.
     same = Stimulus("any", "any", "any", stimulus.material, stimulus.interaction, NEUTRAL_C)
     strokes = {name: getattr(stimulus, name) for name in _STROKES}
     return _touch(dataclasses.replace(same, **strokes), seed)
 
 
 def weighed(features: Percepts, noise: Noise) -> Percepts:
-    """Convert features to units of their noise, so that each has a noise of 1."""
+    """Divide features by their noise, so that every feature has a noise of 1."""
     units = np.empty(len(FEATURES))
     units[TOUCH], units[HEAT] = noise.touch, noise.heat
-    units = np.maximum(units, _LEAST_NOISE)
+    units = np.maximum(units, _MIN_NOISE)
     return Percepts(features.names, features.steps / units)
 
 
 def palm_c(stimulus: Stimulus) -> tuple[float, float]:
-    """Skin on the simulated plate as the first stroke begins and as the last ends, degC."""
+    """Return the skin on the simulated plate as the first stroke begins and the last ends, degC."""
     skin_c = _skin_c(stimulus)
     return float(skin_c[presented.lead_steps(stimulus)]), float(skin_c[-1])
 
@@ -109,7 +118,7 @@ def _steps(stimulus: Stimulus, seed: int) -> NDArray[np.float64]:
     return np.concatenate((touch(stimulus, seed), _heat(stimulus)))
 
 
-@lru_cache(maxsize=_KEPT)
+@lru_cache(maxsize=_CACHE_SIZE)
 def _touch(stimulus: Stimulus, seed: int) -> NDArray[np.float64]:
     return vibration_steps(presented.wave(stimulus, seed), RATE_HZ)
 
@@ -118,15 +127,15 @@ def _heat(stimulus: Stimulus) -> NDArray[np.float64]:
     return warmth_steps(_skin_c(stimulus), presented.STEP_S)
 
 
-@lru_cache(maxsize=_KEPT)
+@lru_cache(maxsize=_CACHE_SIZE)
 def _skin_c(stimulus: Stimulus) -> NDArray[np.float64]:
     return presented.skin_c(stimulus)
 
 
 def warmth_steps(skin_c: NDArray[np.float64], step_s: float) -> NDArray[np.float64]:
-    """Early rate and end temperature in Weber steps, (2,), of skin (n,) sampled every `step_s`.
+    """Return early rate and end temperature in Weber steps, (2,).
 
-    The first sample is the skin at rest; negative is colder.
+    `skin_c` is (n,) in degC, sampled every `step_s` seconds; its first sample is the skin at rest.
     """
     early = min(max(round(EARLY_S / step_s), 1), skin_c.size - 1)
     rate = (skin_c[early] - skin_c[0]) / (early * step_s)
@@ -137,5 +146,5 @@ def warmth_steps(skin_c: NDArray[np.float64], step_s: float) -> NDArray[np.float
 
 
 def _weber_steps(floors: float) -> float:
-    """Return the signed number of Weber steps in so many floors."""
+    """Return the signed number of Weber steps of a value in units of its floor."""
     return math.copysign(math.log1p(abs(floors)) / math.log1p(WEBER), floors)

@@ -1,4 +1,7 @@
-"""The machine observer's pictures: confusion matrices, and recognition against the noise."""
+"""Draws the machine observer's confusion matrices and its recognition against the noise.
+
+Every picture says that the observer is a model, not a person.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,7 @@ if TYPE_CHECKING:
 DPI = 100
 GOAL = 0.95
 COLOURS = (BLUE, VERMILION, GREEN, PURPLE)
-_SMALLEST_SHOWN = 0.005
+_MIN_SHARE = 0.005
 _LIGHT_FROM = 0.55
 
 _Counts = NDArray[np.int64]
@@ -32,7 +35,7 @@ def draw_matrix(prediction: Prediction, path: Path) -> Path:
     figure, axes = _figure(1, (size + 0.6, size))
     _matrix(axes[0], prediction.counts, prediction.names)
     axes[0].set_title(
-        f"Machine observer (simulated, no person): {prediction.recognised:.1%} of "
+        f"Machine observer (a model, not a person): {prediction.recognised:.1%} of "
         f"{len(prediction.names)} patterns\n{_noise(prediction.noise)}",
         fontsize=10,
     )
@@ -40,13 +43,13 @@ def draw_matrix(prediction: Prediction, path: Path) -> Path:
 
 
 def draw_check(check: PaperCheck, people: _Counts, codes: Sequence[str], path: Path) -> Path:
-    """Draw the nine people of the paper beside the observer calibrated on a set like theirs."""
+    """Draw the paper's nine people beside the observer calibrated on a set like theirs."""
     figure, axes = _figure(2, (13.0, 7.4))
     _matrix(axes[0], people, codes)
     axes[0].set_title("The paper's nine people, 450 trials", fontsize=10)
     _matrix(axes[1], check.counts, codes)
     axes[1].set_title(
-        "Machine observer (simulated) on a set like the paper's,\n"
+        "Machine observer (a model, not a person) on a set like the paper's,\n"
         f"fitted to the same 84.67 % and 4.2 % of hot-cold slips; order of pairs: rho "
         f"{check.order:.2f}\n{_noise(check.noise)}",
         fontsize=10,
@@ -55,7 +58,7 @@ def draw_check(check: PaperCheck, people: _Counts, codes: Sequence[str], path: P
 
 
 def draw_curves(curves: Mapping[str, Sequence[tuple[float, float]]], path: Path) -> Path:
-    """Draw recognition against noise, re the calibrated noise, a line for each set."""
+    """Draw recognition against the noise relative to the calibrated one, a line for each set."""
     figure, axes = _figure(1, (7.6, 5.2))
     panel = axes[0]
     for (name, points), colour in zip(curves.items(), COLOURS, strict=False):
@@ -66,10 +69,10 @@ def draw_curves(curves: Mapping[str, Sequence[tuple[float, float]]], path: Path)
     panel.set_xscale("log")
     panel.set_xticks([0.5, 0.7, 1.0, 1.4, 2.0], ["0.5", "0.7", "1", "1.4", "2"])
     panel.minorticks_off()
-    panel.set_xlabel("noise, times the calibrated one")
+    panel.set_xlabel("noise relative to the calibrated noise")
     panel.set_ylabel("recognised, %")
     panel.set_ylim(40.0, 101.0)
-    panel.set_title("Machine observer (simulated, no person)", fontsize=10)
+    panel.set_title("Machine observer (a model, not a person)", fontsize=10)
     panel.grid(alpha=0.3)
     panel.legend(fontsize=9, loc="lower left")
     return _save(figure, path)
@@ -83,14 +86,14 @@ def _matrix(axes: Axes, counts: _Counts, names: Sequence[str]) -> None:
     share = counts / counts.sum(axis=1, keepdims=True)
     axes.imshow(share, cmap="Blues", vmin=0.0, vmax=1.0)
     for (row, column), value in np.ndenumerate(share):
-        if value >= _SMALLEST_SHOWN:
+        if value >= _MIN_SHARE:
             colour = "white" if value > _LIGHT_FROM else INK
-            text = f"{100.0 * value:.0f}"
-            axes.text(column, row, text, ha="center", va="center", color=colour, fontsize=8)
+            percent = f"{100.0 * value:.0f}"
+            axes.text(column, row, percent, ha="center", va="center", color=colour, fontsize=8)
     axes.set_xticks(range(len(names)), names, rotation=60, ha="right", fontsize=8)
     axes.set_yticks(range(len(names)), names, fontsize=8)
     axes.set_xlabel("answered")
-    axes.set_ylabel("presented (% of its trials in each cell)")
+    axes.set_ylabel("presented (cells: % of the row's trials)")
 
 
 def _figure(columns: int, size: tuple[float, float]) -> tuple[Any, list[Axes]]:

@@ -1,13 +1,18 @@
-"""What the machine observer makes of a set of patterns: a prediction, never a person's answer.
+"""Predicts how a set of patterns is recognised. The observer is a model; no person answered.
 
-Its two noises are calibrated on a set like the paper's: that of heat so that hot and cold are taken
-for each other as often as nine people took the paper's, that of vibration so that the whole is
-recognised as often. What that proves: a set that this observer confuses leaves little in these
-channels to tell its patterns apart by, and one set leaves more than another. What it does not: that
-people reach the figure. The paper's recordings, levels and temperatures are unpublished, so the set
-like it is a guess (`spread` tries others, each calibrated alike); channel slopes and the speaker's
-level are partly unchecked (docs/physics.md 5); nothing is learnt, forgotten or pressed by mistake;
-and rhythm is not counted.
+Its two noises are calibrated on a set like the paper's, one after the other. First the noise of
+heat is set so that hot and cold are mistaken for each other as often as the paper's nine people
+mistook them (4.2 %), looking at heat alone. Then the noise of vibration is set so that, with that
+noise of heat, the whole set is recognised as often as by these people (84.67 %). Two figures fix
+two numbers; the order in which pairs are confused is left over and is compared (`check`).
+
+A prediction supports two statements: a set that this observer confuses has little in these channels
+that could tell its patterns apart, and one set has more than another. It does not support that
+people reach the figure:
+- The paper's recordings, levels and temperatures are unpublished, so the set like it is a guess.
+  `spread` tries other guesses, each calibrated in the same way.
+- Channel slopes and the level of the speaker are partly unchecked (docs/physics.md 5).
+- The observer neither learns nor forgets, presses no wrong key, and does not feel rhythm.
 """
 
 from __future__ import annotations
@@ -35,28 +40,28 @@ from hapticvlm_studio.observer.percepts import (
     weighed,
 )
 
-RECORDED = (1,)  # the paper played recordings: one rendering, the same each time
+RECORDED = (1,)  # one rendering: the paper played recordings, the same each time
 CALIBRATION_SEED = 11
 REPORT_SEED = 5
 CALIBRATION_TRIALS = 10_000
-FACTORS = (0.5, 0.6, 0.7, 0.85, 1.0, 1.2, 1.4, 1.7, 2.0)  # of the noise: two either way
-# what a study may have used
+FACTORS = (0.5, 0.6, 0.7, 0.85, 1.0, 1.2, 1.4, 1.7, 2.0)  # of the noise, half to twice
+# From what range the paper's temperatures and leads are guessed.
 HOT_C = (34.0, 40.0)
 COLD_C = (23.0, 29.5)
 LEAD_S = (0.25, 3.0)
 GUESSES = 20
 GUESS_TRIALS = 2000
 GUESS_SEED = 23
-_MOST_DRAWS = 3  # for every guess wanted; some let no noise give the paper's figures
-_PAIRS_SHOWN = 10
-_PAIR_FLOOR = 0.005
+_MAX_DRAWS = 3  # for every guess wanted; for some guesses no noise gives the paper's figures
+_MAX_PAIRS = 10
+_MIN_SHARE = 0.005
 
 _Counts = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)
 class Pair:
-    """How often (0..1) a pattern presented is taken for another."""
+    """The share (0..1) of a pattern's trials in which it is answered as another."""
 
     presented: str
     answered: str
@@ -65,9 +70,12 @@ class Pair:
 
 @dataclass(frozen=True, slots=True)
 class Prediction:
-    """What the observer does with one set at one noise; shares are 0..1.
+    """The observer's answers to one set at one noise; shares are 0..1.
 
-    `palm_c` is skin on the simulated plate as each pattern's first stroke begins and its last ends.
+    `counts` is (patterns, patterns), presented in rows. Beside `recognised` stand what less would
+    reach: `constant`, always the same answer; `one_feature`, the best single feature and its share;
+    `touch_only` and `heat_only`. `curve` has (factor of the noise, share recognised). `palm_c` is
+    the skin on the simulated plate as each pattern's first stroke begins and its last ends.
     """
 
     names: tuple[str, ...]
@@ -85,10 +93,11 @@ class Prediction:
 
 @dataclass(frozen=True, slots=True)
 class PaperCheck:
-    """The calibrated observer on the set like the paper's, beside the nine people.
+    """The calibrated observer on the set like the paper's, beside the paper's nine people.
 
-    `order` is Spearman's correlation over the ten pairs of vibrations; `pairs` holds each pair with
-    the people's and the observer's share of confusions, most confused by people first.
+    `order` is Spearman's correlation over the ten pairs of vibrations. `pairs` holds each pair with
+    the people's and the observer's share of confusions, the pair most confused by people first.
+    `temperature_slips` are the people's and the observer's shares of hot-cold confusions.
     """
 
     noise: Noise
@@ -99,23 +108,25 @@ class PaperCheck:
 
 
 def paper_noise() -> Noise:
-    """Noise at which the set like the paper's is confused as often as the paper's was."""
+    """Return the noise at which the shipped set like the paper's gives the paper's figures."""
     return calibrated(paper_like(), CALIBRATION_TRIALS)
 
 
 def calibrated(guess: Sequence[Stimulus], trials: int) -> Noise:
-    """Noise at which a guess of the paper's ten is confused as often as the paper's was.
+    """Return the noise at which a guess of the paper's ten patterns gives the paper's figures.
 
-    Raises ValueError when no noise does that.
+    Raises ValueError when there is no such noise.
     """
     features = percepts(guess, RECORDED)
     seed = CALIBRATION_SEED
-    warm = features.only(HEAT)
+    heat_features = features.only(HEAT)
 
-    def warmth_recognised(heat: float) -> float:
-        return 1.0 - _slips(answers.confusion(warm, heat, seed, trials))
+    # Every call uses the same seed, so the share is a deterministic, falling function of the noise,
+    # and bisection does not chase random fluctuations.
+    def temperature_recognised(heat: float) -> float:
+        return 1.0 - _slips(answers.confusion(heat_features, heat, seed, trials))
 
-    heat = answers.solve(warmth_recognised, 1.0 - _slips(paper.confusion()))
+    heat = answers.solve(temperature_recognised, 1.0 - _slips(paper.confusion()))
 
     def recognised(touch: float) -> float:
         scaled = weighed(features, Noise(touch, heat))
@@ -125,7 +136,7 @@ def calibrated(guess: Sequence[Stimulus], trials: int) -> Noise:
 
 
 def predict(stimuli: Sequence[Stimulus], noise: Noise) -> Prediction:
-    """Predict how a set would be recognised and confused, with baselines beside it."""
+    """Predict how a set is recognised and confused, with simpler baselines beside it."""
     raw = percepts(stimuli)
     features = weighed(raw, noise)
     counts = answers.confusion(features, 1.0, REPORT_SEED)
@@ -145,14 +156,14 @@ def predict(stimuli: Sequence[Stimulus], noise: Noise) -> Prediction:
 
 
 def confused(counts: _Counts, names: Sequence[str]) -> tuple[Pair, ...]:
-    """Return the pairs that are confused at all, most first."""
+    """Return the pairs confused in at least 0.5 % of trials, most first, ten at most."""
     share = counts / counts.sum(axis=1, keepdims=True)
     pairs = [
         Pair(names[i], names[j], float(share[i, j]))
-        for i, j in zip(*np.nonzero(share >= _PAIR_FLOOR), strict=True)
+        for i, j in zip(*np.nonzero(share >= _MIN_SHARE), strict=True)
         if i != j
     ]
-    return tuple(sorted(pairs, key=lambda pair: -pair.share)[:_PAIRS_SHOWN])
+    return tuple(sorted(pairs, key=lambda pair: -pair.share)[:_MAX_PAIRS])
 
 
 def check(noise: Noise) -> PaperCheck:
@@ -168,7 +179,8 @@ def check(noise: Noise) -> PaperCheck:
 
 
 def _by_pair(counts: _Counts) -> dict[str, float]:
-    """Share of all trials in which one vibration of a pair was taken for the other, by pair."""
+    """Return the share of all trials in which a pair of vibrations was confused, either way."""
+    # Rows and columns are (temperature, vibration): summing over temperature leaves vibrations.
     by_vibration = counts.reshape(2, 5, 2, 5).sum(axis=(0, 2)) / counts.sum()
     return {
         f"{paper.SHORT[i]}-{paper.SHORT[j]}": float(by_vibration[i, j] + by_vibration[j, i])
@@ -178,7 +190,7 @@ def _by_pair(counts: _Counts) -> dict[str, float]:
 
 
 def _slips(counts: _Counts) -> float:
-    """Share of all trials in which hot was taken for cold or cold for hot."""
+    """Return the share of all trials in which hot was answered as cold or cold as hot."""
     by_temperature = counts.reshape(2, 5, 2, 5).sum(axis=(1, 3))
     return float(1.0 - np.trace(by_temperature) / counts.sum())
 
@@ -190,13 +202,13 @@ def _best_feature(features: Percepts) -> tuple[str, float]:
 
 
 def _share(features: Percepts) -> float:
-    """Share recognised of patterns in units of the noise."""
+    """Return the share recognised, of features in units of their noise."""
     return answers.recognised(answers.confusion(features, 1.0, REPORT_SEED))
 
 
 @dataclass(frozen=True, slots=True)
 class Spread:
-    """Shares recognised (0..1) of one set over `count` guesses; `unfit` ones fitted no noise."""
+    """Shares recognised (0..1) of one set over `count` guesses; `unfit` guesses had no noise."""
 
     count: int
     unfit: int
@@ -208,12 +220,12 @@ class Spread:
 
 
 def spread(stimuli: Sequence[Stimulus], count: int = GUESSES) -> Spread | None:
-    """Predict the set with every guess's noise; None where no guess can be calibrated."""
+    """Predict the set with the noise of each guess; None where no guess can be calibrated."""
     raw = percepts(stimuli)
     rng = np.random.default_rng(GUESS_SEED)
     shares: list[float] = []
     unfit = 0
-    while len(shares) < count and len(shares) + unfit < _MOST_DRAWS * count:
+    while len(shares) < count and len(shares) + unfit < _MAX_DRAWS * count:
         try:
             noise = calibrated(guess(rng), GUESS_TRIALS)
         except (ValueError, StudyError):
@@ -227,7 +239,7 @@ def spread(stimuli: Sequence[Stimulus], count: int = GUESSES) -> Spread | None:
 
 
 def guess(rng: np.random.Generator) -> tuple[Stimulus, ...]:
-    """Draw ten patterns that the paper's might have been. Raises StudyError if none can be so."""
+    """Draw ten patterns that may have been the paper's. Raises StudyError if they are invalid."""
     hot_c, cold_c, lead_s = (float(rng.uniform(*ends)) for ends in (HOT_C, COLD_C, LEAD_S))
     strokes = [row[int(rng.integers(len(row)))] for row in patterns.candidates()]
     ten = patterns.hot_and_cold(strokes)

@@ -1,7 +1,8 @@
-"""What a palm would get of a pattern: the product's own session, voices and simulated plate. Pure.
+"""Renders a pattern by the service's own session, voices and simulated plate. Pure.
 
-A hand does what stimuli.py states, in virtual time, and releases. Whatever the session asks for is
-rendered, so that limits, leads, levels and the plate's sloth are those of the service.
+A hand moves as `design/stimuli` states, in virtual time, and releases. Whatever the session asks
+for is rendered, so limits, leads, levels and the slowness of the plate are those of the service,
+and the observer sees what a device would do rather than what the pattern asks for.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ _AMBIENT_C = 22.0
 
 
 def wave(stimulus: Stimulus, seed: int) -> NDArray[np.float32]:
-    """Vibration of one presentation from contact on, (N,) at RATE_HZ, 1 being full scale."""
+    """Return the vibration of one presentation from contact on, (N,) at RATE_HZ, full scale 1."""
     voices = Voices(table={stimulus.material: MATERIALS[stimulus.material]})
     session = _session(stimulus)
     count = round(STEP_S * RATE_HZ)
@@ -45,11 +46,14 @@ def wave(stimulus: Stimulus, seed: int) -> NDArray[np.float32]:
 
 
 def skin_c(stimulus: Stimulus) -> NDArray[np.float64]:
-    """Skin on the simulated plate in degC, (steps + 1,), from the approach to the release."""
+    """Return the skin on the simulated plate in degC, (steps + 1,), from approach to release.
+
+    Sampled every STEP_S.
+    """
     plate = SimulatedPlate(_AMBIENT_C)
     plate.command(NEUTRAL_C, STEP_S, 0.0)
     session = _session(stimulus)
-    found = [plate.skin_c]
+    samples = [plate.skin_c]
     for step, part, motion in _hand(stimulus):
         if part is None:
             break
@@ -59,17 +63,17 @@ def skin_c(stimulus: Stimulus) -> NDArray[np.float64]:
             if isinstance(action, DrivePlate):
                 plate.command(action.setpoint_c, action.ttl_s, now)
         plate.advance(now + STEP_S)
-        found.append(plate.skin_c)
-    return np.array(found)
+        samples.append(plate.skin_c)
+    return np.array(samples)
 
 
 def lead_steps(stimulus: Stimulus) -> int:
-    """Return the steps from the approach to the first contact."""
+    """Return the number of steps from the approach to the first contact."""
     return round(stimulus.lead_s / STEP_S)
 
 
 def _hand(stimulus: Stimulus) -> Iterator[tuple[int, Part | None, Motion]]:
-    """Yield what the hand does at each step, and how it moves; None: it lets go."""
+    """Yield (step, part, motion) of the hand; the part is None once it has released."""
     step = 0
     ends_s = 0.0
     for part in parts(stimulus):
@@ -85,10 +89,10 @@ def _hand(stimulus: Stimulus) -> Iterator[tuple[int, Part | None, Motion]]:
 
 def _session(stimulus: Stimulus) -> SceneSession:
     session = SceneSession(SessionSettings(owner=True, reading=AT_REST))
-    thing = SceneObject(
+    scene_object = SceneObject(
         object_id=stimulus.name, material=stimulus.material, temperature_c=stimulus.object_c
     )
-    session.receive(Scene(id=1, objects=[thing], replace=True, ambient_c=_AMBIENT_C), 0.0)
+    session.receive(Scene(id=1, objects=[scene_object], replace=True, ambient_c=_AMBIENT_C), 0.0)
     return session
 
 
@@ -107,11 +111,13 @@ def _touch(stimulus: Stimulus, part: Part | None, motion: Motion, now: float) ->
 
 
 def _sound(voices: Voices, action: Action, seed: int) -> None:
-    """Apply a command to the speaker's voices; an impact that is held does not rub."""
+    """Apply an action of the session to the speaker's voices."""
     if isinstance(action, ReleaseHand):
         voices.release(action.hand)
     elif isinstance(action, PlayVibration):
         command = action.command
+        # Renewals of a touch repeat its command. A tap or a strike sounds once, at its onset; only
+        # textures go on sounding while the touch lasts.
         if command.onset or command.interaction not in IMPACTS:
             seeded = replace(command, seed=1000 * seed + command.seed)
             voices.apply(seeded)

@@ -1,10 +1,10 @@
-// The experimenter's page beside the participant's: what is presented, what the devices do, how long it still takes.
+// The experimenter's page: shows which pattern is presented, what the devices do and how long it still takes.
 import { byId, degrees, list, make, named, percent, setText } from "./dom.js";
 
 const PHASES = {
-  choosing: "No participant is chosen", consent: "Reads and agrees", questions: "Answers questions", training: "Training",
-  ready: "Ready for the trials", resting: "Rests before the next pattern", playing: "A pattern plays", asking: "Is asked which it was",
-  rating: "Rates the pattern", paused: "Paused", stopped: "Stopped: the outputs rest", trouble: "Trouble with the devices", done: "All done",
+  choosing: "No participant is chosen", consent: "Reads the consent", questions: "Answers questions", training: "Training",
+  ready: "Ready for the trials", resting: "Rests before the next pattern", playing: "A pattern is playing", asking: "Is asked which pattern it was",
+  rating: "Rates the pattern", paused: "Paused", stopped: "Stopped: the outputs are at rest", trouble: "A device has a problem", done: "All done",
 };
 let socket = null;
 let view = null;
@@ -13,13 +13,13 @@ function connect() {
   socket = new WebSocket(`ws://${location.host}/experimenter`);
   socket.onmessage = ({ data }) => receive(JSON.parse(data));
   socket.onclose = () => {
-    setText(byId("prompt"), "No connection to the study: what is shown is old");
+    setText(byId("prompt"), "No connection to the study: what is shown is out of date");
     for (const id of ["pause", "go"]) byId(id).disabled = true;
     setTimeout(connect, 500);
   };
 }
 
-function ask(request) {
+function send(request) {
   if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify(request));
   else alarm("NOT SENT: no connection to the study. Switch the devices off by hand.");
 }
@@ -32,9 +32,9 @@ function receive(message) {
   show();
 }
 
-function alarm(why) {
-  byId("alert").hidden = !why;
-  setText(byId("alert"), why ?? "");
+function alarm(reason) {
+  byId("alert").hidden = !reason;
+  setText(byId("alert"), reason ?? "");
 }
 
 function show() {
@@ -65,14 +65,14 @@ function now() {
   return [
     pattern(),
     ["presented", `${view.attempt} time${view.attempt === 1 ? "" : "s"}`],
-    ["right so far", view.answered ? `${view.correct} of ${view.answered}, ${percent(view.correct / view.answered)}` : "no answer yet"],
+    ["correct so far", view.answered ? `${view.correct} of ${view.answered}, ${percent(view.correct / view.answered)}` : "no answer yet"],
     ["felt in training", `${rendered} of ${view.patterns.length * view.renderings_wanted}`],
     ["language", view.language],
   ];
 }
 
 function pattern() {
-  if (view.feeling) return ["plays in training", view.feeling];
+  if (view.feeling) return ["playing in training", view.feeling];
   if (!view.is_trained) return ["next in training", view.next_to_feel ?? "none"];
   return [["playing", "asking"].includes(view.phase) ? "pattern presented" : "next pattern", view.next_trial ?? "none"];
 }
@@ -82,18 +82,18 @@ function outputs() {
   return [
     ["speaker", named(view.devices.speaker)],
     ["plate", named(view.devices.peltier)],
-    ["plate is at", degrees(plate)],
-    ["setpoint", degrees(setpoint)],
+    ["plate temperature", degrees(plate)],
+    ["plate setpoint", degrees(setpoint)],
     ["speaker level", level == null ? "no reading" : percent(level)],
     ["underruns", underruns ?? "no reading"],
     ["faults", faults?.length ? faults.join(", ") : "none"],
-    ["sound for the participant", view.hear ? "hears the vibration: a pilot" : view.masking_noise ? "masking noise" : "none"],
+    ["sound for the participant", view.hear ? "the vibration (pilot)" : view.masking_noise ? "masking noise" : "none"],
   ];
 }
 
 function answer({ trial, pattern, answered, reaction_s: reaction }) {
   const row = make("tr");
-  row.append(make("td", String(trial + 1)), make("td", pattern), make("td", pattern === answered ? "✓ right" : answered), make("td", reaction.toFixed(1)));
+  row.append(make("td", String(trial + 1)), make("td", pattern), make("td", pattern === answered ? "✓ correct" : answered), make("td", reaction.toFixed(1)));
   return row;
 }
 
@@ -104,14 +104,14 @@ function showPeople() {
   byId("people").replaceChildren(...view.participants.map(({ code, answered, trials }) => {
     const button = make("button", code, { type: "button", disabled: Boolean(view.participant) });
     button.append(make("span", `${answered} of ${trials} trials${code === view.participant ? ", open" : ""}`));
-    button.addEventListener("click", () => ask({ do: "choose", participant: code }));
+    button.addEventListener("click", () => send({ do: "choose", participant: code }));
     return button;
   }));
 }
 
-byId("stop").addEventListener("click", () => ask({ do: "stop" }));
-byId("pause").addEventListener("click", () => ask({ do: "pause" }));
-byId("go").addEventListener("click", () => ask({ do: "begin" }));
-byId("leave").addEventListener("click", () => ask({ do: "leave" }));
-document.addEventListener("keydown", (event) => { if (event.key === "Escape") ask({ do: "stop" }); });
+byId("stop").addEventListener("click", () => send({ do: "stop" }));
+byId("pause").addEventListener("click", () => send({ do: "pause" }));
+byId("go").addEventListener("click", () => send({ do: "begin" }));
+byId("leave").addEventListener("click", () => send({ do: "leave" }));
+document.addEventListener("keydown", (event) => { if (event.key === "Escape") send({ do: "stop" }); });
 connect();

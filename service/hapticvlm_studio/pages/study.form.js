@@ -1,8 +1,8 @@
-// What a study asks beside its patterns: agreement and language, questions, ratings. Knows no connection.
+// Draws the forms of a study: consent and language, questions, ratings. Knows nothing of the connection.
 import { make } from "./dom.js";
 import { known, nameOf, own, speak, spoken, text } from "./study.texts.js";
 
-// Draws what a phase asks into `form`; `send` is called with the request once it is answered.
+// Draws the form of a phase into `form`; calls `send` with the command once it is submitted.
 export function draw(form, phase, view, study, send) {
   const parts = { consent: agreement, questions, rating: ratings }[phase](view, study, form);
   form.replaceChildren(...parts.shown, submit(phase));
@@ -31,9 +31,9 @@ function agreement(_view, study, form) {
 
 function questions(view, study, form) {
   form.onchange = null;
-  const asked = study.question.filter((question) => question.when === view.questions);
-  const request = () => ({ do: "tell", answers: Object.fromEntries(asked.map((question) => [question.name, answerOf(form, question)])) });
-  return { shown: asked.map(field), request };
+  const open = study.question.filter((question) => question.when === view.questions);
+  const request = () => ({ do: "tell", answers: Object.fromEntries(open.map((question) => [question.name, answerOf(form, question)])) });
+  return { shown: open.map(field), request };
 }
 
 function ratings(view, study, form) {

@@ -1,5 +1,5 @@
-// The participant's page: shows the view the study sends and asks for what is pressed. It never
-// learns which pattern a trial presents.
+// The participant's page: shows the view that the study sends, and sends a command for what is
+// pressed. It does not receive which pattern a trial presents.
 import { make } from "./dom.js";
 import { draw, paragraphs } from "./study.form.js";
 import { glyph, warmth } from "./glyphs.js";
@@ -13,7 +13,7 @@ let socket = null;
 let view = null;
 let study = null;
 let askedAt = null;
-let drawn = null; // what the form shows, so that an answer half given stays
+let drawn = null; // which form is drawn; it is not drawn again while a participant fills it in
 
 function connect() {
   socket = new WebSocket(`ws://${location.host}/`);
@@ -28,7 +28,7 @@ function connect() {
   };
 }
 
-function ask(request) {
+function send(request) {
   const isOpen = socket?.readyState === WebSocket.OPEN;
   if (isOpen) socket.send(JSON.stringify(request));
   return isOpen;
@@ -55,24 +55,24 @@ function setUp({ texts, form }) {
 
 const isAnswered = () => view.answered !== undefined && view.answered >= view.trials;
 
-// Whether no pattern can play any more; right after the last answer one still does.
+// Whether nothing can play any more. Right after the last answer, the last pattern still does.
 function isQuiet() {
   return ["done", "stopped", "choosing"].includes(view.phase) || (isAnswered() && FORMS.includes(view.phase));
 }
 
 function words() {
-  return { renderings: view.renderings_wanted, trials: view.trials - view.answered, pattern: view.feeling && called(view.feeling) };
+  return { renderings: view.renderings_wanted, trials: view.trials - view.answered, pattern: view.feeling && patternName(view.feeling) };
 }
 
-// Who sat here before the study or the page began anew: the address keeps the code, so that nobody
-// takes part under another's by accident.
-function satHere() {
+// The participant who took part here before the study or the page was restarted, or null. The page's
+// address keeps the code, so that nobody continues another participant's trials by mistake.
+function rememberedCode() {
   const code = decodeURIComponent(location.hash.slice(1));
   return view.phase === "choosing" && view.participants.some((person) => person.code === code) ? code : null;
 }
 
 function prompt() {
-  if (satHere()) return phase("resuming", { participant: satHere() });
+  if (rememberedCode()) return phase("resuming", { participant: rememberedCode() });
   if (view.phase !== "training") return phase(view.phase, words());
   if (view.feeling) return phase("feeling", words());
   return phase(view.next_to_feel ? "training" : "trained", words());
@@ -89,7 +89,7 @@ function show() {
   showPeople();
   showForm();
   showActions();
-  layPatterns();
+  drawPatterns();
   showPatterns();
 }
 
@@ -98,9 +98,9 @@ function showPrompt(title, detail) {
   byId("detail").textContent = detail;
 }
 
-function alarm(why) {
-  byId("alert").hidden = !why;
-  byId("alert").textContent = why ?? "";
+function alarm(reason) {
+  byId("alert").hidden = !reason;
+  byId("alert").textContent = reason ?? "";
 }
 
 function showProgress() {
@@ -117,30 +117,30 @@ function showProgress() {
 
 function showPeople() {
   const people = view.phase === "choosing" ? view.participants : [];
-  const again = satHere();
-  const first = people.toSorted((a, b) => (b.code === again) - (a.code === again));
+  const remembered = rememberedCode();
+  const first = people.toSorted((a, b) => (b.code === remembered) - (a.code === remembered));
   byId("people").replaceChildren(...first.map((person) => {
-    const button = make("button", person.code, { type: "button", className: person.code === again ? "again" : "" });
+    const button = make("button", person.code, { type: "button", className: person.code === remembered ? "again" : "" });
     button.dataset.participant = person.code;
     button.append(make("span", text("page.progress", person)));
-    button.addEventListener("click", () => ask({ do: "choose", participant: person.code }));
+    button.addEventListener("click", () => send({ do: "choose", participant: person.code }));
     return button;
   }));
 }
 
-// Redrawn only when something else is asked: half an answer must not vanish with the next view.
+// Redrawn only for another form: views arrive at any time, and must not erase half an answer.
 function showForm() {
   const form = byId("form");
   form.hidden = !FORMS.includes(view.phase);
   const wanted = form.hidden ? null : [view.phase, view.participant, view.questions, view.to_rate, spoken()].join();
-  if (wanted && wanted !== drawn) draw(form, view.phase, view, study, ask);
+  if (wanted && wanted !== drawn) draw(form, view.phase, view, study, send);
   drawn = wanted;
   const instructions = byId("instructions");
   instructions.hidden = !["training", "ready"].includes(view.phase) || !own(study.instructions);
   if (!instructions.hidden) instructions.replaceChildren(...paragraphs(own(study.instructions)));
 }
 
-function goes() {
+function goLabel() {
   switch (view.phase) {
     case "training": return text(view.next_to_feel ? "buttons.play_next" : "buttons.start");
     case "ready": return text(view.answered ? "buttons.go_on" : "buttons.start");
@@ -151,26 +151,26 @@ function goes() {
 
 function showActions() {
   const go = byId("go");
-  const label = goes();
+  const label = goLabel();
   go.hidden = label === null;
   go.disabled = view.phase === "training" && Boolean(view.busy);
   go.replaceChildren(label ?? "", " ", make("kbd", text("page.space")));
   const canPause = ["resting", "playing", "asking", "rating"].includes(view.phase);
   byId("pause").hidden = !canPause;
   byId("pause").disabled = !canPause;
-  byId("leave").hidden = !["consent", "done"].includes(view.phase); // else it is for the experimenter's page
+  byId("leave").hidden = !["consent", "done"].includes(view.phase); // at other times only the experimenter may change the participant
   byId("masking").hidden = !view.masking_noise || view.phase === "choosing";
   byId("hear").hidden = !view.hear;
   byId("masking-level").ariaLabel = text("page.masking_level");
   byId("hear-level").ariaLabel = text("page.hear_level");
 }
 
-function layPatterns() {
-  const laid = byId("patterns");
+function drawPatterns() {
+  const grid = byId("patterns");
   const wanted = `${spoken()} ${view.patterns.map((pattern) => pattern.name)}`;
-  if (laid.dataset.laid === wanted) return;
-  laid.dataset.laid = wanted;
-  laid.replaceChildren(...view.patterns.map((pattern, index) => {
+  if (grid.dataset.drawn === wanted) return;
+  grid.dataset.drawn = wanted;
+  grid.replaceChildren(...view.patterns.map((pattern, index) => {
     const button = make("button", "", { type: "button", className: "pattern" });
     button.dataset.pattern = pattern.name;
     button.append(make("kbd", KEYS[index] ?? ""), glyph(pattern), make("span", word(pattern.vibration, study)), warmth(pattern, word(pattern.temperature, study)), make("span", "", { className: "dots" }));
@@ -192,28 +192,28 @@ function showPatterns() {
   }
 }
 
-function called(name) {
+function patternName(name) {
   const pattern = view.patterns.find((each) => each.name === name);
   return `${word(pattern.vibration, study)}, ${word(pattern.temperature, study)}`;
 }
 
 function press(name) {
   if (view.phase === "training") {
-    startSound(view, ask);
-    ask({ do: "feel", pattern: name });
+    startSound(view, send);
+    send({ do: "feel", pattern: name });
   }
-  if (view.phase === "asking") ask({ do: "answer", trial: view.answered, pattern: name, seen_ms: performance.now() - askedAt });
+  if (view.phase === "asking") send({ do: "answer", trial: view.answered, pattern: name, seen_ms: performance.now() - askedAt });
 }
 
 function go() {
-  startSound(view, ask);
-  if (view.phase === "training" && view.next_to_feel) ask({ do: "feel", pattern: view.next_to_feel });
-  else ask({ do: "begin" });
+  startSound(view, send);
+  if (view.phase === "training" && view.next_to_feel) send({ do: "feel", pattern: view.next_to_feel });
+  else send({ do: "begin" });
 }
 
 function stop() {
   silence();
-  if (!ask({ do: "stop" })) alarm(text("page.not_stopped"));
+  if (!send({ do: "stop" })) alarm(text("page.not_stopped"));
 }
 
 function onKey(event) {
@@ -226,19 +226,19 @@ function onKey(event) {
     event.preventDefault();
     go();
   } else if (event.key.toLowerCase() === "p") {
-    if (!byId("pause").hidden) ask({ do: "pause" });
+    if (!byId("pause").hidden) send({ do: "pause" });
   } else if (at >= 0 && at < view.patterns.length && !byId("patterns").hidden && !document.querySelectorAll(".pattern")[at].disabled) press(view.patterns[at].name);
 }
 
 byId("go").addEventListener("click", go);
 byId("stop").addEventListener("click", stop);
-byId("pause").addEventListener("click", () => ask({ do: "pause" }));
+byId("pause").addEventListener("click", () => send({ do: "pause" }));
 byId("leave").addEventListener("click", () => {
   silence();
   history.replaceState(null, "", "#");
-  ask({ do: "leave" });
+  send({ do: "leave" });
 });
 byId("form").addEventListener("language", show);
 document.addEventListener("keydown", onKey);
-offerSound(ask);
+offerSound(send);
 connect();

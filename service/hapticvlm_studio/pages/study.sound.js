@@ -1,5 +1,5 @@
-// What a participant hears: noise that masks the device, or in a pilot without one the vibration itself.
-// A browser lets sound begin only after a click.
+// Plays what a participant hears: noise that masks the device or, in a pilot without a device, the
+// vibration. A browser allows sound only after a click, so both start with one.
 import { byId } from "./dom.js";
 import { Sound } from "./sound.js";
 
@@ -36,32 +36,32 @@ class Masking {
 
 const masking = new Masking();
 
-// `ask` tells the study when a participant switches the noise.
-export function offerSound(ask) {
-  byId("masking-on").addEventListener("change", ({ target }) => setMasking(target.checked, ask));
+// Connects the controls; `send` sends the study a command when a participant switches the noise.
+export function offerSound(send) {
+  byId("masking-on").addEventListener("change", ({ target }) => setMasking(target.checked, send));
   byId("masking-level").addEventListener("input", ({ target }) => masking.setLevel(Number(target.value)));
   byId("hear-on").addEventListener("change", ({ target }) => hear(target.checked));
   byId("hear-level").addEventListener("input", ({ target }) => { sound.level = Number(target.value); });
   addEventListener("pagehide", silence);
 }
 
-// For a click that begins something.
-export function startSound(view, ask) {
+// Called from clicks that start a pattern or the trials.
+export function startSound(view, send) {
   if (view.hear) hear(true);
-  else if (view.masking_noise && !masking.isOn) setMasking(true, ask);
+  else if (view.masking_noise && !masking.isOn) setMasking(true, send);
 }
 
-// Ends all sound and unticks the noise's box, without a word to the study.
+// Ends all sound and clears the noise's check box, without a command to the study.
 export function silence() {
   sound.silence();
   if (masking.isOn) setMasking(false);
 }
 
-function setMasking(on, ask = null) {
+function setMasking(on, send = null) {
   if (on) masking.start(Number(byId("masking-level").value));
   else masking.stop();
   byId("masking-on").checked = on;
-  ask?.({ do: "masking", on });
+  send?.({ do: "masking", on });
 }
 
 function hear(on) {
@@ -71,7 +71,7 @@ function hear(on) {
   else sound.stop();
 }
 
-// Pink by Paul Kellet's filter of white noise (from memory), peak below 1.
+// Returns pink noise with a peak below 1: white noise through Paul Kellet's filter (coefficients unchecked).
 function pink(context) {
   const buffer = new AudioBuffer({ length: SECONDS * context.sampleRate, sampleRate: context.sampleRate });
   const samples = buffer.getChannelData(0);

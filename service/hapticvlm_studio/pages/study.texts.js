@@ -1,4 +1,4 @@
-// The words of the study page, in the language of the participant. They come from the study, none is here.
+// Holds the texts of the study page in the participant's language. All of them come from the study.
 
 let languages = {};
 let language = null;
@@ -19,23 +19,23 @@ export function speak(code) {
   fill();
 }
 
-// `path` as in the language's file: "buttons.stop"; {words} are filled in.
+// Returns a text by its path in the language file, such as "buttons.stop", with {words} filled in.
 export function text(path, words = {}) {
   const [table, key] = path.split(".");
   return filled(languages[language]?.[table]?.[key] ?? "", words);
 }
 
-// The heading of a phase and the line under it.
+// Returns the heading of a phase and the line below it.
 export function phase(name, words = {}) {
   return (languages[language]?.phases[name] ?? ["", ""]).map((each) => filled(each, words));
 }
 
-// A word of a pattern, as the study or else the language calls it.
+// Returns the name of a vibration or temperature: the study's own, else that of the language file.
 export function word(name, form) {
   return form?.names?.[language]?.[name] ?? languages[language]?.names?.[name] ?? name;
 }
 
-// One of a study's own texts, which stand by language.
+// Returns one of the study's own texts, which are given by language.
 export const own = (texts) => texts?.[language] ?? "";
 
 function fill() {

@@ -1,4 +1,11 @@
-"""What a study's figures allow to claim of people, and what they do not. Pure."""
+"""Lists what a study's figures support as claims about people, and what they do not. Pure.
+
+A claim about people in general needs an interval that assumes independent people, and "better than
+chance" needs that interval to lie above chance. A difference between patterns needs a p that is
+corrected for all pairs tested. Not to have found a difference is not a finding: the list says how
+large a difference this number of people would have found (`smallest_difference`). Simulated devices
+and pilots that were only heard support no claim about what people feel.
+"""
 
 from __future__ import annotations
 
@@ -11,39 +18,44 @@ from scipy.stats import nct, t
 
 ALPHA = 0.05
 POWER = 0.8
-FEW_PEOPLE = 6
-FEWEST_COMPARED = 3
-_PAIRS_NAMED = 5
+FEW_PEOPLE = 6  # with fewer, an interval depends on its assumptions; our choice
+MIN_COMPARED = 3  # people, for a paired test
+_MAX_PAIRS = 5
 
 Document = dict[str, Any]
 
 
 def may(document: Document) -> list[str]:
-    """List what may be claimed."""
+    """Return what may be claimed of a report's document, a sentence each."""
     return list(_may(document))
 
 
 def may_not(document: Document) -> list[str]:
-    """List what may not be claimed."""
+    """Return what may not be claimed of a report's document, a sentence each."""
     return list(_may_not(document))
 
 
 def smallest_difference(people: int, alpha: float = ALPHA) -> float:
-    """Return the difference that a paired t-test of so many people finds with the power POWER.
+    """Return the difference that a paired t-test finds in four studies of five (POWER).
 
-    In standard deviations of the difference between people, two-sided; infinite below two people.
-    Numbers from the noncentral t distribution, as any power table has them.
+    It is in standard deviations of people's differences, two-sided at the level `alpha`; infinite
+    for fewer than two people.
     """
     if people < 2:
         return math.inf
     df = people - 1
     critical = float(t.ppf(1.0 - alpha / 2.0, df))
 
-    def lacking(effect: float) -> float:
+    # If the true difference is d standard deviations, t of n people is distributed around d sqrt(n)
+    # (noncentral t). The power is the probability that it exceeds the critical value; the root of
+    # power - POWER is searched for between no difference and one that is found nearly always. The
+    # opposite tail is neglected: at this power, a significant difference of the wrong sign has a
+    # probability below 0.2 %.
+    def excess_power(effect: float) -> float:
         shift = effect * math.sqrt(people)
         return float(nct.sf(critical, df, shift)) - POWER
 
-    return float(brentq(lacking, 0.0, (5.0 * critical + 5.0) / math.sqrt(people)))
+    return float(brentq(excess_power, 0.0, (5.0 * critical + 5.0) / math.sqrt(people)))
 
 
 def _may(document: Document) -> Iterator[str]:
@@ -63,7 +75,8 @@ def _may(document: Document) -> Iterator[str]:
         low, high = whole["by_person"]
         yield (
             f"People like these {people} recognise {_percent(low)} to {_percent(high)} of these "
-            f"patterns on this device (95 % interval by person; seen: {_percent(whole['share'])})."
+            f"patterns on this device (95 % interval by person; observed: "
+            f"{_percent(whole['share'])})."
         )
         yield f"They do so better than chance ({chance})."
     yield from _effects(document)
@@ -74,17 +87,16 @@ def _effects(document: Document) -> Iterator[str]:
         p = effect["p_corrected"]
         if p is not None and p < ALPHA:
             yield (
-                f"How well is recognised depends on {effect['name']} "
-                f"({_p(p)} after Greenhouse and Geisser)."
+                f"Recognition depends on {effect['name']} ({_p(p)} after Greenhouse and Geisser)."
             )
     if not document["complete"]:
         return
     significant = [pair for pair in document["pairwise"] if pair["p_holm"] < ALPHA]
-    for pair in significant[:_PAIRS_NAMED]:
+    for pair in significant[:_MAX_PAIRS]:
         more, less = (pair["first"], pair["second"])[:: 1 if pair["difference"] > 0 else -1]
         yield f"{more} is recognised more often than {less} ({_p(pair['p_holm'])} after Holm)."
-    if len(significant) > _PAIRS_NAMED:
-        yield f"{len(significant) - _PAIRS_NAMED} more pairs differ; they stand in the table."
+    if len(significant) > _MAX_PAIRS:
+        yield f"{len(significant) - _MAX_PAIRS} more pairs differ; see the table."
 
 
 def _may_not(document: Document) -> Iterator[str]:
@@ -92,23 +104,23 @@ def _may_not(document: Document) -> Iterator[str]:
         yield "Anything about people: the devices were simulated and nobody felt anything."
         return
     if document.get("heard"):
-        yield "Anything about touch: in this pilot the vibration was heard and not felt."
+        yield "Anything about touch: in this pilot the vibration was heard, not felt."
         return
     yield from _too_few(document)
     yield from _not_equal(document)
     yield (
         "Anything about other devices, levels, patterns or people, or that the vision of the "
-        "system recognises materials: people told patterns apart that were chosen beforehand."
+        "system recognises materials: people distinguished patterns that were chosen beforehand."
     )
     if document.get("ratings"):
         yield (
-            "That a pattern is as real as its material: ratings compare patterns with each other; "
-            "no real material was felt beside them."
+            "That a pattern feels as real as its material: ratings compare patterns with each "
+            "other, and no real material was felt for comparison."
         )
 
 
 def _too_few(document: Document) -> Iterator[str]:
-    """Yield what more people or trials would be needed for."""
+    """Yield the claims that need more people or more trials."""
     people = document["participants"]
     whole = document["recognition"]
     if people < 2:
@@ -116,37 +128,39 @@ def _too_few(document: Document) -> Iterator[str]:
     elif whole["by_person"] is None:
         yield (
             "How much people in general would vary: single people's trials are not known, and an "
-            "interval that takes trials for independent is too narrow."
+            "interval that assumes independent trials is too narrow."
         )
     elif whole["by_person"][0] <= document["chance"]:
-        yield "That it is better than chance: the interval by person reaches down to it."
+        yield "That recognition is better than chance: the interval by person includes chance."
     if 2 <= people < FEW_PEOPLE:
         yield (
-            f"Much by {people} people alone: an interval of so few rests on the assumption that "
-            "people scatter evenly. More people narrow it, more trials of the same people do not."
+            f"Much by {people} people alone: with so few, the interval rests on the assumption of "
+            "a normal distribution. More people narrow it; more trials of the same people do not."
         )
     if document["answered"] < document["planned"]:
         yield (
             f"That this is the result: {document['answered']} of {document['planned']} trials are "
-            "answered. Who looks again and again and ends at a small p finds what is not there."
+            "answered. Repeated looks that stop at a small p find effects that do not exist."
         )
 
 
 def _not_equal(document: Document) -> Iterator[str]:
-    """Yield what finding no difference means, and how large one had to be to be found."""
-    text = "That patterns are recognised alike: to find no difference is not to show that none is."
+    """Yield what it means to find no difference, and which difference would have been found."""
+    claim = (
+        "That patterns are recognised alike: finding no difference does not show that none exists."
+    )
     people = document["complete"] or 0
     pairs = len(document["pairwise"])
-    if people < FEWEST_COMPARED:
-        yield text
+    if people < MIN_COMPARED:
+        yield claim
         return
     alone, among = (smallest_difference(people, alpha) for alpha in (ALPHA, ALPHA / pairs))
     spread = document["pair_spread"]
     points = "" if not spread else f", here {100 * alone * spread:.0f} percentage points"
     yield (
-        f"{text} With {people} people a paired test finds, in four studies of five, only "
-        f"differences of {alone:.1f} standard deviations and more{points}; of {pairs} pairs "
-        f"tested together, of {among:.1f}."
+        f"{claim} With {people} people a paired test finds, in four studies of five, only "
+        f"differences of at least {alone:.1f} standard deviations{points}; with {pairs} pairs "
+        f"tested together, of at least {among:.1f}."
     )
 
 

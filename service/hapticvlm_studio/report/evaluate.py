@@ -1,4 +1,9 @@
-"""A study's rows, or the paper's counts, become one document of numbers; no file is written."""
+"""Turns a study's rows, or the paper's counts, into the document of report.json. Writes no file.
+
+The paper publishes a confusion matrix alone, so its document holds what that allows; a study adds
+everything that needs single people's trials. What is not known is None or an empty list, so one
+text and one set of pictures serve both.
+"""
 
 from __future__ import annotations
 
@@ -14,33 +19,38 @@ from hapticvlm_studio.report import claims, results, statistics
 from hapticvlm_studio.report.results import Cells, Results
 
 Document = dict[str, Any]
-FORMAT = 2  # of report.json: 2 has ratings, people's answers, and claims
-PAPER_TITLE = "The study of the HapticVLM paper, evaluated anew"
+FORMAT = 2  # of report.json; 2 added ratings, people's answers and claims
+PAPER_TITLE = "The study of the HapticVLM paper, evaluated again"
 
 
-def evaluate(found: Results) -> Document:
-    """Turn a study's rows into numbers."""
-    counts = results.confusion(found)
-    names = [stimulus.name for stimulus in found.stimuli]
-    factors = ([s.vibration for s in found.stimuli], [s.temperature for s in found.stimuli])
-    by_person = _rights(found)
+def evaluate(study: Results) -> Document:
+    """Return the document of a study."""
+    counts = results.confusion(study)
+    names = [stimulus.name for stimulus in study.stimuli]
+    factors = ([s.vibration for s in study.stimuli], [s.temperature for s in study.stimuli])
+    by_person = _rights(study)
     document = _of_counts(counts, names, factors)
-    title = found.form.title.get(found.form.languages[0])
+    title = study.form.title.get(study.form.languages[0])
     document["title"] = f"Study report: {title}" if title else "Study report"
-    document["simulated"], document["heard"] = found.simulated, found.heard
-    document["people"], document["ratings"] = _people(found), _ratings(found)
-    document["participants"] = len(found.participants)
-    document["answered"], document["planned"] = len(found.rows), found.planned
-    document["excluded"] = len(found.rows) - len(found.counted)
-    document["repeated"] = sum(row.attempt > 1 for row in found.rows)
-    document["silent"] = found.silent
+    document["simulated"], document["heard"] = study.simulated, study.heard
+    document["people"], document["ratings"] = _people(study), _ratings(study)
+    document["participants"] = len(study.participants)
+    document["answered"], document["planned"] = len(study.rows), study.planned
+    document["excluded"] = len(study.rows) - len(study.counted)
+    document["repeated"] = sum(row.attempt > 1 for row in study.rows)
+    document["silent"] = study.silent
+    # Everything up to here comes from counts, with Wilson's intervals. Where single people's trials
+    # are known, as here, each share gets its interval by person too, and the one for all replaces
+    # the one from counts.
     document["recognition"] = asdict(statistics.share_by_person(*_all(by_person)))
     for at, pattern in enumerate(document["patterns"]):
         pattern |= asdict(statistics.share_by_person(*_of_pattern(by_person, at)))
     for part in document["axes"]:
-        part |= asdict(statistics.share_by_person(*_level_rights(found, part["factor"])))
-    document["reaction"] = [_reaction(found, name) for name in names]
-    cells = results.cells(found)
+        part |= asdict(statistics.share_by_person(*_level_rights(study, part["factor"])))
+    document["reaction"] = [_reaction(study, name) for name in names]
+    # A string says why there can be no test within people; the pooled tests of `_of_counts` then
+    # stay in the document.
+    cells = results.cells(study)
     document["anova_missing"] = cells if isinstance(cells, str) else None
     if not isinstance(cells, str):
         document |= _within(cells, factors, names)
@@ -48,10 +58,14 @@ def evaluate(found: Results) -> Document:
 
 
 def _within(cells: Cells, factors: tuple[list[str], list[str]], names: list[str]) -> Document:
-    """Test within those people who felt every pattern."""
+    """Return the tests within people, of those who felt every pattern."""
     vibrations, warmths = (list(dict.fromkeys(levels)) for levels in factors)
     places = [(vibrations.index(v), warmths.index(t)) for v, t in zip(*factors, strict=True)]
+    # The pairwise tests want (people, patterns) in the order of `names`, the ANOVA (people,
+    # vibrations, temperatures).
     flat = np.stack([cells.rates[:, i, j] for i, j in places], axis=1)
+    # Friedman's test has no second factor. It is run over all patterns, and over the vibrations
+    # with each person's temperatures averaged; two temperatures would be too few levels for it.
     ranks = (
         statistics.friedman(flat, "patterns"),
         statistics.friedman(cells.rates.mean(axis=2), "vibration"),
@@ -61,7 +75,7 @@ def _within(cells: Cells, factors: tuple[list[str], list[str]], names: list[str]
         "pair_spread": _spread(flat),
         "incomplete": list(cells.left_out),
         **_anova(cells),
-        "friedman": [asdict(found) for found in ranks if found is not None],
+        "friedman": [asdict(test) for test in ranks if test is not None],
         "pairwise": [asdict(pair) for pair in statistics.pairwise_by_person(flat, names)],
         "pairwise_test": "paired t of each person's recognition"
         + (", of those who felt every pattern" if cells.left_out else ""),
@@ -80,6 +94,8 @@ def _anova(cells: Cells) -> Document:
 
 def _spread(rates: statistics.Rates) -> float:
     """Return the median standard deviation of people's differences between two patterns."""
+    # It converts the difference that a test would find, which is in standard deviations, into
+    # percentage points.
     first, second = np.triu_indices(rates.shape[1], 1)
     return float(np.median(np.std(rates[:, first] - rates[:, second], axis=0, ddof=1)))
 
@@ -88,35 +104,35 @@ def _claimed(document: Document) -> Document:
     return {**document, "may": claims.may(document), "may_not": claims.may_not(document)}
 
 
-def _people(found: Results) -> list[Document]:
-    """Sum up people's answers on themselves; free answers are only counted."""
-    summed = []
-    for question in found.form.question:
-        given = [person.answers[question.name] for person in found.people]
-        answered = [answer for answer in given if answer is not None]
-        about: Document = {"name": question.name, "kind": question.kind, "answers": len(answered)}
+def _people(study: Results) -> list[Document]:
+    """Summarise people's answers about themselves; free answers are only counted."""
+    summaries = []
+    for question in study.form.question:
+        answers = [person.answers[question.name] for person in study.people]
+        answered = [answer for answer in answers if answer is not None]
+        summary: Document = {"name": question.name, "kind": question.kind, "answers": len(answered)}
         if question.kind == "number" and answered:
             values = np.array(answered, dtype=np.float64)
-            about["mean"], about["ends"] = float(values.mean()), [values.min(), values.max()]
-            about["sd"] = float(values.std(ddof=1)) if len(answered) > 1 else None
+            summary["mean"], summary["ends"] = float(values.mean()), [values.min(), values.max()]
+            summary["sd"] = float(values.std(ddof=1)) if len(answered) > 1 else None
         if question.kind == "choice":
-            about["counts"] = {each.value: answered.count(each.value) for each in question.choice}
-        summed.append(about)
-    return summed
+            summary["counts"] = {each.value: answered.count(each.value) for each in question.choice}
+        summaries.append(summary)
+    return summaries
 
 
-def _ratings(found: Results) -> list[Document]:
-    """Return the mean of each rating with its interval by person, as a whole and by pattern."""
+def _ratings(study: Results) -> list[Document]:
+    """Return each rating's mean with its interval by person, overall and for each pattern."""
     table = []
-    for rating in found.form.rating:
+    for rating in study.form.rating:
         rows = [
             (row.participant, row.presented, row.ratings[rating.name])
-            for row in found.counted
+            for row in study.counted
             if row.ratings is not None
         ]
         by_pattern = [
             {"name": stimulus.name, **_rated([row for row in rows if row[1] == stimulus.name])}
-            for stimulus in found.stimuli
+            for stimulus in study.stimuli
         ]
         whole = _rated(rows)
         table.append({"name": rating.name, "steps": rating.steps, **whole, "patterns": by_pattern})
@@ -125,6 +141,7 @@ def _ratings(found: Results) -> list[Document]:
 
 def _rated(rows: list[tuple[str, str, int]]) -> Document:
     """Return the mean of people's means of (person, pattern, rating) rows; `of` counts people."""
+    # A person who rated more often must not count for more, so each is averaged first.
     people = dict.fromkeys(who for who, _, _ in rows)
     means = [float(np.mean([value for who, _, value in rows if who == each])) for each in people]
     if not means:
@@ -134,7 +151,7 @@ def _rated(rows: list[tuple[str, str, int]]) -> Document:
 
 
 def evaluate_paper() -> Document:
-    """Turn the paper's counts into the same numbers, as far as counts without people allow."""
+    """Return the document of the paper, as far as its counts allow."""
     counts = paper.confusion()
     factors = (list(paper.VIBRATIONS) * 2, [t for t in paper.TEMPERATURES for _ in range(5)])
     document = _of_counts(counts, list(paper.CODES), factors)
@@ -143,6 +160,9 @@ def evaluate_paper() -> Document:
     document |= {"participants": paper.PARTICIPANTS, "notes": paper.NOTES}
     document |= {"answered": int(counts.sum()), "planned": int(counts.sum())}
     document |= {"excluded": 0, "repeated": None, "silent": None, "reaction": []}
+    # The paper prints F and its degrees of freedom, from which p follows. The degrees of freedom
+    # fit one factor of ten levels, not the 5 x 2 design, so p is given for both (docs/physics.md
+    # 6.2).
     document["anova_missing"] = "single people's trials are unpublished"
     document["printed_anova"] = [
         {
@@ -158,7 +178,7 @@ def evaluate_paper() -> Document:
 def _of_counts(
     counts: statistics.Counts, names: list[str], factors: tuple[list[str], list[str]]
 ) -> Document:
-    """Return what a confusion matrix alone shows, trials taken for independent."""
+    """Return what a confusion matrix alone shows, assuming independent trials."""
     right = np.diag(counts).tolist()
     of = counts.sum(axis=1).tolist()
     bits, bias = statistics.information_bits(counts)
@@ -177,6 +197,7 @@ def _of_counts(
                 "each": each,
             }
         )
+    # Fisher's test compares shares, so every pattern needs at least one trial.
     pairs = statistics.pairwise_pooled(right, of, names) if min(of) else []
     return {
         "format": FORMAT,
@@ -200,16 +221,16 @@ def _of_counts(
         "ratings": [],
         "incomplete": [],
         "pairwise": [asdict(pair) for pair in pairs],
-        "pairwise_test": "Fisher's exact, trials of all people thrown together",
+        "pairwise_test": "Fisher's exact test, trials of all people pooled",
     }
 
 
-def _rights(found: Results) -> list[list[tuple[int, int]]]:
-    """Count (right, of) of each person and pattern, people first."""
-    names = [stimulus.name for stimulus in found.stimuli]
+def _rights(study: Results) -> list[list[tuple[int, int]]]:
+    """Return (right, of) of each person and pattern, people first."""
+    names = [stimulus.name for stimulus in study.stimuli]
     table = []
-    for code in found.participants:
-        rows = [row for row in found.counted if row.participant == code]
+    for code in study.participants:
+        rows = [row for row in study.counted if row.participant == code]
         each = [[row.correct for row in rows if row.presented == name] for name in names]
         table.append([(sum(right), len(right)) for right in each])
     return table
@@ -220,11 +241,11 @@ def _all(table: list[list[tuple[int, int]]]) -> tuple[list[int], list[int]]:
     return rights, [sum(of for _, of in person) for person in table]
 
 
-def _level_rights(found: Results, factor: str) -> tuple[list[int], list[int]]:
-    """Count each person's answers with the right level of one factor, and all of them."""
+def _level_rights(study: Results, factor: str) -> tuple[list[int], list[int]]:
+    """Return each person's number of answers with the right level of a factor, and of answers."""
     rights = []
-    for code in found.participants:
-        rows = [row for row in found.counted if row.participant == code]
+    for code in study.participants:
+        rows = [row for row in study.counted if row.participant == code]
         rights.append([getattr(row, factor) == getattr(row, f"answered_{factor}") for row in rows])
     return [sum(each) for each in rights], [len(each) for each in rights]
 
@@ -233,9 +254,9 @@ def _of_pattern(table: list[list[tuple[int, int]]], at: int) -> tuple[list[int],
     return [person[at][0] for person in table], [person[at][1] for person in table]
 
 
-def _reaction(found: Results, name: str) -> Document:
-    """Reaction times to one pattern, s, and the plate as its strokes began and ended, degC."""
-    rows = [row for row in found.counted if row.presented == name]
+def _reaction(study: Results, name: str) -> Document:
+    """Return reaction times to one pattern in s, and the plate at its begin and end in degC."""
+    rows = [row for row in study.counted if row.presented == name]
     times = [row.reaction_s for row in rows]
     quartiles = np.percentile(times, [25, 50, 75]).tolist() if times else [None] * 3
     return {

@@ -1,4 +1,4 @@
-"""Pictures of a study: confusions, recognition and ratings with intervals, reaction times."""
+"""Draws a study's confusions, recognition and ratings with their intervals, reaction times."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ if TYPE_CHECKING:
 
 Matrix = tuple[list[str], NDArray[np.int64]]
 DPI = 110
+# By person is the interval that counts, so it is drawn boldly; Wilson's is thin and grey.
 _BY_PERSON: Any = {"color": BLUE, "linewidth": 3.0, "solid_capstyle": "butt"}
 _WILSON: Any = {"color": GREY, "linewidth": 1.5}
-OUTLYING = 2.0  # times the 95th percentile: later answers stand beyond the axis
-# answers: for quartiles; below it a share means little
-LEAST_BOXED = 5
-LEAST_SURE = 10
+OUTLYING = 2.0  # times the 95th percentile: the axis of reaction times ends there
+MIN_QUARTILES = 5  # answers, for quartiles to be drawn
+MIN_SURE = 10  # answers; a share of fewer is drawn hollow
 
 
 def confusion(path: Path, title: str, whole: Matrix, parts: Sequence[tuple[str, Matrix]]) -> None:
-    """Draw the matrix of all patterns, and beside it those of its factors."""
+    """Draw the confusion matrix of all patterns, and beside it those of the factors."""
     figure = _figure(13.0, 7.2)
     grid = figure.add_gridspec(2, 2, width_ratios=(2.1, 1.0))
     _draw_matrix(figure.add_subplot(grid[:, 0]), title, whole)
@@ -43,7 +43,7 @@ def recognition(
     times: Sequence[NDArray[np.float64]] | None,
     chance: float,
 ) -> None:
-    """Draw recognition of each pattern with both intervals and, if known, reaction times in s."""
+    """Draw each pattern's recognition with both intervals and, if known, reaction times in s."""
     figure = _figure(12.0 if times else 7.5, 0.42 * len(shares) + 1.9)
     left, *right = figure.subplots(1, 2 if times else 1, sharey=True, squeeze=False)[0]
     _draw_shares(left, shares, chance)
@@ -62,7 +62,7 @@ def recognition(
 
 
 def ratings(path: Path, title: str, rated: Sequence[dict[str, Any]]) -> None:
-    """Draw each pattern's mean rating with its interval by person, a panel for each rating."""
+    """Draw each pattern's mean rating with its interval by person, one panel per rating."""
     names = [each["name"] for each in rated[0]["patterns"]]
     figure = _figure(3.0 + 3.6 * len(rated), 0.42 * len(names) + 1.5)
     panels = figure.subplots(1, len(rated), sharey=True, squeeze=False)[0]
@@ -84,7 +84,7 @@ def ratings(path: Path, title: str, rated: Sequence[dict[str, Any]]) -> None:
 
 
 def printed_anova(path: Path, printed: Sequence[dict[str, Any]]) -> None:
-    """Draw p of each printed F, on the printed degrees of freedom and on those of the design."""
+    """Draw each printed F as p, on the printed degrees of freedom and on those of the design."""
     figure = _figure(7.5, 3.0)
     axes = figure.subplots()
     for row, each in enumerate(printed):
@@ -121,8 +121,8 @@ def printed_anova(path: Path, printed: Sequence[dict[str, Any]]) -> None:
 
 
 def _draw_times(axes: Axes, times: Sequence[NDArray[np.float64]]) -> None:
-    """Draw a box where there are enough answers for quartiles, else each answer."""
-    enough = [(row, each) for row, each in enumerate(times) if len(each) >= LEAST_BOXED]
+    """Draw a box plot where there are enough answers for quartiles, else each answer."""
+    enough = [(row, each) for row, each in enumerate(times) if len(each) >= MIN_QUARTILES]
     if enough:
         axes.boxplot(
             [each for _, each in enough], positions=[row for row, _ in enough], widths=0.55,
@@ -130,29 +130,33 @@ def _draw_times(axes: Axes, times: Sequence[NDArray[np.float64]]) -> None:
             medianprops={"color": BLUE, "linewidth": 2}, flierprops={"markersize": 3},
         )  # fmt: skip
     for row, each in enumerate(times):
-        if len(each) < LEAST_BOXED:
+        if len(each) < MIN_QUARTILES:
             axes.plot(each, [row] * len(each), "o", color=BLUE, markersize=4, fillstyle="none")
 
 
 def _longest_shown(times: Sequence[NDArray[np.float64]]) -> float | None:
-    """Return where to end the axis, s: one answer after a break must not squeeze all others."""
+    """Return the end of the axis in s: one answer after a break must not squeeze the others."""
     every = np.concatenate(list(times))
     if not every.size:
         return None
+    # "lower" picks an answer that was given. Interpolated, a single outlier among few answers would
+    # pull the quantile towards itself and be shown after all.
     usual = OUTLYING * float(np.quantile(every, 0.95, method="lower"))
     return usual if every.max() > usual > 0.0 else None
 
 
 def _dot(axes: Axes, value: float, row: float, count: int) -> None:
-    """Mark a value; hollow where so few are behind it that it means little."""
-    fill = "full" if count >= LEAST_SURE else "none"
+    """Draw a value, hollow where it rests on fewer than MIN_SURE answers."""
+    fill = "full" if count >= MIN_SURE else "none"
     axes.plot(value, row, "o", color=INK, markersize=6, fillstyle=fill)
 
 
 def _draw_shares(axes: Axes, shares: Sequence[tuple[str, Share]], chance: float) -> None:
     for row, (_, share) in enumerate(shares):
-        apart = 0.12 if share.by_person else 0.0
-        intervals = ((share.wilson, apart, _WILSON), (share.by_person, -apart, _BY_PERSON))
+        # Both intervals are drawn, one above the other: where the one by person is much longer,
+        # people differ, and the other must not be used.
+        gap = 0.12 if share.by_person else 0.0
+        intervals = ((share.wilson, gap, _WILSON), (share.by_person, -gap, _BY_PERSON))
         for interval, offset, style in intervals:
             if interval is not None:
                 axes.plot([100 * end for end in interval], [row + offset] * 2, **style)
@@ -161,18 +165,18 @@ def _draw_shares(axes: Axes, shares: Sequence[tuple[str, Share]], chance: float)
     axes.axvline(100 * chance, color=SOFT, linestyle=":")
     if any(share.by_person for _, share in shares):
         axes.plot([], [], **_BY_PERSON, label="95 % by person, t on the logit")
-    axes.plot([], [], **_WILSON, label="95 % Wilson, trials independent")
+    axes.plot([], [], **_WILSON, label="95 % Wilson, assumes independent trials")
     axes.plot([], [], color=SOFT, linestyle=":", label="chance")
     axes.set_xlim(0.0, 101.0)
     axes.set_xlabel("recognised, %")
     axes.grid(axis="x", color=GRID)
-    if any(0 < share.of < LEAST_SURE for _, share in shares):
-        axes.plot([], [], "o", color=INK, fillstyle="none", label=f"under {LEAST_SURE} trials")
+    if any(0 < share.of < MIN_SURE for _, share in shares):
+        axes.plot([], [], "o", color=INK, fillstyle="none", label=f"fewer than {MIN_SURE} trials")
     _legend(axes)
 
 
 def _legend(axes: Axes, columns: int = 3) -> None:
-    """Explain below the axes, where no data are."""
+    """Draw the legend below the axes, where it covers no data."""
     handles, labels = axes.get_legend_handles_labels()
     axes.figure.legend(
         handles, labels, loc="outside lower left", ncols=columns, fontsize=8, frameon=False
@@ -181,6 +185,8 @@ def _legend(axes: Axes, columns: int = 3) -> None:
 
 def _draw_matrix(axes: Axes, title: str, matrix: Matrix) -> None:
     names, counts = matrix
+    # Shades are shares of the row, so that patterns presented more often do not look better; a row
+    # that was never presented stays blank. Numbers are counts, which shares of few trials hide.
     totals = counts.sum(axis=1, keepdims=True)
     shares = np.divide(counts, totals, out=np.zeros(counts.shape), where=totals > 0)
     axes.imshow(shares, vmin=0.0, vmax=1.0, cmap="Blues", aspect="auto")
@@ -195,7 +201,7 @@ def _draw_matrix(axes: Axes, title: str, matrix: Matrix) -> None:
 
 
 def _figure(width: float, height: float) -> Figure:
-    """Make a figure that no screen is needed for, inches."""
+    """Return a figure of this size in inches; it needs no display."""
     from matplotlib.figure import Figure
 
     return Figure(figsize=(width, height), layout="constrained")

@@ -1,4 +1,4 @@
-"""The report of a study: pictures, tables, and one page of all that can be sent round."""
+"""Writes the report of a study: pictures, tables, and one page with everything in it."""
 
 from __future__ import annotations
 
@@ -31,26 +31,33 @@ th, td { text-align: left; padding: .3rem .8rem .3rem 0; vertical-align: top;
 img { max-width: 100%; height: auto; background: #fff; border-radius: .3rem; }
 @media print { body { margin: 0; } h2, tr { break-inside: avoid; } }
 """
+# The page is opened from mail attachments and shared drives, and parts of it come from the study's
+# file. This policy lets a browser load nothing and run nothing, whatever the text contains.
 _POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
 
 
 def report(folder: Path, out: Path | None, *, as_json: bool) -> str:
-    """Evaluate the study in `folder`, write the files and return the text. Raises StudyError."""
-    found = results.read(folder)
-    if not found.counted:
+    """Evaluate the study in `folder`, write the files and return the text, or the JSON.
+
+    Files go to `out`, or to the folder `report` of the study. Raises StudyError and OSError.
+    """
+    study = results.read(folder)
+    if not study.counted:
         raise StudyError(f"{folder}: no trial is answered yet")
-    document = evaluate(found)
+    document = evaluate(study)
+    # The CSV files come before the pictures: they need no matplotlib, so where that is missing the
+    # data are on the disk all the same.
     out = folder / "report" if out is None else out
     out.mkdir(parents=True, exist_ok=True)
-    results.write_csv(out / "trials.csv", found)
-    if found.form.question or len(found.form.languages) > 1:
-        results.write_people(out / "participants.csv", found)
+    results.write_csv(out / "trials.csv", study)
+    if study.form.question or len(study.form.languages) > 1:
+        results.write_people(out / "participants.csv", study)
     _draw(out, document, [np.array(each["all_s"]) for each in document["reaction"]])
     return _finish(out, document, as_json=as_json)
 
 
 def report_paper(out: Path | None, *, as_json: bool) -> str:
-    """Evaluate the paper's counts; files only where `out` says."""
+    """Evaluate the paper's counts and return the text, or the JSON; write files only to `out`."""
     document = evaluate_paper()
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
@@ -87,31 +94,37 @@ def _share(each: Document) -> Share:
 
 
 def _finish(out: Path | None, document: Document, *, as_json: bool) -> str:
-    text = text_of(document)
+    summary = text_of(document)
     data = json.dumps(document)
     if out is not None:
-        written = text_of(document, out)
-        (out / "report.md").write_text(written + "\n", encoding="utf-8")
-        (out / "report.html").write_text(page(written, out), encoding="utf-8")
+        markdown = text_of(document, out)
+        (out / "report.md").write_text(markdown + "\n", encoding="utf-8")
+        (out / "report.html").write_text(page(markdown, out), encoding="utf-8")
         (out / "report.json").write_text(data + "\n", encoding="utf-8")
-        text += f"\n\nfiles in {out}; {out / 'report.html'} holds all of it and can be sent round"
-    return data if as_json else text
+        summary += (
+            f"\n\nfiles in {out}; {out / 'report.html'} is one file that can be sent to others"
+        )
+    return data if as_json else summary
 
 
 def page(markdown: str, folder: Path) -> str:
-    """Return a page of this text that asks for no other file; pictures are PNG files of `folder`.
+    """Return an HTML page of this text with its pictures inside, PNG files of `folder`.
 
-    HTML within the text is shown as text. Raises OSError.
+    The page loads no other file. HTML within the text is shown as text: titles and answers come
+    from the study's file. Raises OSError.
     """
     from markdown_it import MarkdownIt
 
     reader = MarkdownIt("commonmark", {"html": False}).enable("table")
     tokens = reader.parse(markdown)
+    # Pictures are replaced while the text is still tokens: a path inside rendered HTML could not be
+    # distinguished from the same characters in the study's own texts.
     for token in tokens:
         for child in token.children or ():
             if child.type == "image":
                 child.attrs["src"] = _inside(folder / str(child.attrs["src"]))
     body = reader.renderer.render(tokens, reader.options, {})
+    # A wide table scrolls inside its own box, which the keyboard can reach, and not the whole page.
     body = body.replace("<table>", '<div class="wide" tabindex="0"><table>')
     body = body.replace("</table>", "</table></div>")
     title = html.escape(markdown.lstrip("# ").partition("\n")[0])

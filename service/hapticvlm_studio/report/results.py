@@ -1,7 +1,9 @@
-"""What a study's folder holds: one row per answered trial, and how rows become counts. No figures.
+"""Reads a study's folder into one row per answered trial, and rows into counts. No statistics.
 
-Rows carry participants' codes only, so the CSV of trials may be published as it is. What people
-answer on themselves is kept apart from it.
+A participant's file is a log of events in the order in which they happened; a row joins those of
+one trial: its answer, what the devices reported of its pattern, its ratings, and whether something
+spoiled it. Rows contain participants' codes only, so the CSV of trials may be published as it is.
+What people answered about themselves is written to another file.
 """
 
 from __future__ import annotations
@@ -21,14 +23,15 @@ from hapticvlm_studio.trials.player import SILENT
 from hapticvlm_studio.trials.progress import Event
 from hapticvlm_studio.trials.record import events
 
-INTERRUPTED = "interrupted"  # by pause or stop, after the answer: the trial counts
+# A pause or stop after the answer: the pattern had been presented, so the trial counts.
+INTERRUPTED = "interrupted"
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One answered trial; times in s, plate in degC, None = not known.
+    """One answered trial; times in s, plate in degC, None where not known.
 
-    `onset_plate_c` is the plate as the first stroke began, `plate_c` as the last ended.
+    `onset_plate_c` is the plate when the first stroke began, `plate_c` when the last one ended.
     """
 
     participant: str
@@ -52,13 +55,13 @@ class Row:
 
     @property
     def counts(self) -> bool:
-        """Whether the devices presented what they should have."""
+        """Whether the devices presented the pattern as intended."""
         return self.spoiled in (None, INTERRUPTED)
 
 
 @dataclass(frozen=True, slots=True)
 class Person:
-    """What one participant answered beside the trials; an answer that was not given is None."""
+    """One participant's answers about themselves; an answer that was not given is None."""
 
     participant: str
     language: str
@@ -67,10 +70,12 @@ class Person:
 
 @dataclass(frozen=True, slots=True)
 class Results:
-    """All rows of a study; simulated = no device that anybody could feel took part.
+    """All rows of a study.
 
-    `heard`: it was a pilot in which a page played the vibration. `silent` counts the
-    presentations, answered or not, in which the speaker played nothing.
+    `simulated`: at least one device was simulated at some time, so nothing may be claimed about
+    people. `heard`: a pilot in which a page played the vibration. `silent` counts the
+    presentations, answered or not, in which the speaker played nothing. `planned` is the number of
+    trials of all participants.
     """
 
     stimuli: tuple[Stimulus, ...]
@@ -85,12 +90,12 @@ class Results:
 
     @property
     def counted(self) -> tuple[Row, ...]:
-        """Rows that statistics are made of."""
+        """The rows that enter the statistics."""
         return tuple(row for row in self.rows if row.counts)
 
 
 def read(folder: Path) -> Results:
-    """Read a study's folder; participants without an answer are left out. Raises StudyError."""
+    """Read a study's folder, without participants who answered nothing. Raises StudyError."""
     design = read_design(folder)
     files = {code: events(folder, code) for code in design.participants}
     rows = [row for code, file in files.items() for row in _rows(design, code, file)]
@@ -99,6 +104,8 @@ def read(folder: Path) -> Results:
         for file in files.values()
         for event in file
     )
+    # Planned trials count everyone in the design, present or not: a report that forgot those who
+    # have not begun would look complete too soon.
     present = tuple(
         code for code in design.participants if any(r.participant == code for r in rows)
     )
@@ -127,10 +134,17 @@ def _person(design: Design, code: str, file: Iterable[Event]) -> Person:
 
 
 def _rows(design: Design, code: str, file: Iterable[Event]) -> Iterable[Row]:
-    """Join each answer with what the devices reported of its pattern."""
+    """Join the events of each answered trial into a row.
+
+    Events of trials that were presented but not answered are dropped: such a trial is presented
+    again, and its answer then makes the row.
+    """
     rows: dict[int, Row] = {}
     for event in file:
         trial = event.get("trial")
+        # A trial is answered once, and what else is known of it may follow in any order: the
+        # pattern may still be playing when its answer comes. Events of an attempt that was not
+        # answered find no row here and are dropped.
         if event["event"] == "answered":
             rows[event["trial"]] = _row(design, code, event)
         elif event["event"] == "played" and trial in rows:
@@ -163,35 +177,35 @@ def _row(design: Design, code: str, event: Event) -> Row:
     )
 
 
-def write_csv(path: Path, found: Results) -> None:
-    """Write a line per trial, with a header; missing values are empty."""
+def write_csv(path: Path, results: Results) -> None:
+    """Write one line per trial, with a header; missing values are empty. Raises OSError."""
     columns = [field.name for field in fields(Row) if field.name != "ratings"]
-    names = [rating.name for rating in found.form.rating]
+    names = [rating.name for rating in results.form.rating]
     lines = []
-    for row in found.rows:
+    for row in results.rows:
         rated = row.ratings or {}
         values = {**asdict(row), "correct": int(row.correct)}
         lines.append([*(values[name] for name in columns), *(rated.get(name) for name in names)])
     _write(path, [*columns, *(f"rating_{name}" for name in names)], lines)
 
 
-def write_people(path: Path, found: Results) -> None:
-    """Write a line per participant, with their answers on themselves."""
-    names = [question.name for question in found.form.question]
+def write_people(path: Path, results: Results) -> None:
+    """Write one line per participant, with their answers about themselves. Raises OSError."""
+    names = [question.name for question in results.form.question]
     rows = [
         [person.participant, person.language, *(person.answers[name] for name in names)]
-        for person in found.people
+        for person in results.people
     ]
     _write(path, ["participant", "language", *names], rows)
 
 
-def _write(path: Path, heads: Sequence[str], lines: Iterable[Sequence[object]]) -> None:
+def _write(path: Path, header: Sequence[str], lines: Iterable[Sequence[object]]) -> None:
     with path.open("w", encoding="utf-8", newline="") as file:
-        csv.writer(file, lineterminator="\n").writerows([heads, *lines])
+        csv.writer(file, lineterminator="\n").writerows([header, *lines])
 
 
 def confusion(results: Results) -> NDArray[np.int64]:
-    """Count how often each pattern (rows) was answered as each, (n, n), in the design's order."""
+    """Count how often each pattern (rows) was answered as each (columns), (n, n), design order."""
     at = {stimulus.name: i for i, stimulus in enumerate(results.stimuli)}
     counts = np.zeros((len(at), len(at)), dtype=np.int64)
     for row in results.counted:
@@ -201,20 +215,25 @@ def confusion(results: Results) -> NDArray[np.int64]:
 
 @dataclass(frozen=True, slots=True)
 class Cells:
-    """Recognition (people, vibrations, temperatures) of those who felt every pattern."""
+    """Shares recognised, (people, vibrations, temperatures), of those who felt every pattern."""
 
     rates: NDArray[np.float64]
     left_out: tuple[str, ...]  # codes of the others
 
 
 def cells(results: Results) -> Cells | str:
-    """Return the recognition of everyone who felt every pattern, or why there is none."""
+    """Return the shares recognised of everyone who felt every pattern, or why there are none.
+
+    A repeated-measures ANOVA needs every person in every cell, so people with a missing cell are
+    left out and named; filling the cell in would invent data.
+    """
     vibrations, temperatures = levels(results.stimuli)
     if (
         len(vibrations) * len(temperatures) != len(results.stimuli)
         or min(len(vibrations), len(temperatures)) < 2
     ):
         return "the patterns are not every vibration at every temperature"
+    # Cells begin as NaN, so that a cell without a trial differs from one without a correct answer.
     rates = np.full((len(results.participants), len(vibrations), len(temperatures)), np.nan)
     rights: dict[tuple[str, str, str], list[bool]] = {}
     for row in results.counted:

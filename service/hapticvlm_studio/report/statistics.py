@@ -1,8 +1,15 @@
-"""Statistics of a forced-choice study. Pure: counts and trials in, numbers out.
+"""Computes the statistics of a forced-choice study from counts of trials. Pure.
 
-Tests come from statsmodels and scipy; what is computed here is what they lack: the interval by
-person, information transmitted, and Greenhouse and Geisser's correction of degrees of freedom. Only
-the ANOVA loads statsmodels, so that the paper's data need no more than what is installed.
+The unit of these statistics is the person, not the trial. Trials of one person are alike: a person
+who finds a pattern easy once finds it easy again. Treating 450 trials of nine people as 450
+independent observations (pseudo-replication) gives intervals that are too narrow and p-values that
+are too small, as if 450 people had been asked. So intervals are given by person wherever single
+people's trials are known, and differences are tested within people (repeated measures): each person
+is compared with themselves, and how good they are in general cancels.
+
+Tests come from statsmodels and scipy. Computed here is what these lack: the interval by person, the
+information transmitted, and the correction of degrees of freedom by Greenhouse and Geisser. Only
+the ANOVA imports statsmodels, so the paper's data can be evaluated without it.
 """
 
 from __future__ import annotations
@@ -25,7 +32,11 @@ Rates = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Share:
-    """A share of trials with its 95 % interval; `by_person` is None with fewer than two people."""
+    """A share of trials, 0..1, with two 95 % intervals.
+
+    `wilson` assumes independent trials and `by_person` independent people; the latter is None for
+    fewer than two people. Without trials (`of` is 0) all three are None.
+    """
 
     right: int
     of: int
@@ -36,7 +47,10 @@ class Share:
 
 @dataclass(frozen=True, slots=True)
 class Effect:
-    """One line of an ANOVA; `p_corrected` after Greenhouse and Geisser, None where F is."""
+    """One line of an ANOVA; `p_corrected` is after Greenhouse and Geisser.
+
+    Where F is not defined, it and all that follows from it are None.
+    """
 
     name: str
     df: int
@@ -50,7 +64,10 @@ class Effect:
 
 @dataclass(frozen=True, slots=True)
 class Ranks:
-    """Friedman's test that people rank all of so many levels alike; Kendall's W is 0..1."""
+    """Friedman's test of whether people rank the levels of a factor consistently.
+
+    `w` is Kendall's W, 0 (rankings unrelated) to 1 (everybody ranks alike).
+    """
 
     name: str
     df: int
@@ -61,7 +78,7 @@ class Ranks:
 
 @dataclass(frozen=True, slots=True)
 class Pair:
-    """Two patterns compared; `p` uncorrected, `p_holm` for all pairs tested together."""
+    """Two patterns compared: `p` is uncorrected, `p_holm` corrected for all pairs tested."""
 
     first: str
     second: str
@@ -71,27 +88,35 @@ class Pair:
 
 
 def share(right: int, of: int) -> Share:
-    """Return a share with Wilson's interval, which takes trials for independent."""
+    """Return a share of `of` trials with Wilson's interval, which assumes independent trials."""
     if of == 0:
         return Share(right, of, None, None)
     return Share(right, of, right / of, wilson(right, of))
 
 
 def share_by_person(right: Sequence[int], of: Sequence[int]) -> Share:
-    """Return the share of all trials; `by_person` takes people, not trials, for independent.
+    """Return the share of all trials, with an interval that assumes independent people.
 
-    It is Student's t on the logit of the share, with half a trial added to either answer. Its
-    standard error is that of the ratio of sums over people, and never less than that of independent
-    trials, so people who all do alike do not make it vanish. Covers 95 % with nine people
-    (docs/physics.md 6.3).
+    `right` and `of` hold one count for each person. The share p = sum(right) / sum(of) is a ratio
+    of two sums over people, whose variance is (n people, e_i = right_i - p of_i)
+
+        var p = n / (n - 1) sum(e_i^2) / sum(of)^2                                  (1)
+
+    The interval is Student's t with n - 1 degrees of freedom on the logit ln(p / (1 - p)), whose
+    standard error is sqrt(var p) / (p (1 - p)), transformed back. On the logit it cannot leave
+    0..1 and may be longer towards the middle than towards the edge, as it has to near 100 %. With
+    nine people it contains the true share in 93.4 to 98.5 % of studies (docs/physics.md 6.3).
     """
     total = share(sum(right), sum(of))
     people = sum(count > 0 for count in of)
     if people < 2 or total.share is None:
         return total
+    # Half a trial is added to either answer, so that the logit of 0 or 100 % is finite.
     middle = (total.right + 0.5) / (total.of + 1.0)
-    strayed = np.array(right) - total.share * np.array(of)
-    between = people / (people - 1) * float((strayed**2).sum()) / total.of**2
+    residuals = np.array(right) - total.share * np.array(of)
+    between = people / (people - 1) * float((residuals**2).sum()) / total.of**2
+    # If all people happen to do equally well, (1) is 0; their trials still scatter by chance. So
+    # the variance is at least that of independent trials, p (1 - p) / N.
     variance = max(between, middle * (1.0 - middle) / total.of)
     half = stats.t.ppf(0.5 + CONFIDENCE / 2, people - 1) * math.sqrt(variance)
     half /= middle * (1.0 - middle)
@@ -101,7 +126,10 @@ def share_by_person(right: Sequence[int], of: Sequence[int]) -> Share:
 
 
 def mean_by_person(means: Sequence[float]) -> tuple[float, tuple[float, float] | None]:
-    """Return the mean of people's means and its 95 % interval (Student's t), None below two."""
+    """Return the mean of people's means and its 95 % interval by Student's t.
+
+    The interval is None for fewer than two people.
+    """
     middle = float(np.mean(means))
     if len(means) < 2:
         return middle, None
@@ -110,9 +138,16 @@ def mean_by_person(means: Sequence[float]) -> tuple[float, tuple[float, float] |
 
 
 def information_bits(counts: Counts) -> tuple[float, float]:
-    """Information from presented (rows) to answered (columns), bits, and its bias to be taken off.
+    """Return the information transmitted from pattern to answer, in bits, and its bias.
 
-    The bias is Miller and Madow's (rows - 1)(columns - 1) / (2 N ln 2), of the columns in use.
+    `counts` is (presented, answered). The information is
+
+        I = sum p(i, j) log2(p(i, j) / (p(i) p(j)))
+
+    which is log2 of the number of patterns for perfect answers and 0 for answers that do not depend
+    on the pattern. Estimated from few trials it is too large on average, because chance makes the
+    cells differ: by (rows - 1)(columns - 1) / (2 N ln 2) bits (Miller and Madow), over the rows and
+    columns in use. Subtract the bias to correct it.
     """
     total = counts.sum()
     if total == 0:
@@ -120,23 +155,35 @@ def information_bits(counts: Counts) -> tuple[float, float]:
     joint = counts / total
     expected = joint.sum(axis=1, keepdims=True) * joint.sum(axis=0, keepdims=True)
     used = joint > 0
+    # Cells without a trial are left out: p log p goes to 0 with p.
     bits = float((joint[used] * np.log2(joint[used] / expected[used])).sum())
     rows, columns = (int((counts.sum(axis=axis) > 0).sum()) for axis in (1, 0))
     return bits, (rows - 1) * (columns - 1) / (2 * float(total) * math.log(2))
 
 
 def collapsed(counts: Counts, groups: Sequence[str]) -> tuple[list[str], Counts]:
-    """Add up rows and columns of one group each, groups in order of appearance."""
+    """Sum the rows and columns that share a group; return the groups in order of appearance.
+
+    Turns the matrix of patterns into that of one factor, such as hot and cold.
+    """
     names = list(dict.fromkeys(groups))
     member = np.array([[group == name for group in groups] for name in names], dtype=np.int64)
     return names, member @ counts @ member.T
 
 
 def anova(rates: Rates) -> list[Effect]:
-    """Two-way repeated-measures ANOVA of rates (people, vibrations, temperatures), by AnovaRM.
+    """Return a two-way repeated-measures ANOVA of rates, (people, vibrations, temperatures).
 
-    Degrees of freedom of levels a and b among n people: (a-1) over (a-1)(n-1), and so on. Without
-    spread among people F is not defined and None.
+    Each effect is tested against its own interaction with people: F is how much the levels differ
+    on average, over how much people disagree about that difference. With a and b levels and n
+    people the degrees of freedom are (a-1, (a-1)(n-1)), (b-1, (b-1)(n-1)) and, for the interaction,
+    ((a-1)(b-1), (a-1)(b-1)(n-1)).
+
+    F has the distribution that it is tested against only if all differences between levels vary
+    equally among people (sphericity). Shares near the ceiling violate that, so `p_corrected`
+    multiplies both degrees of freedom by epsilon (Greenhouse and Geisser, `_epsilon`). Where people
+    do not disagree at all, F is not defined and None. Raises ModuleNotFoundError without
+    statsmodels.
     """
     import pandas as pd
     from statsmodels.stats.anova import AnovaRM
@@ -150,17 +197,21 @@ def anova(rates: Rates) -> list[Effect]:
     frame = pd.DataFrame(cells, columns=["person", *factors, "rate"])
     with np.errstate(divide="ignore", invalid="ignore"):
         table = AnovaRM(frame, "rate", "person", within=factors).fit().anova_table
-    found = []
+    effects = []
     for (name, row), epsilon in zip(table.iterrows(), _epsilons(rates), strict=True):
         f = math.nan if epsilon is None else float(row["F Value"])
         df = round(row["Num DF"])
         error = round(row["Den DF"])
-        found.append(effect(str(name).replace(":", " x "), f, (df, error), epsilon))
-    return found
+        effects.append(effect(str(name).replace(":", " x "), f, (df, error), epsilon))
+    return effects
 
 
 def effect(name: str, f: float, df: tuple[int, int], epsilon: float | None = None) -> Effect:
-    """Return the line of an ANOVA that an F on these degrees of freedom makes."""
+    """Return the line of an ANOVA for an F on (effect, error) degrees of freedom.
+
+    Partial eta squared is the effect's share of the variation that is the effect's or its error's,
+    which follows from F: F df / (F df + df_error).
+    """
     if not math.isfinite(f) or f < 0:
         return Effect(name, *df, None, None, None)
     p = float(stats.f.sf(f, *df))
@@ -171,74 +222,98 @@ def effect(name: str, f: float, df: tuple[int, int], epsilon: float | None = Non
 
 
 def friedman(rates: Rates, name: str) -> Ranks | None:
-    """Test rates (people, levels) by their ranks; None below three levels or where nobody differs.
+    """Return Friedman's test of rates, (people, levels), by each person's ranks of the levels.
 
-    Ranks need no normal distribution, which shares of a few trials near the ceiling have not.
+    Ranks do not assume a normal distribution, which shares of a few trials near the ceiling do not
+    have. None for fewer than three levels or two people, or where no person's rates differ.
     """
     people, levels = rates.shape
     if levels < 3 or people < 2 or not np.ptp(rates, axis=1).any():
         return None
-    found = stats.friedmanchisquare(*rates.T)
-    chi2 = float(found.statistic)
-    return Ranks(name, levels - 1, chi2, float(found.pvalue), chi2 / (people * (levels - 1)))
+    test = stats.friedmanchisquare(*rates.T)
+    chi2 = float(test.statistic)
+    return Ranks(name, levels - 1, chi2, float(test.pvalue), chi2 / (people * (levels - 1)))
 
 
 def pairwise_by_person(rates: Rates, names: Sequence[str]) -> list[Pair]:
-    """Paired t-tests of rates (people, patterns), every pattern with every other."""
-    found = []
+    """Return paired t-tests of rates, (people, patterns), of every two patterns."""
+    comparisons = []
     for i, j in itertools.combinations(range(len(names)), 2):
         difference = rates[:, i] - rates[:, j]
-        found.append((names[i], names[j], float(difference.mean()), _paired_p(difference)))
-    return _holm(found)
+        comparisons.append((names[i], names[j], float(difference.mean()), _paired_p(difference)))
+    return _holm(comparisons)
 
 
 def pairwise_pooled(right: Sequence[int], of: Sequence[int], names: Sequence[str]) -> list[Pair]:
-    """Fisher's exact test of every two patterns, with the trials of all people thrown together."""
-    found = []
+    """Return Fisher's exact test of every two patterns, all people's trials pooled.
+
+    Pooling assumes independent trials; it is used only where single people's trials are unknown.
+    """
+    comparisons = []
     for i, j in itertools.combinations(range(len(names)), 2):
         table = [[right[k], of[k] - right[k]] for k in (i, j)]
         difference = right[i] / of[i] - right[j] / of[j]
-        found.append((names[i], names[j], difference, float(stats.fisher_exact(table).pvalue)))
-    return _holm(found)
+        p = float(stats.fisher_exact(table).pvalue)
+        comparisons.append((names[i], names[j], difference, p))
+    return _holm(comparisons)
 
 
 def _paired_p(difference: NDArray[np.float64]) -> float:
-    """P of a paired t-test; where all people differ alike t is undefined and signs decide."""
+    """Return p of a paired t-test of people's differences, (people,)."""
+    # Differences that are all equal have no deviation, and t would be a division by zero. If all
+    # are zero there is no evidence; otherwise n people agree in sign, which happens by chance with
+    # the probability 2 (1/2)^n (sign test).
     if np.ptp(difference) < 1e-12:
         return 1.0 if abs(float(difference[0])) < 1e-12 else 2.0 ** (1 - difference.size)
     return float(stats.ttest_1samp(difference, 0.0).pvalue)
 
 
-def _holm(found: list[tuple[str, str, float, float]]) -> list[Pair]:
-    """Correct each p by Holm's steps: the smallest times all tests, the next times one fewer."""
+def _holm(comparisons: list[tuple[str, str, float, float]]) -> list[Pair]:
+    """Return the comparisons (first, second, difference, p), smallest p first, corrected by Holm.
+
+    Among 45 tests about two have p < 0.05 by chance alone. Holm's correction keeps the probability
+    of any false finding among m tests below 5 %: the smallest p is multiplied by m, the next by
+    m - 1 and so on. It is valid whatever the tests have in common, and it finds more than
+    Bonferroni's, which multiplies every p by m.
+    """
     pairs: list[Pair] = []
-    least = 0.0
-    for at, each in enumerate(sorted(found, key=lambda pair: pair[3])):
-        least = min(max(least, (len(found) - at) * each[3]), 1.0)
-        pairs.append(Pair(*each, least))
+    corrected = 0.0
+    for rank, comparison in enumerate(sorted(comparisons, key=lambda each: each[3])):
+        # A corrected p is never below that of a smaller p: once one is not significant, none of the
+        # following is.
+        corrected = min(max(corrected, (len(comparisons) - rank) * comparison[3]), 1.0)
+        pairs.append(Pair(*comparison, corrected))
     return pairs
 
 
 def _epsilons(rates: Rates) -> list[float | None]:
-    """Greenhouse and Geisser's epsilon of both main effects and their interaction."""
+    """Return Greenhouse and Geisser's epsilon of both main effects and their interaction."""
+    # Each effect has its contrasts: those of one factor averaged over the other, and for the
+    # interaction the products of both. Applied to a person's rates they give that person's scores.
     _, a, b = rates.shape
     first = _contrasts(a)
     second = _contrasts(b)
     mean_a = np.full((1, a), 1 / a)
     mean_b = np.full((1, b), 1 / b)
-    spans = (np.kron(first, mean_b), np.kron(mean_a, second), np.kron(first, second))
+    contrasts = (np.kron(first, mean_b), np.kron(mean_a, second), np.kron(first, second))
     flat = rates.reshape(rates.shape[0], a * b)
-    return [_epsilon(flat @ span.T) for span in spans]
+    return [_epsilon(flat @ contrast.T) for contrast in contrasts]
 
 
 def _contrasts(levels: int) -> Rates:
-    """Orthonormal contrasts of so many levels, (levels - 1, levels)."""
+    """Return orthonormal contrasts of levels, (levels - 1, levels); each row sums to 0."""
+    # QR of (ones, unit vectors): the first column spans the mean, the others what is orthogonal to
+    # it. Epsilon does not depend on which basis that is.
     columns = np.column_stack([np.ones(levels), np.eye(levels)[:, : levels - 1]])
     return np.linalg.qr(columns)[0].T[1:]
 
 
 def _epsilon(scores: Rates) -> float | None:
-    """Return tr(S)^2 / (d tr(S S)) of the covariance S of scores (people, d); None without any."""
+    """Return epsilon = tr(S)^2 / (d tr(S S)), S the covariance of scores (people, d).
+
+    It is 1 if all contrasts vary equally and independently (sphericity), and 1 / d if all people
+    differ along a single one. None where people do not differ.
+    """
     width = scores.shape[1]
     covariance = np.atleast_2d(np.cov(scores, rowvar=False))
     spread = float((covariance * covariance).sum())

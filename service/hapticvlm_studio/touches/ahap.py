@@ -1,9 +1,11 @@
-"""`.ahap` of Apple's Core Haptics: one long event, its intensity and sharpness as curves. Pure.
+"""Writes `.ahap` of Apple's Core Haptics: continuous events with curves of two parameters. Pure.
 
-Intensity is felt quadratically and sharpness is relative, so both are square roots of what .haptic
-holds, as Meta's converter has it. A curve takes 16 points; each begins with the last of the one
-before, and its times count from its own start (Apple, CHHapticParameterCurve.ControlPoint). An
-event lasts 30 s at most. The format has no heat. No device has played these files here.
+Times are in s. Intensity is 0..1 and acts on the amplitude by its square; sharpness is 0..1,
+without a unit. So both are the square roots of what `.haptic` holds for the same touch (after
+Meta's converter). A parameter curve takes at most 16 points, whose times count from the start of
+the curve (Apple, CHHapticParameterCurve.ControlPoint); a longer one is split into curves that each
+begin with the last point of the previous one. An event lasts 30 s at most. The format has no heat.
+These files have not been played on a device.
 """
 
 from __future__ import annotations
@@ -18,12 +20,14 @@ from numpy.typing import NDArray
 from hapticvlm_studio.touches.clip import Clip
 from hapticvlm_studio.touches.haptic import relative_frequency
 
-MOST_POINTS = 16
-LONGEST_EVENT_S = 30.0
+MAX_POINTS = 16
+MAX_EVENT_S = 30.0
 
 
 def document(clip: Clip) -> dict[str, Any]:
-    """Return the JSON document."""
+    """Return the clip as a JSON document."""
+    # The power goes into the fit itself, so that squared straight lines, and not the square roots
+    # of fitted lines, have the energy of what the speaker plays.
     intensity = clip.points(power=2.0)
     sharpness = np.sqrt(np.asarray(relative_frequency(clip)))
     return {
@@ -38,12 +42,13 @@ def document(clip: Clip) -> dict[str, Any]:
 
 
 def _events(duration_s: float) -> Iterator[dict[str, Any]]:
-    for begin in takewhile(lambda at: at < duration_s, count(0.0, LONGEST_EVENT_S)):
+    # Full intensity and no sharpness: the curves multiply the one and add to the other.
+    for begin in takewhile(lambda at: at < duration_s, count(0.0, MAX_EVENT_S)):
         yield {
             "Event": {
                 "EventType": "HapticContinuous",
                 "Time": begin,
-                "EventDuration": round(min(LONGEST_EVENT_S, duration_s - begin), 3),
+                "EventDuration": round(min(MAX_EVENT_S, duration_s - begin), 3),
                 "EventParameters": [
                     {"ParameterID": "HapticIntensity", "ParameterValue": 1.0},
                     {"ParameterID": "HapticSharpness", "ParameterValue": 0.0},
@@ -55,8 +60,8 @@ def _events(duration_s: float) -> Iterator[dict[str, Any]]:
 def _curves(
     name: str, times_s: NDArray[np.float64], values: NDArray[np.float64]
 ) -> Iterator[dict[str, Any]]:
-    for first in range(0, times_s.size - 1, MOST_POINTS - 1):
-        part = slice(first, first + MOST_POINTS)
+    for first in range(0, times_s.size - 1, MAX_POINTS - 1):
+        part = slice(first, first + MAX_POINTS)
         begin = float(times_s[first])
         yield {
             "ParameterCurve": {

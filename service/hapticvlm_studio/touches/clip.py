@@ -1,9 +1,13 @@
-"""One touch of a material as every haptic format can hold it: an envelope of one tone. Pure.
+"""Reduces a touch to what every haptic format can hold: the envelope of one tone. Pure.
 
-The voices of the service render the touch; its amplitude is sqrt(2) times the rms, so a full-scale
-sine is 1, and its frequency that of a sine that changes as quickly. Points stand STEP_S apart and
-are joined by straight lines, as the formats do. They are fitted so that each WINDOW_S that is read
-back has the energy of what the speaker plays.
+The voices of the service render the touch as a waveform with many frequencies; the formats have one
+amplitude and one frequency at a time. The amplitude is sqrt(2) times the root mean square, so a
+full-scale sine is 1. The frequency is that of a sine that changes equally quickly.
+
+Points are STEP_S apart and joined by straight lines, as the formats prescribe. Sampling the
+envelope at the points is not enough: a line from the peak of an impact to the next point has more
+energy than the impact that decays in between. So the points are fitted, such that every WINDOW_S of
+the lines has the energy that the speaker plays in it.
 """
 
 from __future__ import annotations
@@ -14,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import resample_poly
 
-from hapticvlm.rendering.vibration.controller_scale import LEAST_LEVEL, controller_amplitude
+from hapticvlm.rendering.vibration.controller_scale import MIN_LEVEL, controller_amplitude
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 from hapticvlm.rendering.vibration.vibration_plan import PLAN_HZ, frequencies
 from hapticvlm_studio.touches.heat import Heat
@@ -24,15 +28,18 @@ STEP_S = 0.005
 WINDOW_S = 0.02
 _STEP = round(STEP_S * PLAN_HZ)
 _WINDOW = round(WINDOW_S * PLAN_HZ)
-_ROUNDS = 12  # of fitting; the error shrinks by about half in each
-_MOST_GAIN = 4.0  # in one round, where next to nothing is played
+_ROUNDS = 12  # of the fit, each of which about halves the error
+_MAX_GAIN = 4.0  # of one round, where nearly nothing is played
 
 _Values = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
 class Clip:
-    """A touch; `wave` (N,) float32 at RATE_HZ, `played` the same at PLAN_HZ, a whole of windows."""
+    """A touch: `wave`, (N,) float32 at RATE_HZ, and `played`, the same at PLAN_HZ.
+
+    `played` is filled up to a whole number of windows.
+    """
 
     material: str
     interaction: str
@@ -42,37 +49,40 @@ class Clip:
 
     @property
     def name(self) -> str:
-        """What a file of it is called."""
+        """The name of its file, without an ending."""
         return f"{self.material}-{self.interaction}"
 
     @property
     def times_s(self) -> _Values:
-        """When the points are, (points,), from 0 to the end."""
+        """Times of the points, (points,) in s, from 0 to the end."""
         return np.arange(self.played.size // _STEP + 1, dtype=np.float64) * STEP_S
 
     @property
     def frequency_hz(self) -> _Values:
-        """Frequency at each point, (points,)."""
-        found = frequencies(self.played, STEP_S)
-        return np.append(found, found[-1])
+        """Frequency at each point, (points,) in Hz."""
+        each = frequencies(self.played, STEP_S)  # of each step; the last point has that before it
+        return np.append(each, each[-1])
 
     def points(self, power: float = 1.0) -> _Values:
-        """Value of each point (points,), 0..1, whose line to this power is the amplitude."""
+        """Return the points, (points,) 0..1, whose lines to this power are the amplitude."""
         squared = 2.0 * np.square(self.played, dtype=np.float64)
         padded = np.pad(squared, _STEP // 2)
         levels: _Values = np.sqrt(padded.reshape(-1, _STEP).mean(axis=1)) ** (1.0 / power)
         wanted = window_levels(np.sqrt(squared))
         centres = (np.arange(wanted.size) + 0.5) * WINDOW_S
+        # Each round compares the windows of the lines with those played and multiplies the points
+        # by the ratio. A point shared by two windows gets a gain between theirs; repeated, they
+        # settle.
         for _ in range(_ROUNDS):
             read = window_levels(line(levels) ** power)
-            gain = np.clip(wanted / np.maximum(read, 1e-9), 1.0 / _MOST_GAIN, _MOST_GAIN)
+            gain = np.clip(wanted / np.maximum(read, 1e-9), 1.0 / _MAX_GAIN, _MAX_GAIN)
             levels *= np.interp(self.times_s, centres, gain) ** (1.0 / power)
             levels = np.minimum(levels, 1.0)
         return levels
 
 
 def clip(sound: Sound, heat: Heat) -> Clip:
-    """Make a clip of a touch as `feel` renders it."""
+    """Return the clip of a touch."""
     played = np.asarray(resample_poly(sound.wave, 1, RATE_HZ // PLAN_HZ), dtype=np.float32)
     windows = max(played.size // _WINDOW, 1)
     whole = np.zeros(windows * _WINDOW, np.float32)
@@ -83,22 +93,24 @@ def clip(sound: Sound, heat: Heat) -> Clip:
 
 
 def for_controllers(of: Clip) -> Clip:
-    """Return the clip as strong as controllers are told to play it (controller_scale)."""
+    """Return the clip with the strength that controllers need (`controller_scale`)."""
+    # A controller hardly plays what a palm speaker plays softly, so soft parts are raised. The gain
+    # follows the level of each step, joined by lines so that it does not jump.
     squared = np.square(of.played.reshape(-1, _STEP), dtype=np.float64)
     level = np.sqrt(2.0 * squared.mean(axis=1))
-    gain = controller_amplitude(level, "parametric") / np.maximum(level, LEAST_LEVEL)
+    gain = controller_amplitude(level, "parametric") / np.maximum(level, MIN_LEVEL)
     centres = (np.arange(gain.size) + 0.5) * _STEP
     gains = np.interp(np.arange(of.played.size), centres, gain)
     return replace(of, played=np.asarray(of.played * gains, dtype=np.float32))
 
 
 def line(values: _Values) -> _Values:
-    """Join points STEP_S apart by straight lines, at PLAN_HZ."""
+    """Return points STEP_S apart joined by straight lines, sampled at PLAN_HZ."""
     at = np.arange((values.size - 1) * _STEP) / _STEP
     return np.asarray(np.interp(at, np.arange(values.size), values), dtype=np.float64)
 
 
 def window_levels(amplitude: _Values) -> _Values:
-    """Root mean square of each WINDOW_S of an amplitude at PLAN_HZ, (windows,)."""
+    """Return the root mean square of each WINDOW_S of an amplitude at PLAN_HZ, (windows,)."""
     rows = amplitude[: amplitude.size // _WINDOW * _WINDOW].reshape(-1, _WINDOW)
     return np.asarray(np.sqrt(np.mean(rows**2, axis=1)))

@@ -1,4 +1,4 @@
-// A gallery of touches: plays one at a time, and gives its files. Everything is in the page.
+// Plays one touch at a time and downloads its files. All data are inside the page.
 import { materialColour, warmthColour } from "hapticvlm/feel";
 
 const touches = JSON.parse(document.getElementById("touches").textContent);
@@ -22,20 +22,20 @@ async function play(button) {
   try {
     await sound.play();
   } catch (error) {
-    if (playing?.sound !== sound) return; // another touch was asked for before this one began
+    if (playing?.sound !== sound) return; // another touch was started before this one began to play
     end();
-    document.getElementById("told").textContent = `This browser did not play it: ${error.message}`;
+    document.getElementById("told").textContent = `This browser cannot play it: ${error.message}`;
   }
 }
 
-// The JSON files are kept packed (gzip), a fifth of their size.
+// The JSON files are compressed (gzip), to a fifth of their size.
 async function bytes(touch, kind) {
   const packed = await (await fetch(`data:application/octet-stream;base64,${touch[kind]}`)).blob();
   if (kind === "wav") return packed;
   return new Response(packed.stream().pipeThrough(new DecompressionStream("gzip"))).blob();
 }
 
-async function give({ dataset: { touch, kind } }) {
+async function download({ dataset: { touch, kind } }) {
   const file = await bytes(touches[touch], kind);
   const link = Object.assign(document.createElement("a"), { href: URL.createObjectURL(file), download: `${touch}.${kind}` });
   link.click();
@@ -44,7 +44,7 @@ async function give({ dataset: { touch, kind } }) {
 
 document.getElementById("main").addEventListener("click", ({ target }) => {
   const button = target.closest("button");
-  if (button?.dataset.kind) give(button);
+  if (button?.dataset.kind) download(button);
   else if (button) play(button);
 });
 

@@ -1,6 +1,6 @@
-"""Touches of materials as one page: to hear, to compare, and to take away as files of other tools.
+"""Writes one page of touches of materials, to hear, to compare and to download for other tools.
 
-Everything is in the page, so that it opens from a disk and can be put anywhere.
+The page contains all sounds and files, so it can be opened from a disk and needs no server.
 """
 
 from __future__ import annotations
@@ -22,22 +22,22 @@ from hapticvlm_studio.touches.clip import Clip
 
 HERE = Path(__file__).parent
 KINDS = ("haptic", "ahap", "hjif", "wav")
-COLUMNS = 100  # of a curve
-STOPS = 5  # of a bar of warmth
+COLUMNS = 100  # of the outline of a vibration
+STOPS = 5  # of the colours of a temperature bar
 
 
 def page(clips: Iterable[Clip]) -> str:
-    """Write the page of these clips, a section for each run of one material."""
+    """Return the page of these clips, a section for each run of the same material."""
     sections: list[str] = []
     data: dict[str, dict[str, str]] = {}
     for _, group in groupby(clips, key=lambda clip: clip.material):
         touches = list(group)
         sections.append(_section(touches))
         data |= {clip.name: _files(clip) for clip in touches}
-    text = (HERE / "gallery.html").read_text(encoding="utf-8")
-    text = put(text, '<main id="main">\n', '<main id="main">\n' + "\n".join(sections))
+    template = (HERE / "gallery.html").read_text(encoding="utf-8")
+    filled = put(template, '<main id="main">\n', '<main id="main">\n' + "\n".join(sections))
     styles = (PAGES / "palette.css", HERE / "gallery.css")
-    return assembled(text, styles, (PAGES / "feel.js",), HERE / "gallery.js", data)
+    return assembled(filled, styles, (PAGES / "feel.js",), HERE / "gallery.js", data)
 
 
 def _section(touches: list[Clip]) -> str:
@@ -69,9 +69,9 @@ def _item(clip: Clip) -> str:
 
 
 def _curve(clip: Clip) -> str:
-    """Draw the vibration over time as an outline, as loud as the loudest moment of full scale."""
+    """Return the outline of the vibration over time as SVG, its full height being full scale."""
     rows = np.array_split(np.abs(clip.wave), COLUMNS)
-    # The square root, as quiet textures would be flat lines beside strikes.
+    # The square root: otherwise soft textures would be flat lines beside strikes.
     highs = [round(50.0 * float(np.sqrt(row.max(initial=0.0))), 1) for row in rows]
     above = [f"{x},{50.0 - high:g}" for x, high in enumerate(highs)]
     below = [f"{x},{50.0 + high:g}" for x, high in reversed(list(enumerate(highs)))]

@@ -1,8 +1,9 @@
-"""`.haptic` 1.0 of Meta's Haptics SDK: an amplitude and a frequency envelope, both 0..1. Pure.
+"""Writes `.haptic` 1.0 of Meta's Haptics SDK: envelopes of amplitude and frequency. Pure.
 
-Rules: the file format specification of facebook/meta-haptics-sdk (MIT). The format has no heat, and
-its frequency is relative; 0 and 1 are the ends of a Quest controller's range. No emphasis is
-written: the envelope already holds the impact, and an emphasis would be felt on top of it.
+By the file format specification of facebook/meta-haptics-sdk (MIT). Times are in s. Amplitude is
+0..1 of the actuator's full scale. Frequency is relative, 0..1, and the ends are those of the
+actuator's own range, here of a Quest controller. The format has no heat. No emphasis is written:
+the envelope already contains the impact, and an emphasis would be added to it.
 """
 
 from __future__ import annotations
@@ -14,13 +15,13 @@ import numpy as np
 from hapticvlm import __version__
 from hapticvlm_studio.touches.clip import Clip
 
-# of a Quest controller, by its ACF file in that SDK
+# The range of a Quest controller, from its ACF file in that SDK.
 LOW_HZ = 55.0
 HIGH_HZ = 200.0
 
 
 def document(clip: Clip) -> dict[str, Any]:
-    """Return the JSON document."""
+    """Return the clip as a JSON document."""
     times = [round(float(at), 3) for at in clip.times_s]
     amplitude = np.round(clip.points(), 4).tolist()
     frequency = relative_frequency(clip)
@@ -46,10 +47,10 @@ def document(clip: Clip) -> dict[str, Any]:
 
 
 def relative_frequency(clip: Clip) -> list[float]:
-    """Frequency of each point, 0..1 from LOW_HZ to HIGH_HZ."""
+    """Return the frequency of each point, 0 at LOW_HZ to 1 at HIGH_HZ, clipped."""
     share = (clip.frequency_hz - LOW_HZ) / (HIGH_HZ - LOW_HZ)
-    found: list[float] = np.round(np.clip(share, 0.0, 1.0), 4).tolist()
-    return found
+    relative: list[float] = np.round(np.clip(share, 0.0, 1.0), 4).tolist()
+    return relative
 
 
 def _points(times: list[float], name: str, values: list[float]) -> list[dict[str, float]]:

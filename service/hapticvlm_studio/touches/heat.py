@@ -1,7 +1,8 @@
-"""The thermal half of a touch: what skin does by physics, and what the plate would be sent. Pure.
+"""Computes the thermal half of a touch: skin on the real object, setpoint of the plate. Pure.
 
-The hand approaches for APPROACH_S, then touches. The plate starts neutral, leads by the product's
-own trajectory and keeps the product's own limits; nothing here computes heat by itself.
+The hand approaches for APPROACH_S and then touches. The skin follows the contact model (physics.md
+1.1). The plate starts at neutral, leads the skin by the service's own trajectory and keeps the
+service's own limits; both come from `rendering.heat`, and this module only steps through time.
 """
 
 from __future__ import annotations
@@ -27,7 +28,10 @@ TICK_S = 0.02
 
 @dataclass(frozen=True, slots=True)
 class ThermalInputs:
-    """Temperatures of a touch, degC; no object temperature means that of the ambient."""
+    """Temperatures of a touch in degC; without `object_c` the object is at `ambient_c`.
+
+    `contact_resistance` is in m2 K/W (None: the material's), `thickness_m` in m (None: thick).
+    """
 
     object_c: float | None
     ambient_c: float
@@ -38,7 +42,11 @@ class ThermalInputs:
 
 @dataclass(frozen=True, slots=True)
 class Heat:
-    """One touch from contact on; the last five run over time, degC, `limited_by` None: nothing."""
+    """One touch from contact on.
+
+    The last five run over time, every TICK_S: times in s, the skin on the real object, the setpoint
+    without limits and with them in degC, and the limit that acted (None: none did).
+    """
 
     material: str
     skin_effusivity: float
@@ -59,7 +67,7 @@ class Heat:
 
 
 def heat(material: Material, inputs: ThermalInputs, seconds: float) -> Heat:
-    """Follow a touch of this material for some seconds."""
+    """Return a touch of this material that lasts `seconds`."""
     contact = _contact(material, inputs)
     real = ThermalTrajectory(lead_s=0.0).touch(contact, material.name, 0.0)
     wanted, limited = _plate(contact, inputs.ambient_c, seconds)
@@ -97,7 +105,10 @@ def _contact(material: Material, inputs: ThermalInputs) -> ThermalContact:
 def _plate(
     contact: ThermalContact, ambient_c: float, seconds: float
 ) -> tuple[list[float], list[tuple[float, Limit | None]]]:
-    """Return what is wanted and what is sent from contact on: the plate leads, then follows."""
+    """Return the setpoints without and with limits, from contact on, with the limit that acted."""
+    # Time starts before the contact, since limits such as the slew rate depend on where the lead
+    # has brought the setpoint by then. The reading stays that of a plate at rest with its sink at
+    # the ambient temperature, so the wear of a real plate (a hot sink, the dose) does not act here.
     reading = replace(AT_REST, plate_c=NEUTRAL_C, sink_c=ambient_c)
     trajectory = ThermalTrajectory()
     setpoint_c = NEUTRAL_C
@@ -108,7 +119,7 @@ def _plate(
         trajectory = (
             trajectory.approach(contact, now) if tick < 0 else trajectory.touch(contact, 0, now)
         )
-        limited = limit(trajectory.wanted_c(now), setpoint_c, TICK_S, reading)
+        limited = limit(trajectory.target_c(now), setpoint_c, TICK_S, reading)
         setpoint_c = limited.setpoint_c
         if tick >= 0:
             wanted.append(limited.unlimited_c)

@@ -1,7 +1,9 @@
-"""`.hjif` of MPEG haptics (ISO/IEC 23090-31): vibration in hertz, the plate's temperature. Pure.
+"""Writes `.hjif` of MPEG haptics (ISO/IEC 23090-31): vibration and temperature of a touch. Pure.
 
-Field names and rules: MPEGGroup/HapticReferenceSoftware, whose JSON schema is not public. The Main
-profile is the one that has temperature. Its scale is not fixed there, so the description states it.
+Field names and rules are those of MPEGGroup/HapticReferenceSoftware, whose JSON schema is not
+public. Positions are in ticks of 1 ms, frequencies in Hz, amplitudes 0..1 of full scale. This is
+the only export with heat: the Main profile has a modality for temperature. Its scale is not fixed
+by the format, so the description of the perception states it: setpoint = NEUTRAL_C + SPAN_C value.
 """
 
 from __future__ import annotations
@@ -16,24 +18,24 @@ from hapticvlm_studio.touches.clip import Clip
 TICKS_PER_S = 1000
 LOW_HZ = 1
 HIGH_HZ = 1000
-SPAN_C = 16.0  # a keyframe of 1 is NEUTRAL_C + SPAN_C, wider than what a plate is ever asked for
+SPAN_C = 16.0  # degC from neutral at a value of 1; wider than the limits of the setpoint
 HEAT_STEP_S = 0.1
-KEYWORDS = {  # of the format's own list; it has no glass and no fabric
+KEYWORDS = {  # from the format's list, which has neither glass nor fabric
     "wood": "Texture/Wood",
     "metal": "Texture/Metal",
     "stone": "Texture/Rock",
     "plastic": "Texture/Plastic",
 }
-_UNSPECIFIED = 0  # avatar and body part
+_UNSPECIFIED = 0  # of an avatar and of a body part
 
 
-def document(clip: Clip, made_on: str) -> dict[str, Any]:
-    """Return the JSON document; `made_on` is a date of ISO 8601."""
+def document(clip: Clip, date: str) -> dict[str, Any]:
+    """Return the clip as a JSON document; `date` is of ISO 8601."""
     return {
         "version": "2023",
         "profile": "Main",
         "level": 1,
-        "date": made_on,
+        "date": date,
         "description": f"{clip.interaction} on {clip.material}, by HapticVLM",
         "timescale": TICKS_PER_S,
         "avatars": [],
@@ -65,7 +67,7 @@ def _vibration(clip: Clip) -> dict[str, Any]:
 def _temperature(clip: Clip) -> dict[str, Any]:
     heat = clip.heat
     end_s = float(clip.times_s[-1])
-    count = max(round(end_s / HEAT_STEP_S), 2)  # of two keyframes alone the decoder makes silence
+    count = max(round(end_s / HEAT_STEP_S), 2)  # the decoder renders two keyframes as silence
     at_s = np.linspace(0.0, end_s, count + 1)
     plate_c = np.interp(at_s, heat.time_s, heat.setpoint_c)
     keyframes = [
@@ -82,8 +84,8 @@ def _temperature(clip: Clip) -> dict[str, Any]:
         "upper_frequency_limit": LOW_HZ,
         "effects": [_effect(keyframes, None)],
     }
-    text = f"setpoint of the plate, degC = {NEUTRAL_C:g} + {SPAN_C:g} x value"
-    return _perception(1, "Temperature", text, band)
+    description = f"setpoint of the plate, degC = {NEUTRAL_C:g} + {SPAN_C:g} x value"
+    return _perception(1, "Temperature", description, band)
 
 
 def _effect(keyframes: list[dict[str, Any]], keyword: str | None) -> dict[str, Any]:
@@ -97,11 +99,13 @@ def _effect(keyframes: list[dict[str, Any]], keyword: str | None) -> dict[str, A
     return effect if keyword is None else {**effect, "semantic_keywords": keyword}
 
 
-def _perception(number: int, modality: str, text: str, band: dict[str, Any]) -> dict[str, Any]:
+def _perception(
+    number: int, modality: str, description: str, band: dict[str, Any]
+) -> dict[str, Any]:
     return {
         "id": number,
         "avatar_id": _UNSPECIFIED,
-        "description": text,
+        "description": description,
         "perception_modality": modality,
         "unit_exponent": -3,
         "perception_unit_exponent": 0,

@@ -1,4 +1,4 @@
-"""One touch as a picture: skin, setpoint and limits over time; the waveform; its spectrum."""
+"""Draws a touch: skin, setpoint and limits over time, the waveform and its spectrum."""
 
 from __future__ import annotations
 
@@ -28,7 +28,10 @@ LOWEST_DB = -90.0
 
 
 def draw(heat: Heat, sound: Sound, path: Path) -> None:
-    """Write the picture; the ending of `path` gives the format. Raises OSError, ValueError."""
+    """Write the picture in the format that the ending of `path` names.
+
+    Raises OSError, and ValueError for an unknown ending.
+    """
     import matplotlib as mpl
 
     mpl.use("Agg")
@@ -61,7 +64,7 @@ def _heat(axes: Axes, heat: Heat) -> None:
     names = ", ".join(dict.fromkeys(by for by in heat.limited_by if by is not None))
     if any(limited):
         axes.plot(
-            heat.time_s, heat.unlimited_c, ":", color=LIMITED, label="what it would be unlimited"
+            heat.time_s, heat.unlimited_c, ":", color=LIMITED, label="setpoint without limits"
         )
         low, high = axes.get_ylim()
         axes.fill_between(
@@ -77,7 +80,7 @@ def _heat(axes: Axes, heat: Heat) -> None:
     for limit_c in (SETPOINT_MIN_C, SETPOINT_MAX_C):
         axes.axhline(limit_c, color=SOFT, linewidth=0.8, linestyle="--")
     axes.axhline(NEUTRAL_C, color=SOFT, linewidth=0.6, linestyle=":")
-    cue = "" if heat.thermal_cue else "; too near skin temperature to be felt"
+    cue = "" if heat.thermal_cue else "; too close to skin temperature to be felt"
     title = f"{heat.material} at {heat.surface_c:g} degC, R'' {heat.contact_resistance:.2g} m2 K/W"
     _name(axes, f"{title}{cue}", "s since contact", "degC (dashed: setpoint limits)")
     axes.legend(frameon=False, fontsize=8)
@@ -111,12 +114,12 @@ def _spectrum(axes: Axes, sound: Sound) -> None:
         "--",
         color=SOFT,
         linewidth=0.9,
-        label="shape of the threshold (its height depends on the speaker)",
+        label="shape of the threshold (height depends on the speaker)",
     )
     axes.set_xscale("log")
     axes.set_xlim(THIRDS[0], THIRDS[-1])
     axes.set_ylim(LOWEST_DB - 2.0, 5.0)
-    _name(axes, "its spectrum, third octaves", "Hz", "dB re full-scale sine")
+    _name(axes, "spectrum, third octaves", "Hz", "dB re full-scale sine")
     axes.legend(frameon=False, fontsize=8, loc="upper left")
 
 

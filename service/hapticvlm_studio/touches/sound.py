@@ -1,8 +1,7 @@
-"""The vibration half of a touch: the product's own voices, rendered; their spectrum; a WAV file.
+"""Renders the vibration half of a touch by the service's own voices; its spectrum; a WAV file.
 
-Without an interaction the hand strikes, then rubs from RUB_AT_S on, as a scene's `contact` and
-`slide` would have it. Rubbing, carving and swinging go to and fro
-(rendering/vibration/vibration.py).
+Without an interaction the hand strikes and then rubs from RUB_AT_S on, as `contact` and `slide` of
+a scene would. Rubbing, carving and swinging go to and fro (rendering/vibration/vibration.py).
 """
 
 from __future__ import annotations
@@ -31,16 +30,16 @@ from hapticvlm.rendering.vibration.vibration import (
 from hapticvlm.rendering.vibration.voices import FADE_S, Command, Voices
 
 RUB_AT_S = 0.4
-PRESS_S = 0.4  # of a press from nothing to its whole force; our choice
+PRESS_S = 0.4  # in which a press builds up its full force; our choice
 BLOCK = 256
 BAND_HZ = (1.0, 1000.0)
 THIRDS = tuple(1000.0 * 2.0 ** (third / 3.0) for third in range(-23, 4))  # 5 Hz to 2 kHz
-_QUIET_DB = -160.0  # of a band that holds nothing
+_QUIET_DB = -160.0  # level of an empty band
 
 
 @dataclass(frozen=True, slots=True)
 class Sound:
-    """A touch as (N,) float32 in [-1, 1] at RATE_HZ, and how it was made."""
+    """A touch: `wave` is (N,) float32 in [-1, 1] at RATE_HZ; the rest is how it was rendered."""
 
     material: Material
     interaction: str | None
@@ -49,7 +48,7 @@ class Sound:
     thickness_m: float | None = None
 
     def describe(self) -> dict[str, Any]:
-        """Parameters and spectrum as a map for JSON."""
+        """Return parameters and spectrum as a map for JSON."""
         facts = self.material.vibration
         levels_db, inside = spectrum(self.wave)
         return {
@@ -82,7 +81,7 @@ class Sound:
 
     @property
     def _period_m(self) -> float:
-        """Way of the hand in one period of the texture."""
+        """Path of the hand in one period of the texture, m."""
         is_swung = self.interaction == "swing"
         return self._swung_m / STROUHAL if is_swung else self.material.vibration.pitch_m
 
@@ -95,9 +94,10 @@ def sound(
     voices: Voices | None = None,
     thickness_m: float | None = None,
 ) -> Sound:
-    """Render one touch of the right hand, by fresh voices that know the material (synthesised).
+    """Render one touch of the right hand that lasts `seconds` and ends at zero.
 
-    `motion` is the fastest of its strokes, `thickness_m` that of what is swung. It ends at zero.
+    `motion` holds the highest speed of a stroke and the force, `thickness_m` the thickness of what
+    is swung. Without `voices`, new ones synthesise the material.
     """
     if voices is None:
         voices = Voices(table={material.name: material})
@@ -112,7 +112,7 @@ def sound(
         now = begin / RATE_HZ
         if texture in TEXTURES and now >= begins_s:
             voices.apply(replace(command, motion=motion_at(texture, motion, now - begins_s)))
-        elif texture == "press":  # the blow is that of the whole force, which then builds up
+        elif texture == "press":  # the contact sounds at full force; the force then builds up
             force_n = motion.force_n * min(now / PRESS_S, 1.0)
             voices.apply(replace(command, motion=Motion(0.0, force_n)))
         blocks.append(voices.render(min(BLOCK, count - begin), now))
@@ -120,17 +120,18 @@ def sound(
 
 
 def _ended(samples: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Fade the end of (N,) as voices fade, down to zero."""
+    """Return samples (N,) with their end faded to zero, as voices fade."""
     count = min(round(FADE_S * RATE_HZ), samples.size)
     samples[samples.size - count :] *= np.linspace(1.0, 0.0, count, dtype=np.float32)
     return samples
 
 
-def spectrum(wave_: NDArray[np.float32]) -> tuple[list[float], float]:
-    """Levels of THIRDS in dB re a full-scale sine, and the share of power within BAND_HZ."""
-    power = np.abs(np.fft.rfft(wave_.astype(np.float64))) ** 2
-    power *= 4.0 / wave_.size**2
-    hertz = np.arange(power.size) * (RATE_HZ / wave_.size)
+def spectrum(samples: NDArray[np.float32]) -> tuple[list[float], float]:
+    """Return the levels of THIRDS in dB re a full-scale sine, and the share of power in BAND_HZ."""
+    # |X| of a full-scale sine of N samples is N / 2 in its bin, so 4 |X|^2 / N^2 is 1 there.
+    power = np.abs(np.fft.rfft(samples.astype(np.float64))) ** 2
+    power *= 4.0 / samples.size**2
+    hertz = np.arange(power.size) * (RATE_HZ / samples.size)
     edge = 2.0 ** (1.0 / 6.0)
     bands = [power[(hertz >= at / edge) & (hertz < at * edge)].sum() for at in THIRDS]
     total = float(power.sum())
@@ -140,7 +141,7 @@ def spectrum(wave_: NDArray[np.float32]) -> tuple[list[float], float]:
 
 
 def threshold_shape_db() -> list[float]:
-    """Drive that is just felt at each of THIRDS, dB re that at 250 Hz."""
+    """Return the drive that is just felt at each of THIRDS, dB re that at 250 Hz."""
     return [float(level) for level in drive_threshold_db(np.array(THIRDS))]
 
 

@@ -1,8 +1,22 @@
-"""Leads one participant after the other through a study: what a page asks for, what it may show.
+"""Guides one participant after the other through a study. Knows no socket.
 
-A page is sent everything in one `view`, which never names the pattern of an open trial. Each trial
-rests, plays and waits for the answer; pause, stop and trouble leave it unanswered, so it is
-presented again. Knows no socket.
+It is a state machine whose state is `phase`. A participant passes through
+
+    choosing -> consent -> questions -> training -> ready
+             -> (resting -> playing -> asking [-> rating]) for each trial
+             -> questions -> done
+
+where steps that the study does not have are left out. `paused`, `stopped` and `trouble` can be
+entered from anywhere between training and the last trial, and `begin` leads back.
+
+Only the phases from resting to rating, and a pattern that plays in training, depend on a running
+task (`_work`). Where a participant stands otherwise (`_standing`) is derived from the events on the
+disk and from nothing else.
+So a pause, a fault or a crash at any moment loses no more than the trial that was open, and that
+trial is presented again: it counts only once its answer is on the disk.
+
+A page sends commands (`do`) and is sent everything in one `view`, which never names the pattern of
+an open trial. The caller runs one command at a time.
 """
 
 from __future__ import annotations
@@ -28,11 +42,11 @@ Phase = Literal[
     "rating", "paused", "stopped", "trouble", "done",
 ]  # fmt: skip
 
-ANSWER_S = 3.0  # of a participant whose own pace is not known yet
+ANSWER_S = 3.0  # assumed for an answer until the participant's own pace is known; our choice
 
 
 class Conductor:
-    """The study's present state; `notify` is called whenever the view has changed."""
+    """The present state of a study; calls `notify` whenever the view has changed."""
 
     def __init__(self, design: Design, folder: Path, player: Player, pace: Pace) -> None:
         self.notify: Callable[[], None] = lambda: None
@@ -48,7 +62,7 @@ class Conductor:
         self._run = secrets.token_hex(4)
 
     def view(self) -> View:
-        """Describe what a page shows now."""
+        """Return what the participant's page shows now, as a map for JSON."""
         shown: View = {
             "phase": self.phase,
             "patterns": [stimulus.described() for stimulus in self._design.stimuli],
@@ -61,30 +75,32 @@ class Conductor:
             "busy": self._work is not None,
         }
         if self._record.progress is not None:
+            # In training the page marks the pattern that plays; in a trial its name is the answer.
             feeling = self._playing if self.phase == "training" else None
             shown |= {**self._record.view(), "feeling": feeling}
             shown["seconds_left"] = self._seconds_left(self._record.progress)
         return shown
 
     def _seconds_left(self, progress: ParticipantProgress) -> float:
-        """Return about how long the remaining trials take: by one's own pace once it shows."""
+        """Return about how long the remaining trials take, s."""
         if progress.seconds_left is not None:
             return progress.seconds_left
-        left = [self._design.stimulus(name) for name in progress.trials[progress.answered :]]
-        return sum(s.lead_s + s.seconds + self._pace.rest_s + ANSWER_S for s in left)
+        remaining = [self._design.stimulus(name) for name in progress.trials[progress.answered :]]
+        return sum(s.lead_s + s.seconds + self._pace.rest_s + ANSWER_S for s in remaining)
 
     def overview(self) -> View:
-        """Describe what the experimenter's page shows now."""
+        """Return what the experimenter's page shows now: the view, the open trial, the outputs."""
         return {**self.view(), **self._record.overview(), "outputs": self._player.outputs}
 
     async def do(self, command: dict[str, Any]) -> None:
-        """Carry out what a page asks for. Raises StudyError when it cannot be asked now."""
+        """Carry out a page's command. Raises StudyError when it is not possible in this phase."""
         match command:
             case {"do": "choose", "participant": str(code)}:
                 await self._choose(code)
             case {"do": "pause"}:
                 await self._rest("paused")
             case {"do": "stop"}:
+                # The outputs first: everything else waits until they rest.
                 await self._player.stop()
                 await self._rest("stopped")
             case {"do": "leave"}:
@@ -110,10 +126,10 @@ class Conductor:
             case {"do": "masking", "on": bool(on)}:
                 self._record.note({"event": "masking", "on": on})
             case _:
-                raise StudyError("this page is of another version; reload it")
+                raise StudyError("this page belongs to another version; reload it")
 
     async def leave(self) -> None:
-        """End the session for now; it can be resumed at any time."""
+        """Close the participant's file; the session can be resumed at any time."""
         await self._cease()
         self._record.close()
         self._trouble = None
@@ -129,7 +145,7 @@ class Conductor:
         self.phase = self._standing()
 
     def _standing(self) -> Phase:
-        """Return the phase of a participant who does nothing just now."""
+        """Return the phase that the events on the disk lead to."""
         progress = self._record.progress
         return "choosing" if progress is None else progress.stage
 
@@ -139,23 +155,23 @@ class Conductor:
         self._record.note({"event": "agreed", "language": language})
         self.phase = self._standing()
 
-    def _record_answers(self, given: dict[str, Any]) -> None:
+    def _record_answers(self, answers: dict[str, Any]) -> None:
         progress = self._record.progress
         if self.phase != "questions" or progress is None:
             raise StudyError("no question is open")
         when = progress.questions
-        answers = self._design.form.answers(when, given)
-        self._record.note({"event": "told", "when": when, "answers": answers})
+        checked = self._design.form.answers(when, answers)
+        self._record.note({"event": "told", "when": when, "answers": checked})
         self.phase = self._standing()
 
     def _train(self, name: str) -> None:
         self._design.stimulus(name)
         if self.phase != "training" or self._work is not None:
-            raise StudyError("one pattern at a time, and only in training")
+            raise StudyError("patterns can be played in training only, one at a time")
         self._work = asyncio.create_task(self._guard(self._render(name)))
 
     async def _render(self, name: str) -> None:
-        """Play one pattern of training, by its name."""
+        """Play one pattern of the training."""
         self._playing = name
         self.notify()
         played = await self._player.play(self._design.stimulus(name), lambda: None)
@@ -165,23 +181,26 @@ class Conductor:
         await self._player.settle(self._pace.rest_s, self._pace.settle_s)
 
     def _begin(self) -> None:
-        """Start the trials, or continue them."""
+        """Start or continue the trials, or go back to the training that was interrupted."""
         progress = self._record.progress
         is_in_trouble = self.phase == "trouble"
         if progress is None or self._work is not None or (progress.is_done and not is_in_trouble):
             raise StudyError("there is nothing to begin now")
-        if progress.is_done:  # the last pattern met trouble after it was answered
-            self._trouble, self.phase = None, self._standing()
+        if progress.is_done:
+            # The devices failed after the last answer. There is nothing left to present, but the
+            # participant still has to get to the questions at the end.
+            self._trouble = None
+            self.phase = self._standing()
             return
         if progress.stage in ("consent", "questions"):
-            raise StudyError("answer what is asked first")
+            raise StudyError("answer the questions that are asked first")
         if not progress.is_trained:
             if self.phase in ("paused", "stopped", "trouble"):
                 self.phase = "training"
                 self._trouble = None
                 return
             if progress.next_to_feel is not None:
-                raise StudyError("feel every pattern first, as often as asked")
+                raise StudyError("feel every pattern first, as often as the study asks")
             self._record.note({"event": "trained"})
         self._trouble = None
         self._work = asyncio.create_task(self._guard(self._present_all(progress)))
@@ -207,7 +226,9 @@ class Conductor:
         self.phase = phase
 
     async def _cease(self) -> None:
-        """End whatever plays, and wait for its end."""
+        """Cancel what plays and wait for its end."""
+        # `_work` is cleared before waiting: a command that comes meanwhile must not find a task
+        # that is about to end and take it for one that runs.
         work = self._work
         self._work = None
         self._playing = None
@@ -217,14 +238,15 @@ class Conductor:
                 await work
 
     async def _guard(self, work: Coroutine[Any, Any, None]) -> None:
-        """Carry out work; what goes wrong with devices or disk becomes the phase `trouble`."""
+        """Run `work`; a failure of devices or disk becomes the phase `trouble`."""
         try:
             await work
-        except (PresentationError, StudyError) as trouble:
-            self._trouble = str(trouble)
+        except (PresentationError, StudyError) as error:
+            self._trouble = str(error)
             self._enter("trouble")
         finally:
             self._playing = None
+            # Unless this task was cancelled and another one was started in its place.
             if self._work is asyncio.current_task():
                 self._work = None
         self.notify()

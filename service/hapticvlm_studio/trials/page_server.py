@@ -1,10 +1,13 @@
-"""Serves the pages of a study on loopback: static files, and a WebSocket of JSON maps for each.
+"""Serves the pages of a study on loopback: static files, and a WebSocket of JSON maps per page.
 
-A page is sent the texts of all languages once, then the whole view after every change. It sends
-what is to be done ({"do": ...}); what cannot be done is answered with {"refused": why}. The
-participant's page is at `/`, the experimenter's at `/experimenter`: only that one is sent which
-pattern was presented. They come in by the service's front door, with its budgets. Only pages of
-this very address are let in, and one that does not read what it is sent is closed.
+A page receives the texts of all languages once, then the whole view after every change. It sends
+commands ({"do": ...}); a command that is not possible is answered with {"refused": reason}. The
+participant's page is at `/`, the experimenter's at `/experimenter`; only the latter receives which
+pattern is presented. Connections pass the service's own listener with its limits. Only pages of
+this address are admitted, and a page that does not read what it is sent is closed.
+
+All pages share one event loop and one lock: commands are carried out one after the other, so the
+conductor never sees two at once, whichever page sends them.
 """
 
 from __future__ import annotations
@@ -26,6 +29,7 @@ from websockets.http11 import Request, Response
 
 from hapticvlm import documents
 from hapticvlm.client import Client, connect
+from hapticvlm.server.counters import Count
 from hapticvlm.server.edge.limiter import SocketLimiter
 from hapticvlm.server.edge.limits import REFUSED, TokenBucket
 from hapticvlm.server.edge.listener import Listener
@@ -39,18 +43,18 @@ from hapticvlm_studio.trials.player import Player
 from hapticvlm_studio.trials.record import Pace
 
 HOST = "127.0.0.1"
-PAGES = (Path(__file__).parents[1] / "pages", http.PAGES)  # ours, and what they share
+PAGES = (Path(__file__).parents[1] / "pages", http.PAGES)  # the study's, and those of the service
 PAGE = "/study.html"
 EXPERIMENTER = "/experimenter.html"
 EXPERIMENTER_SOCKET = "/experimenter"  # the WebSocket of the experimenter's page
-OUTPUTS_EVERY_S = 0.5  # how often that page is sent the outputs
+OUTPUTS_EVERY_S = 0.5  # between two reports of the outputs to that page
 MAX_COMMAND_BYTES = 32_768
-MAX_UNREAD_BYTES = 1024 * 1024  # a page that reads nothing is closed, and comes again
+MAX_UNREAD_BYTES = 1024 * 1024  # a page that reads nothing is closed; it reconnects by itself
 
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """Where and how a study runs; url and token are of the service that plays the patterns."""
+    """Where and how a study runs; `url` and `token` are those of the service that plays it."""
 
     folder: Path
     url: str
@@ -61,7 +65,7 @@ class Setting:
 
 
 class StudyServer:
-    """The pages that show one study, and what they ask of it."""
+    """The open pages of one study, and their commands."""
 
     def __init__(self, conductor: Conductor, greeting: dict[str, Any]) -> None:
         self._conductor = conductor
@@ -79,7 +83,7 @@ class StudyServer:
         _send(self._experimenters, json.dumps(self._conductor.overview()))
 
     async def report_outputs(self) -> None:
-        """Send the outputs to the experimenter's pages, until cancelled."""
+        """Send the outputs to the experimenter's pages until cancelled."""
         while True:
             await asyncio.sleep(OUTPUTS_EVERY_S)
             if self._experimenters:
@@ -90,7 +94,7 @@ class StudyServer:
         _send(self._pages, json.dumps({"waveform": waveform}))
 
     async def serve_page(self, socket: ClientSocket) -> None:
-        """Serve one page until it leaves."""
+        """Serve one page until it disconnects."""
         is_experimenter = socket.request is not None and socket.request.path == EXPERIMENTER_SOCKET
         pages = self._experimenters if is_experimenter else self._pages
         shown = self._conductor.overview() if is_experimenter else self._conductor.view()
@@ -101,19 +105,19 @@ class StudyServer:
         pages.add(socket)
         try:
             while True:
-                done = await self._receive(socket, await socket.recv())
-                if not done and not refusals.spend(1, time.monotonic()):
-                    socket.refuse("too many refused messages")
-                await asyncio.sleep(0)  # the other pages have a turn
+                is_done = await self._receive(socket, await socket.recv())
+                if not is_done and not refusals.spend(1, time.monotonic()):
+                    socket.refuse(Count.CLOSED_REFUSED_MESSAGES)
+                await asyncio.sleep(0)  # lets the other pages run
         finally:
             pages.discard(socket)
 
     async def _receive(self, socket: ClientSocket, data: bytes | str) -> bool:
-        """Do what a page asks, or refuse it; return whether it was done."""
+        """Carry out a page's command or refuse it; return whether it was carried out."""
         try:
             command = documents.parse_json(data)
             if not isinstance(command, dict):
-                raise StudyError("not a request")
+                raise StudyError("not a command")
             async with self._turn:
                 await self._conductor.do(command)
         except (StudyError, ConnectionError, ConnectionClosed, ValueError) as error:
@@ -122,18 +126,19 @@ class StudyServer:
         return True
 
 
-def _send(pages: Iterable[ClientSocket], text: str) -> None:
-    """Send each page a text now."""
+def _send(pages: Iterable[ClientSocket], message: str) -> None:
+    """Write a message to each page without waiting, and close pages that read too slowly."""
     for page in tuple(pages):
         if page.transport.get_write_buffer_size() > MAX_UNREAD_BYTES:
             page.close(CloseCode.TRY_AGAIN_LATER, "the page reads too slowly")
-        page.write(text)
+        page.write(message)
 
 
 async def run(design: Design, setting: Setting, ready: Callable[[str], None]) -> None:
-    """Run a study until cancelled or until the service goes; `ready` is given the page's address.
+    """Run a study until it is cancelled; `ready` is called with the address of the page.
 
-    Raises StudyError, Refused or OSError.
+    Raises StudyError when the service disconnects or another scene owns its outputs, and Refused
+    or OSError when the service or the port cannot be used.
     """
     greeting = {
         "texts": {code: languages.texts(code, setting.folder) for code in design.form.languages},
@@ -163,7 +168,7 @@ async def run(design: Design, setting: Setting, ready: Callable[[str], None]) ->
 
 
 async def _relay_waveform(observer: Client, server: StudyServer) -> None:
-    """Relay the service's stream of what the speaker plays, as its dashboard has it."""
+    """Relay the waveform that the speaker plays, as the service's dashboard receives it."""
     await observer.set(watch=["waveform"])
     while True:
         event = await observer.events.get()
@@ -173,7 +178,7 @@ async def _relay_waveform(observer: Client, server: StudyServer) -> None:
 
 async def _until_gone(client: Client) -> None:
     await client.wait_closed()
-    raise StudyError("the service closed the connection; nothing is lost, start again to go on")
+    raise StudyError("the service closed the connection; nothing is lost: start again to continue")
 
 
 def _in_background(stack: AsyncExitStack, work: Coroutine[Any, Any, None]) -> None:
@@ -192,9 +197,9 @@ async def _listening(server: StudyServer, port: int) -> AsyncIterator[int]:
     policy = http.AccessPolicy(HOST, frozenset(), pages=PAGES, is_open_to_own_pages_only=True)
 
     async def answer(socket: ClientSocket, request: Request) -> Response | None:
-        asked = replace(request, path=PAGE) if request.path == "/" else request
-        return http.answer(socket, asked, policy, dict)
+        page = replace(request, path=PAGE) if request.path == "/" else request
+        return http.answer(socket, page, policy, dict)
 
-    door = Listener(SocketLimiter(Counter()), answer, server.serve_page, MAX_COMMAND_BYTES)
-    async with door.listen(HOST, port) as found:
-        yield found
+    listener = Listener(SocketLimiter(Counter()), answer, server.serve_page, MAX_COMMAND_BYTES)
+    async with listener.listen(HOST, port) as bound:
+        yield bound

@@ -1,8 +1,13 @@
-"""Plays patterns through a running service, as the scene that owns its outputs.
+"""Plays patterns through a running service, as the scene that owns its outputs. Knows no study.
 
-The hand does what stimuli.py states, each touch renewed while it lasts. Between patterns the palm
-lies on metal at neutral, which brings plate and modelled skin back sooner than letting go. Knows no
-study.
+The hand moves as `design/stimuli` states; each touch is renewed while it lasts, since the service
+ends a touch whose renewal does not come. Between patterns the hand rests on metal at the neutral
+temperature: the plate is driven back to neutral and the modelled skin with it, sooner than if the
+hand let go.
+
+A pattern counts as presented only if the devices did what it asks for. Faults, a limit that
+withholds heat, and a speaker at level zero raise PresentationError. Telemetry is the evidence, so
+`listen` must run beside everything else, and `play` waits for the report that covers its end.
 """
 
 from __future__ import annotations
@@ -21,28 +26,29 @@ from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.vibration.vibration import Motion
 from hapticvlm_studio.design.stimuli import Part, Stimulus, StudyError, motion, parts
 
-TOUCH_S = 0.06  # between touches: a lease of 0.25 s survives three lost ones
-STROKE_S = 0.02  # between those of a stroke: 20 steps up and down a whoosh
+TOUCH_S = 0.06  # between renewals; a lease of 0.25 s survives three lost ones
+STROKE_S = 0.02  # between renewals in a stroke, so a whoosh rises and falls in 20 steps
 AMBIENT_C = 22.0
-INVALIDATING_LIMITS = (
-    "dose",
-    "sink",
-)  # limits under which a warm or cold pattern is not what it should be
+INVALIDATING_LIMITS = ("dose", "sink")  # those that withhold the heat or cold of a pattern
 TELEMETRY_S = 2.0
+# Written into the participants' files as the reason of a spoiled trial and counted by the report,
+# so the words are part of the file format.
 SILENT = "the speaker played nothing: see to it and to its level, then go on"
 _STILL = Motion(0.0, 0.0)
-_GONE = (ConnectionError, ConnectionClosed)  # a service that answers no more
+_DISCONNECTED = (ConnectionError, ConnectionClosed)
 
 
 class PresentationError(Exception):
-    """The devices cannot present a pattern now; the text gives the experimenter the reason."""
+    """Raised when the devices cannot present a pattern; the message is for the experimenter."""
 
 
 @dataclass(frozen=True, slots=True)
 class Played:
-    """What the service reported while it played: at the end of the stroke, or worst during it.
+    """What the service reported of one pattern.
 
-    `onset_plate_c` is the plate as the first stroke began. No level: no telemetry came meanwhile.
+    Temperatures are in degC: `onset_plate_c` when the first stroke began, `plate_c` and
+    `setpoint_c` when the last one ended. `limited_by` is the last limit that acted, `speaker_level`
+    the highest level (None: no telemetry arrived), `underruns` the audio blocks that were missed.
     """
 
     onset_plate_c: float | None
@@ -54,7 +60,7 @@ class Played:
 
 
 class Player:
-    """One scene whose objects are the patterns; `listen` must run beside everything else."""
+    """A scene whose objects are the patterns; `listen` must run beside everything else."""
 
     def __init__(self, client: Client, settle_c: float) -> None:
         self._client = client
@@ -67,18 +73,18 @@ class Player:
 
     @property
     def devices(self) -> dict[str, Any]:
-        """What plays: names, and whether they are simulated."""
-        found: dict[str, Any] = self._client.welcome["devices"]
-        return found
+        """The names of the devices, and whether they are simulated."""
+        devices: dict[str, Any] = self._client.welcome["devices"]
+        return devices
 
     @property
     def outputs(self) -> dict[str, Any]:
-        """What the service last reported of plate and speaker; empty before its first report."""
+        """The latest report of plate and speaker; empty before the first one."""
         shown = ("plate_c", "setpoint_c", "speaker_level", "faults", "underruns")
         return {name: self._telemetry[name] for name in shown if name in self._telemetry}
 
     async def prepare(self, stimuli: Sequence[Stimulus]) -> None:
-        """Declare one object per pattern. Raises StudyError when others own the outputs."""
+        """Declare one object per pattern. Raises StudyError when another scene owns the outputs."""
         if not self._client.welcome["owner"]:
             raise StudyError("another scene owns the outputs; close it and start again")
         objects = [
@@ -88,7 +94,7 @@ class Player:
         await self._client.scene(objects, ambient_c=AMBIENT_C)
 
     async def listen(self) -> None:
-        """Receive what the service reports of its outputs, until cancelled."""
+        """Receive the service's reports of its outputs until cancelled."""
         while True:
             event = await self._client.events.get()
             if event["type"] == "telemetry":
@@ -100,7 +106,10 @@ class Player:
                 self._limited_by = event["limited_by"]
 
     async def settle(self, rest_s: float, longest_s: float) -> None:
-        """Rest until the plate is near neutral. Raises PresentationError when it stays away."""
+        """Rest at least `rest_s`, and until the plate is near neutral.
+
+        Raises PresentationError when it is not within `longest_s` more.
+        """
         begun = time.monotonic()
         await self.release()
         try:
@@ -110,26 +119,26 @@ class Player:
                     raise PresentationError(reason)
                 await self._touch("slide", _NEUTRAL)
                 await asyncio.sleep(TOUCH_S)
-        except (Refused, *_GONE) as error:
+        except (Refused, *_DISCONNECTED) as error:
             raise PresentationError(_cause(error)) from None
 
     def _unrest(self) -> str | None:
-        """Return why no pattern can be presented now; None if one can."""
+        """Return why no pattern can be presented now, or None."""
         if time.monotonic() - self._received_at > TELEMETRY_S:
-            return "the service is silent: no telemetry"
+            return "the service sends no telemetry"
         if self._telemetry["faults"]:
-            return f"device at fault: {', '.join(self._telemetry['faults'])}"
+            return f"device fault: {', '.join(self._telemetry['faults'])}"
         plate_c = self._telemetry["plate_c"]
         if plate_c is None:
-            return "the plate gives no temperature"
+            return "the plate reports no temperature"
         if abs(plate_c - NEUTRAL_C) > self._settle_c:
-            return f"plate at {plate_c:.1f} degC: waiting for {NEUTRAL_C:g}"
+            return f"the plate is at {plate_c:.1f} degC, waiting for {NEUTRAL_C:g} degC"
         return None
 
     async def play(self, stimulus: Stimulus, begun: Callable[[], None]) -> Played:
-        """Play one pattern to its end; `begun` is called when its first stroke was taken.
+        """Play one pattern to its end; call `begun` once the service has taken its first stroke.
 
-        Raises PresentationError when the devices could not present it as it is meant.
+        Raises PresentationError when the devices could not present it as intended.
         """
         self._limited_by = self._level = None
         underruns = self._telemetry.get("underruns", 0)
@@ -140,7 +149,7 @@ class Player:
             plate_c, setpoint_c = (self._telemetry.get(k) for k in ("plate_c", "setpoint_c"))
             await self.release()
             await self._wait_for_telemetry()
-        except (Refused, *_GONE) as error:
+        except (Refused, *_DISCONNECTED) as error:
             raise PresentationError(_cause(error)) from None
         finally:
             await self.release()
@@ -156,7 +165,7 @@ class Player:
         )
 
     async def _stroke(self, stimulus: Stimulus, begun: Callable[[], None]) -> float | None:
-        """Move the hand; return the plate's temperature as the first stroke began."""
+        """Move the hand; return the plate's temperature when the first stroke began, degC."""
         onset_plate_c = None
         has_begun = False
         for part in parts(stimulus):
@@ -170,7 +179,9 @@ class Player:
         return onset_plate_c
 
     async def _wait_for_telemetry(self) -> None:
-        """Wait for the telemetry that covers the end of a stroke; the next but one surely does."""
+        """Wait for the telemetry that covers the end of a stroke."""
+        # The next report may have been measured before the stroke ended and be on its way already;
+        # the one after it was not.
         for _ in range(2):
             self._telemetry_arrived.clear()
             with contextlib.suppress(TimeoutError):
@@ -178,23 +189,27 @@ class Player:
                     await self._telemetry_arrived.wait()
 
     def _check(self) -> None:
-        """Raise PresentationError when the pattern cannot be what it should be."""
+        """Raise PresentationError when the devices cannot present the pattern as intended."""
         if self._limited_by in INVALIDATING_LIMITS:
-            why = "heat for this session is used up" if self._limited_by == "dose" else "sink hot"
-            raise PresentationError(f"{why}: let the person and the plate rest, then go on")
+            reason = (
+                "the thermal dose of this session is used up"
+                if self._limited_by == "dose"
+                else "the plate's sink is too hot"
+            )
+            raise PresentationError(f"{reason}: let the person and the plate rest, then continue")
         if self._telemetry.get("faults"):
-            raise PresentationError(f"device at fault: {', '.join(self._telemetry['faults'])}")
+            raise PresentationError(f"device fault: {', '.join(self._telemetry['faults'])}")
 
     async def stop(self) -> None:
-        """Bring all outputs to rest at once, and hold them there."""
+        """Bring all outputs to rest at once and hold them there."""
         await self._client.stop()
 
     async def release(self) -> None:
-        """Release the hand; also ends a hold, once a new pattern is played."""
+        """Release the hand. After `stop`, this lets the next pattern play."""
         try:
             await self._client.send("touch", **_TOUCH, phase="release", captured_at=_now())
-        except _GONE:
-            return  # without a connection the outputs are at rest already
+        except _DISCONNECTED:
+            return  # without a connection the service has brought the outputs to rest already
 
     async def _hold(self, part: Part, stimulus: Stimulus) -> None:
         begun_at = time.monotonic()
@@ -214,8 +229,8 @@ class Player:
 
 
 def _cause(error: Exception) -> str:
-    again = "" if isinstance(error, Refused) else "; nothing is lost: start `study run` again"
-    return f"{error}{again}"
+    remedy = "" if isinstance(error, Refused) else "; nothing is lost: start `study run` again"
+    return f"{error}{remedy}"
 
 
 _NEUTRAL = Stimulus("neutral", "", "", "metal", "slide", NEUTRAL_C, speed_mps=0.0, force_n=0.0)

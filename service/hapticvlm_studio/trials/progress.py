@@ -1,7 +1,9 @@
-"""How far one participant has come, derived from the events of their file. Pure.
+"""Derives how far one participant has come from the events of their file. Pure.
 
-A progress that is interrupted anywhere continues where the file ends: a trial counts once it is
-answered, and one that was presented and not answered is presented again.
+The progress is a fold over the events and holds nothing else. So a session that was interrupted
+anywhere continues where its file ends: reading the file again gives the state at the last event.
+The position in the list of trials is the number of answers; a trial that was presented and not
+answered does not advance it and is presented again.
 """
 
 from __future__ import annotations
@@ -15,11 +17,11 @@ from hapticvlm_studio.design.design import Design
 
 Event = dict[str, Any]
 Stage = Literal["consent", "questions", "training", "ready", "done"]
-_PACED = 10  # answers that are shown, and of which the pace is taken
+_RECENT = 10  # answers that are shown, and from which the pace is estimated
 
 
 class ParticipantProgress:
-    """One participant's training and trials; feed it every event of the file, in order."""
+    """One participant's training and trials; `apply` takes every event of the file, in order."""
 
     def __init__(self, design: Design, participant: str) -> None:
         self.participant = participant
@@ -28,21 +30,23 @@ class ParticipantProgress:
         self.answered = 0
         self.correct = 0
         self.attempts = 0
-        self.to_rate: int | None = None  # trial whose pattern waits for its ratings
+        self.to_rate: int | None = None  # trial whose pattern is to be rated
         self.language = design.form.languages[0]
         self._form = design.form
         self._has_agreed = not design.form.has_welcome
         self._answered_forms = {when for when in ("begin", "end") if not design.form.asks(when)}
-        self.recent: deque[Event] = deque(maxlen=_PACED)  # answers, the newest last
-        self._answered_at: deque[float] = deque(maxlen=_PACED)
+        self.recent: deque[Event] = deque(maxlen=_RECENT)  # answers, the newest last
+        self._answered_at: deque[float] = deque(maxlen=_RECENT)
         self._names = [stimulus.name for stimulus in design.stimuli]
         self._wanted = design.renderings
         self._is_trained = False
 
     def apply(self, event: Event) -> None:
-        """Apply one event."""
+        """Apply one event; kinds that do not change the progress are ignored."""
         match event["event"]:
             case "opened":
+                # The break since the last session says nothing about the pace, and `t_s` of another
+                # session cannot be compared.
                 self._answered_at.clear()
             case "agreed":
                 self._has_agreed = True
@@ -76,7 +80,7 @@ class ParticipantProgress:
 
     @property
     def stage(self) -> Stage:
-        """What comes next for a participant who does nothing just now."""
+        """What comes next for this participant."""
         if not self._has_agreed:
             return "consent"
         if "begin" not in self._answered_forms:
@@ -94,21 +98,22 @@ class ParticipantProgress:
 
     @property
     def seconds_left(self) -> float | None:
-        """About how long the remaining trials take at the present pace; None before it shows."""
+        """About how long the remaining trials take, s; None before two answers of this session."""
         if len(self._answered_at) < 2:
             return None
+        # The median, since one long break among the answers must not count as the pace.
         each_s = median(later - earlier for earlier, later in pairwise(self._answered_at))
         return each_s * (len(self.trials) - self.answered)
 
     @property
     def next_to_feel(self) -> str | None:
-        """The pattern rendered least often in training; None when all were rendered enough."""
+        """The pattern played least often in training; None when all were played often enough."""
         due = min(self._names, key=lambda name: self.renderings[name])
         return due if self.renderings[due] < self._wanted else None
 
     @property
     def is_trained(self) -> bool:
-        """Whether training was ended."""
+        """Whether the training is over."""
         return self._is_trained
 
     @property
@@ -118,5 +123,5 @@ class ParticipantProgress:
 
     @property
     def is_done(self) -> bool:
-        """Whether every trial is answered, and rated where it should be."""
+        """Whether every trial is answered and, where required, rated."""
         return self.next_trial is None and self.to_rate is None

@@ -1,7 +1,13 @@
-"""What a participant did so far, kept on the disk: their file of events, only added to.
+"""Keeps what each participant did on the disk: one file of events, to which lines are only added.
 
-An event is on the disk (fsync) before anybody acts on it, so a crash loses at most the event that
-was being written; its incomplete line is cut off when the file is opened again.
+Who writes when: `Record.note` is the only writer. It is called by the conductor and by the trials,
+both on the event loop, so events are written one at a time and in the order in which they happened.
+It first writes the event (fsync) and then applies it to the progress in memory; a page hears of it
+after that. So nothing is ever shown, counted or acted upon that a crash could take back.
+
+A crash, a full disk or a power cut can leave one incomplete line at the end of the file. It is cut
+off when the file is opened again, and the event counts as not having happened: a trial whose answer
+was in it is presented again. `locked` keeps a second program from writing to the same study.
 """
 
 from __future__ import annotations
@@ -23,65 +29,72 @@ from hapticvlm_studio.design.stimuli import StudyError
 from hapticvlm_studio.trials.progress import Event, ParticipantProgress
 
 View = dict[str, Any]
-TORN = b'{"event"'  # how every line begins, also one that a crash or a full disk cut short
-ROOM = "nothing before it is lost; free some room on the disk, then continue"
+LINE_START = b'{"event"'  # of every line, including one that a crash or a full disk cut short
+REMEDY = "nothing before it is lost; free some space on the disk, then continue"
 
 logger = logging.getLogger(__name__)
 
 
 def events(folder: Path, participant: str) -> list[Event]:
-    """Read a participant's events; the cut line of a crash is left out. Raises StudyError."""
+    """Return a participant's events, in order; empty where there is no file.
+
+    A line that was cut short is skipped with a warning. Any other line that is not an event means
+    that somebody edited the file. Raises StudyError, which names the line.
+    """
     path = _path(folder, participant)
     if not path.exists():
         return []
-    found = []
+    result = []
     for number, line in enumerate(_lines(path), 1):
         try:
             event = documents.parse_json(line)
         except ValueError:
-            if line.startswith(TORN):
-                logger.warning("%s:%d: left out, it was never written whole", path, number)
+            if line.startswith(LINE_START):
+                logger.warning("%s:%d: skipped an incomplete line", path, number)
                 continue
             raise StudyError(f"{path}:{number}: not an event; the file was changed") from None
         if not isinstance(event, dict) or "event" not in event:
             raise StudyError(f"{path}:{number}: not an event; the file was changed")
-        found.append(event)
-    return found
+        result.append(event)
+    return result
 
 
 def _lines(path: Path) -> list[bytes]:
-    """Return the whole lines of a file. Raises StudyError."""
+    """Return the lines of a file that end with a line break. Raises StudyError."""
     try:
+        # What follows the last line break is an unfinished line, or nothing.
         return documents.read_bytes(path).split(b"\n")[:-1]
     except (OSError, ValueError) as error:
         raise StudyError(f"{path}: {error}") from None
 
 
 def _private(path: str, flags: int) -> int:
-    """Open a file that only this user may read: it holds what a participant told."""
+    """Open a file that only this user may read: it holds a participant's answers."""
     return os.open(path, flags, 0o600)
 
 
 class Log:
-    """One participant's file, open for adding."""
+    """One participant's file, open for appending."""
 
     def __init__(self, folder: Path, participant: str) -> None:
         self._path = _path(folder, participant)
         self._file = open(self._path, "a+b", buffering=0, opener=_private)  # noqa: SIM115
+        # The incomplete line of a crash has to go before anything is appended: the next event would
+        # continue it, and both would be lost.
         self._file.seek(0)
         content = self._file.read()
         self._file.truncate(content.rfind(b"\n") + 1)
         os.fsync(self._file.fileno())
 
     def add(self, event: Event) -> None:
-        """Write one event; it is on the disk when this returns.
+        """Append one event; it is on the disk when this returns.
 
-        A full disk takes part of a line, says nothing, and reports an error only at the next one.
-        So what was taken is counted, and cut off again: the file ends with a whole event whatever
-        happens. Raises StudyError, and the event then counts for nothing.
+        Raises StudyError, and the event has then not happened: the file ends where it did before.
         """
         data = json.dumps(event, ensure_ascii=False, allow_nan=False).encode() + b"\n"
         before = self._file.seek(0, os.SEEK_END)
+        # A disk that fills up accepts part of a line without an error, and fails only at the next
+        # write. So the bytes written are counted, and a partial line is cut off again.
         try:
             written = self._file.write(data)
             if written == len(data):
@@ -92,7 +105,7 @@ class Log:
             reason = error.strerror or str(error)
         with suppress(OSError):
             self._file.truncate(before)
-        raise StudyError(f"{self._path.name} could not be written ({reason}): {ROOM}")
+        raise StudyError(f"{self._path.name} could not be written ({reason}): {REMEDY}")
 
     def close(self) -> None:
         """Close the file."""
@@ -101,13 +114,16 @@ class Log:
 
 @contextmanager
 def locked(folder: Path) -> Iterator[None]:
-    """Lock the study, so that no second program adds to it. Raises StudyError."""
+    """Lock the study against a second program. Raises StudyError when it is locked already.
+
+    The operating system holds the lock and releases it when the process ends, however it ends.
+    """
     with (folder / ".lock").open("w") as file:
         try:
             import fcntl
 
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except ImportError:  # Windows: an open file cannot be replaced there, which must do
+        except ImportError:  # Windows has no flock: a study is not locked there
             pass
         except OSError:
             raise StudyError(f"{folder}: another `study run` is using it") from None
@@ -116,7 +132,7 @@ def locked(folder: Path) -> Iterator[None]:
 
 @dataclass(frozen=True, slots=True)
 class Pace:
-    """Rest between patterns and the longest wait for the plate, s; `hear`: pages play sound."""
+    """Rest between patterns and the longest wait for the plate, s; `hear`: the page plays sound."""
 
     rest_s: float = 3.0
     settle_s: float = 60.0
@@ -124,19 +140,19 @@ class Pace:
     hear: bool = False
 
     def noted(self) -> Event:
-        """Return it as an event records it."""
+        """Return its values for an event."""
         return asdict(self)
 
 
 class Record:
-    """The open file of one participant and how far they came; nobody's at first."""
+    """The open file and progress of one participant; of none at first."""
 
     def __init__(self, design: Design, folder: Path) -> None:
         self.design = design
         self.progress: ParticipantProgress | None = None
         self._folder = folder
         self._log: Log | None = None
-        self._answered: dict[str, int] = {}  # trials of those whose file is not open
+        self._answered: dict[str, int] = {}  # trials answered by those whose file is not open
 
     def open(self, code: str) -> None:
         """Open or resume this participant of the design. Raises StudyError."""
@@ -153,20 +169,25 @@ class Record:
         self._log = self.progress = None
 
     def note(self, event: Event) -> None:
-        """Write an event to the disk, then count it. Raises StudyError when no file is open."""
+        """Write an event to the disk, then apply it to the progress.
+
+        Raises StudyError when it cannot be written or no file is open; nothing has changed then.
+        """
         if self._log is None or self.progress is None:
             raise StudyError("choose a participant first")
+        # Two clocks: `at` says when it happened, `t_s` measures durations and never jumps. The
+        # latter starts again with each start of the machine, so it is compared within a session.
         at = datetime.now(UTC).isoformat(timespec="milliseconds")
         stamped = {**event, "at": at, "t_s": round(time.monotonic(), 4)}
         self._log.add(stamped)
         self.progress.apply(stamped)
 
     def participants(self) -> list[View]:
-        """Return how far each participant came."""
+        """Return the number of trials that each participant has answered."""
         return [self._progress(code) for code in self.design.participants]
 
     def view(self) -> View:
-        """Describe the open progress to a page; nothing when there is none."""
+        """Return what a page shows of the open progress; empty when there is none."""
         progress = self.progress
         if progress is None:
             return {}
@@ -183,7 +204,7 @@ class Record:
         }
 
     def overview(self) -> View:
-        """Return what only the experimenter may see; nothing when no file is open."""
+        """Return what only the experimenter may see; empty when no file is open."""
         progress = self.progress
         if progress is None:
             return {}

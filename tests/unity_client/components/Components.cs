@@ -1,4 +1,4 @@
-// The package's components in the stub player, against the real service. Prints what happened.
+// Runs the package's components in the stub player against the real service and prints the results.
 using System;
 using System.Collections.Generic;
 using System.IO;
@@ -181,7 +181,7 @@ public static class Components
         EndOfThreads();
     }
 
-    // The way of the README: the sample's component, and a hand that enters its first cube.
+    // Follows the README: the sample's component, and a hand that enters its first cube.
     static void Sample(string url, string assembly)
     {
         HapticClient client = Client(url);
@@ -199,7 +199,7 @@ public static class Components
         EndOfThreads();
     }
 
-    // Nothing answers at the address of the scene, until somebody types the right one.
+    // No service answers at the scene's address until a user types the right one.
     static void TypeAddress(string url, string assembly)
     {
         HapticClient client = Client("ws://127.0.0.1:9/");
@@ -271,7 +271,7 @@ public static class Components
         return streamer;
     }
 
-    // Serialised fields are set as the engine does it: by reflection.
+    // Sets serialised fields by reflection, as the engine does.
     public static void Private(object of, string field, object value)
     {
         of.GetType().GetField(field, System.Reflection.BindingFlags.Instance | System.Reflection.BindingFlags.NonPublic).SetValue(of, value);

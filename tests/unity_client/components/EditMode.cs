@@ -1,4 +1,4 @@
-// The menu entry, the inspectors and the scan, in the stub editor and in edit mode.
+// Runs the menu entry, the inspectors and the scan in the stub editor, in edit mode.
 using System;
 using System.Collections.Generic;
 using System.Reflection;
@@ -65,7 +65,7 @@ public static class EditMode
         Child(space, "Body").AddComponent<BoxCollider>();
     }
 
-    // An XRI rig with poke points, and tracked hands of XR Hands that are off until they are tracked.
+    // An XRI rig with poke points, and hands of XR Hands that are inactive until they are tracked.
     static void SetUpTrackedHands()
     {
         GameObject camera = Child(null, "Main Camera");
@@ -111,7 +111,7 @@ public static class EditMode
         return thing.GetComponent<HapticObject>() != null ? "1" : "0";
     }
 
-    // Finds the menu entry by its path, as a person does.
+    // Finds the menu entry by its path, like a user.
     static void Invoke()
     {
         foreach (Type type in typeof(HapticWindow).Assembly.GetTypes())
@@ -152,11 +152,11 @@ public static class EditMode
         Components.Say("chosen " + mug.StatedMaterial);
         mug.State("unobtainium");
         Show("HapticObjectInspector", mug);
-        foreach (string line in EditorGUILayout.SceneContext) Components.Say(line);
+        foreach (string line in EditorGUILayout.Output) Components.Say(line);
         Several();
     }
 
-    // Thirty chairs of several materials: looking changes nothing, a choice changes all.
+    // Thirty chairs of several materials: viewing changes none, a choice changes all.
     static void Several()
     {
         var chairs = new UnityEngine.Object[30];
@@ -178,22 +178,22 @@ public static class EditMode
         Components.Say("several " + takesSeveral + " looked at metal " + metal + " chosen wood " + wood);
     }
 
-    // The window of a scene of 10,000 objects draws the rows in sight, and finds one that was added.
+    // The window of a scene of 10,000 objects draws only the visible rows, and finds an added object.
     static void LargeScene()
     {
         for (int i = 0; i < 10000; i++) Child(null, "Thing" + i).AddComponent<HapticObject>();
         var window = EditorWindow.GetWindow<HapticWindow>("HapticVLM");
         Call(window, "OnEnable");
         Call(window, "OnGUI");
-        int rows = EditorGUILayout.SceneContext.FindAll(line => line.Contains("not scanned")).Count;
+        int rows = EditorGUILayout.Output.FindAll(line => line.Contains("not scanned")).Count;
         Components.Private(window, "listScroll", new Vector2(0f, 200000f));
-        EditorGUILayout.SceneContext.Clear();
+        EditorGUILayout.Output.Clear();
         Call(window, "OnGUI");
-        bool hasLast = EditorGUILayout.SceneContext.Exists(line => line.StartsWith("Thing9999:"));
+        bool hasLast = EditorGUILayout.Output.Exists(line => line.StartsWith("Thing9999:"));
         Child(null, "Added").AddComponent<HapticObject>();
         EditorApplication.ChangeHierarchy();
         Call(window, "OnGUI");
-        Components.Say("rows " + rows + " last " + hasLast + " " + EditorGUILayout.SceneContext.Find(line => line.Contains("10001 Haptic Objects")));
+        Components.Say("rows " + rows + " last " + hasLast + " " + EditorGUILayout.Output.Find(line => line.Contains("10001 Haptic Objects")));
         Call(window, "OnDisable");
     }
 
@@ -204,7 +204,7 @@ public static class EditMode
         shown.OnInspectorGUI();
     }
 
-    // A scan of two objects of which one is a copy of the other, and what the scene sends afterwards.
+    // A scan of two objects, one a copy of the other, and the messages that the scene sends afterwards.
     static void Scan(string url)
     {
         HapticObject oak = Tagged("OakPlanks"), kettle = Tagged("SteelKettle"), stated = Tagged("Thing");
@@ -223,7 +223,7 @@ public static class EditMode
             Thread.Sleep(3);
         }
         PrefabUtility.SaveAndReload();
-        foreach (string line in EditorGUILayout.SceneContext.FindAll(line => line.Contains("tagged") || line.Contains(", by "))) Components.Say(line);
+        foreach (string line in EditorGUILayout.Output.FindAll(line => line.Contains("tagged") || line.Contains(", by "))) Components.Say(line);
         Components.Say("ids_differ " + (oak.ObjectId != kettle.ObjectId) + " stated " + oak.StatedMaterial + " " + kettle.StatedMaterial + " " + stated.StatedMaterial
             + " saved " + (EditorUtility.Dirty > 0 && UnityEditor.SceneManagement.EditorSceneManager.Marked > 0) + " exceptions " + Debug.Exceptions + " errors " + Debug.Errors);
         EditorGUILayout.Chosen = "fabric";
@@ -247,9 +247,9 @@ public static class EditMode
     static bool Shows(HapticWindow window, string text)
     {
         if (EditorApplication.update != null) EditorApplication.update();
-        EditorGUILayout.SceneContext.Clear();
+        EditorGUILayout.Output.Clear();
         Call(window, "OnGUI");
-        return EditorGUILayout.SceneContext.Exists(line => line.Contains(text));
+        return EditorGUILayout.Output.Exists(line => line.Contains(text));
     }
 
     static void Call(object on, string method)

@@ -1,4 +1,4 @@
-// The editor window in the stub editor, beside a scene that touches.
+// Runs the editor window in the stub editor beside a scene that touches.
 using System;
 using System.Reflection;
 using HapticVLM;
@@ -20,7 +20,7 @@ public static class EditorParts
         Components.Run(() => client.State == LinkState.Ready, "no welcome");
         Player.Send(hand.gameObject, "OnTriggerEnter", oak.gameObject.GetComponent<Collider>());
         Components.Run(() => Shows(window, "wood") && Shows(window, " degC (simulated)"), "the window shows no decision");
-        foreach (string line in EditorGUILayout.SceneContext) Components.Say(line);
+        foreach (string line in EditorGUILayout.Output) Components.Say(line);
         GUILayout.Pressed = "STOP all outputs";
         Call(window, "OnGUI");
         int warnings = Debug.Warnings;
@@ -36,9 +36,9 @@ public static class EditorParts
     static bool Shows(HapticWindow window, string text)
     {
         if (EditorApplication.update != null) EditorApplication.update();
-        EditorGUILayout.SceneContext.Clear();
+        EditorGUILayout.Output.Clear();
         Call(window, "OnGUI");
-        return EditorGUILayout.SceneContext.Exists(line => line.Contains(text));
+        return EditorGUILayout.Output.Exists(line => line.Contains(text));
     }
 
     static void Call(object one, string method)

@@ -1,4 +1,4 @@
-// A controller in the right hand plays what a service sends; says when it begins and ends.
+// A controller in the right hand plays vibration from a service; prints the start and end of each pulse.
 using System;
 using System.Globalization;
 using System.Threading;
@@ -39,7 +39,7 @@ public static class Hands
         Components.EndOfThreads();
     }
 
-    // A hand strokes a wall: what the controller in it plays, until a stop, after it, and once the hand is gone.
+    // A hand strokes a wall: measures the controller's vibration before a stop, after it, and after the hand left.
     public static void Feel(string url)
     {
         HapticClient client = Components.Client(url);
@@ -61,7 +61,7 @@ public static class Hands
         Components.EndOfThreads();
     }
 
-    // Share of the frames in which the controller vibrates; the hand moves at 0.3 m/s.
+    // Returns the share of frames with vibration while the hand moves at 0.3 m/s.
     static double Stroke(HapticHand hand, ControllerHaptics haptics, float z, double seconds)
     {
         int frames = 0, vibrating = 0;

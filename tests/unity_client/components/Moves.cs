@@ -1,4 +1,4 @@
-// Hands that move as a headset's do: poses once a rendered frame, physics 50 times a second.
+// Moves hands like a headset: poses once per rendered frame, physics 50 times a second.
 using System;
 using System.Collections.Generic;
 using System.Threading;
@@ -58,7 +58,7 @@ public static class Moves
         return felt;
     }
 
-    // A hand slides along a wall at 1 m/s: the least and the greatest speed seen after a settling time.
+    // A hand slides along a wall at 1 m/s: prints the least and greatest measured speed after settling.
     static void Speeds()
     {
         Box("wall", new Vector3(0f, 0f, 0f), new Vector3(Wall, 1f, 0.1f), "wood");
@@ -80,7 +80,7 @@ public static class Moves
         }
     }
 
-    // A rig walks at 1.4 m/s; the hand holds a mug that is part of the rig.
+    // A rig walks at 1.4 m/s while the hand holds a mug that is part of the rig.
     static void Carry(string url)
     {
         HapticClient client = Components.Client(url);
@@ -128,7 +128,7 @@ public static class Moves
         Thread.Sleep(14);
     }
 
-    // The game is paused while the hand slides.
+    // Pauses the game while the hand slides.
     static void Pause(string url)
     {
         HapticClient client = Components.Client(url);
@@ -212,7 +212,7 @@ public static class Moves
         return least;
     }
 
-    // Contacts at three speeds, then carving and swinging by a script.
+    // Contacts at three speeds, then carving and swinging set by a script.
     static void Gestures(string url)
     {
         HapticClient client = Components.Client(url);
@@ -221,7 +221,7 @@ public static class Moves
         Components.Run(() => client.State == LinkState.Ready, "no welcome");
         foreach (double speed in new[] { 0.05, 0.4, 1.5 })
         {
-            // Each on a new object, so that each is decided anew.
+            // Each uses a new object, so that each gets its own decision.
             HapticObject oak = Box("oak" + speed, new Vector3(0f, 0f, 0f), new Vector3(0.4f, 0.4f, 0.4f), "wood");
             HapticHand hand = Hand(new Vector3(0f, 0f, 0.3f));
             Components.Private(hand, "approachM", 0f);
@@ -273,7 +273,7 @@ public static class Moves
         Object.Destroy(bat.gameObject);
     }
 
-    // A hand made of 40 capsules nears an object.
+    // A hand made of 40 capsules approaches an object.
     static void Capsules(string url)
     {
         HapticClient client = Components.Client(url);
@@ -293,7 +293,7 @@ public static class Moves
         End(client);
     }
 
-    // What a second of touching costs the main thread, in bytes.
+    // Counts the bytes that one second of touching allocates on the main thread.
     static void TouchBytes(string url)
     {
         HapticClient client = Components.Client(url);

@@ -1,4 +1,4 @@
-// Which scene is felt: scenes that change, wait, take over, and come back after a pause.
+// Ownership of the outputs: scenes that change, wait, take over, and return after a pause.
 using System;
 using System.Reflection;
 using System.Threading;
@@ -42,7 +42,7 @@ public static class Owners
         with.Send(ref touch);
     }
 
-    // Another scene owns the outputs and is used; then it leaves.
+    // Another scene owns and uses the outputs, then disconnects.
     static void Handover(string url)
     {
         HapticConnection other = Other(url);
@@ -59,7 +59,7 @@ public static class Owners
         Components.RunFor(20);
         other.Close();
         Components.Run(() => client.IsOwner, "the outputs are not taken", 10.0);
-        hand.transform.position = new Vector3(0f, 0f, 0.5f); // a stop holds until the hand lets go
+        hand.transform.position = new Vector3(0f, 0f, 0.5f); // a stop lasts until the hand releases
         Components.RunFor(20);
         Components.Run(() => Vibrates(hand, haptics) && oak.Material != null, "nothing is felt", 10.0);
         Components.Say("felt as " + oak.Material);
@@ -72,7 +72,7 @@ public static class Owners
         return haptics.Amplitude > 0.1f;
     }
 
-    // As SceneManager.LoadScene: the old client ends and the new one begins in the same frame.
+    // Like SceneManager.LoadScene: the old client ends and the new one starts in the same frame.
     static void SceneChanges(string url)
     {
         const int Times = 100;
@@ -116,7 +116,7 @@ public static class Owners
         Object.Destroy(holder);
     }
 
-    // The headset is taken off and on: a new session, which knows no picture.
+    // The headset is taken off and put on: a new session, in which the service knows no pictures.
     static void HeadsetOff(string url)
     {
         HapticClient client = Components.Client(url);
@@ -135,7 +135,7 @@ public static class Owners
         Object.Destroy(client.gameObject);
     }
 
-    // A stop, and then another session: its first touch is felt.
+    // A stop, then a new session, whose first touch is felt.
     static void Stopped(string url)
     {
         HapticConnection first = Other(url);
@@ -184,9 +184,9 @@ public static class Owners
     static bool Shows(HapticWindow window, string text)
     {
         if (EditorApplication.update != null) EditorApplication.update();
-        EditorGUILayout.SceneContext.Clear();
+        EditorGUILayout.Output.Clear();
         Call(window, "OnGUI");
-        return EditorGUILayout.SceneContext.Exists(line => line.Contains(text));
+        return EditorGUILayout.Output.Exists(line => line.Contains(text));
     }
 
     static void Call(object on, string method)

@@ -1,4 +1,4 @@
-// The pictures a streamer takes, on both kinds of graphics API; the encoder's rows are looked at.
+// Checks the pictures of a streamer on both kinds of graphics API, with the row order of the encoder.
 using System;
 using System.Collections.Generic;
 using HapticVLM;
@@ -20,7 +20,7 @@ public static class Pictures
         }
     }
 
-    // A red box above a blue one, taken whole and with the region of the red one.
+    // A red box above a blue one, captured as a whole view and with the region of the red box.
     static void Marker(string url)
     {
         HapticClient client = Components.Client(url);
@@ -48,7 +48,7 @@ public static class Pictures
         End(client, streamer);
     }
 
-    // The frame last written into the mailbox, which nobody takes while the link is left alone.
+    // Returns the last frame in the mailbox, which stays there while the link is idle.
     sealed class MarkerFrame
     {
         public readonly Region Region;
@@ -65,7 +65,7 @@ public static class Pictures
         }
     }
 
-    // A scan draws an object on a spare layer, and no layer of the scene changes meanwhile.
+    // A scan draws an object on an unused layer, while the layers of the scene stay unchanged.
     static void Layers(string url)
     {
         HapticClient client = Components.Client(url);

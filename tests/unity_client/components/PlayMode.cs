@@ -1,4 +1,4 @@
-// Plays the package's own play mode tests: a coroutine's step a frame.
+// Runs the package's own play mode tests, one coroutine step per frame.
 using System;
 using System.Collections;
 using System.Reflection;

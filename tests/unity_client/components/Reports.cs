@@ -1,4 +1,4 @@
-// What a developer reads in the console when something is wrong, and what no data may do.
+// Prints the console messages for common errors, and checks that no data breaks the package.
 using System;
 using System.Collections.Generic;
 using System.Reflection;
@@ -26,7 +26,7 @@ public static class Reports
         foreach (string line in Debug.Lines) Components.Say(line);
     }
 
-    // Runs for some seconds against whatever is there.
+    // Runs for some seconds, with or without a service.
     static void States(string url)
     {
         HapticClient client = Components.Client(url);
@@ -70,7 +70,7 @@ public static class Reports
         Components.RunFor(50);
     }
 
-    // Names cut in half, lone surrogates, and ids as long.
+    // Truncated names, unpaired surrogates, and equally long ids.
     static void Emoji(string url)
     {
         Application.productName = new string('p', 57) + "\ud83d\ude00";
@@ -84,7 +84,7 @@ public static class Reports
         End(client);
     }
 
-    // A scene that was saved with the hand's name Other.
+    // A scene saved with the hand value Other.
     static void OtherHand(string url)
     {
         HapticClient client = Components.Client(url);
@@ -102,7 +102,7 @@ public static class Reports
         End(client);
     }
 
-    // Messages that cannot be written: by the thread that calls, and by the one that sends.
+    // Messages that cannot be encoded, by the calling thread and by the sending thread.
     static void Unsendable(string url)
     {
         HapticClient client = Components.Client(url);
@@ -131,7 +131,7 @@ public static class Reports
         End(client);
     }
 
-    // The scene's address is wrong, and the machine remembers the right one.
+    // The scene's address is wrong, and the right one is stored on the machine.
     static void Address(string url)
     {
         ServiceAddress.Remember(url, "secret");

@@ -1,4 +1,4 @@
-// What a hand nears in a room, what layers and rigs do to touches, and effects that are no collider.
+// Approaches in a room, the influence of layers and rigs on touches, and effects without a collider.
 using System;
 using System.Collections.Generic;
 using System.Reflection;
@@ -37,7 +37,7 @@ public static class Rooms
         return thing.AddComponent<HapticObject>();
     }
 
-    // In the bounds of a room and of a chair, 3 cm above a table, towards which the hand moves.
+    // The hand is within the bounds of a room and a chair, 3 cm above a table, and moves towards the table.
     static void Room()
     {
         Mesh("Room", new Vector3(0f, 1f, 0f), new Vector3(4f, 3f, 4f), ray => ray.direction.y < 0f ? ray.origin.y + 0.5f : 2f);
@@ -70,7 +70,7 @@ public static class Rooms
         return hand.TouchedObjectId;
     }
 
-    // A rig walks and turns while the hand holds still in it; then the arm swings.
+    // A rig walks and turns while the hand is still relative to it; then the arm swings.
     static void Bat()
     {
         var rig = new GameObject("rig");
@@ -89,7 +89,7 @@ public static class Rooms
         Components.Say("walking " + walking.ToString("f2") + " swinging " + swinging.ToString("f2"));
     }
 
-    // Effects of a script: with a hand that touches nothing, and on top of what it touches.
+    // Effects of a script, with an idle hand and on top of a touch.
     static void Effects(string url)
     {
         HapticClient client = Components.Client(url);

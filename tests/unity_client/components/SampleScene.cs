@@ -1,4 +1,4 @@
-// Loads the sample's scene from lines that pytest made of its files, presses Play, and moves the mouse.
+// Loads the sample's scene, which pytest passes as lines, presses Play, and moves the mouse.
 using System;
 using System.Collections.Generic;
 using System.Globalization;
@@ -79,7 +79,7 @@ public static class SampleScene
         return float.Parse(text, CultureInfo.InvariantCulture);
     }
 
-    // Points at a thing, presses, waits until the screen says what is felt, and lets go.
+    // Points at an object, presses, waits until the screen shows the decision, and releases.
     static void Visit(Vector3 at)
     {
         Vector3 seen = at - Camera.main.transform.position;

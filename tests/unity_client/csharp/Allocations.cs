@@ -1,4 +1,5 @@
-// Reads a decision and a telemetry in hex. What one frame and one touch cost our own code, without the runtime's socket: bytes allocated.
+// Counts the bytes that one frame and one touch allocate in the package's own code, without the runtime's socket.
+// Reads a decision and a telemetry message in hex from stdin.
 using System;
 using HapticVLM;
 using HapticVLM.Wire;
@@ -43,14 +44,14 @@ public static class Allocations
         connection.Pump(1.0);
     }
 
-    // What the sending and the receiving side do with the messages.
+    // Does the work of the sending and the receiving side on the messages.
     static void Sent(Outbox outbox)
     {
         for (MsgPackWriter next = outbox.Next(Clock.Now); next != null; next = outbox.Next(Clock.Now))
         {
             long id;
             Protocol.KindOf(next.Written, out id);
-            outbox.Requests.WorkerReply(id, Clock.Now);
+            outbox.Requests.MatchAnswer(id, Clock.Now);
         }
     }
 }

@@ -1,4 +1,4 @@
-// The floor: the runtime's own socket, sending ready-made messages and reading answers, nothing else.
+// The baseline: the runtime's own socket, which only sends prepared messages and reads answers.
 using System;
 using System.IO;
 using System.Net.WebSockets;
@@ -12,7 +12,7 @@ public sealed class Bare
     long answers;
     bool isOver;
 
-    // The folder holds hello.msg and the frames' messages, made elsewhere.
+    // The folder holds hello.msg and the encoded frames.
     public static int Soak(string url, string folder, int frames, double rate)
     {
         var bare = new Bare();
@@ -61,8 +61,8 @@ public sealed class Bare
             var into = new ArraySegment<byte>(buffer);
             while (true)
             {
-                var got = socket.ReceiveAsync(into, CancellationToken.None).Result;
-                if (got.EndOfMessage) Interlocked.Increment(ref answers);
+                var part = socket.ReceiveAsync(into, CancellationToken.None).Result;
+                if (part.EndOfMessage) Interlocked.Increment(ref answers);
             }
         }
         catch (Exception error)

@@ -1,4 +1,4 @@
-// Encodes and decodes what pytest hands over, and fuzzes the codec.
+// Decodes and encodes messages from pytest, and fuzzes the codec.
 using System;
 using System.Collections.Generic;
 using System.Globalization;
@@ -19,7 +19,7 @@ public static class Golden
             try
             {
                 byte[] data = FromHex(line);
-                Console.WriteLine(Copied(data) + "\t" + Typed(data) + "\t" + SceneContext(data));
+                Console.WriteLine(Copied(data) + "\t" + Typed(data) + "\t" + ToJson(data));
             }
             catch (WireException error)
             {
@@ -133,7 +133,7 @@ public static class Golden
         }
     }
 
-    static string SceneContext(byte[] data)
+    static string ToJson(byte[] data)
     {
         var r = new MsgPackReader(new ArraySegment<byte>(data));
         var text = new StringBuilder();

@@ -1,4 +1,4 @@
-// What this machine can tell: CPU time and allocations of the calling thread.
+// Reads CPU time and allocations of the calling thread.
 using System;
 using System.Runtime.InteropServices;
 

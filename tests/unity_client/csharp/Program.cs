@@ -16,7 +16,7 @@ public static class Program
             case "restarts": return Scenes.Restarts(arguments[1], int.Parse(arguments[2]));
             case "bare": return Bare.Soak(arguments[1], arguments[2], int.Parse(arguments[3]), double.Parse(arguments[4]));
             case "soak": return Scenes.Soak(arguments[1], arguments[2], int.Parse(arguments[3]), double.Parse(arguments[4]), int.Parse(arguments[5]));
-            default: Console.Error.WriteLine("no such program"); return 2;
+            default: Console.Error.WriteLine("unknown program"); return 2;
         }
     }
 }

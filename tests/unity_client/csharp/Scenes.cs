@@ -23,7 +23,7 @@ public sealed class ScriptedScene
         Connection.Arrivals.Skipped += _ => Skips++;
         Connection.Arrivals.Refused += error => Errors.Add(error.Code + ": " + error.Text);
         Connection.Outbox.Scene.SetAmbient(21.0);
-        // Ids that say nothing: the service reads a telling one as a name.
+        // Ids without meaning, because the service would read a meaningful id as a name.
         Connection.Outbox.Scene.Put(new SceneObject { ObjectId = "o1", Name = "Oak_Table_02" });
         Connection.Outbox.Scene.Put(new SceneObject { ObjectId = "o2", Material = "metal" });
         Connection.Outbox.Scene.Put(new SceneObject { ObjectId = "thing" });
@@ -36,7 +36,7 @@ public sealed class ScriptedScene
         if (decision.ObjectId != null) Materials[decision.ObjectId] = decision.Material;
     }
 
-    // One turn of a main loop: what is to be done, then the events, timed as CPU of this thread.
+    // One iteration of a main loop: an action, then the events, timed in CPU time of this thread.
     public void Turn(Action act)
     {
         double before = Machine.ThreadCpuMs();
@@ -76,7 +76,7 @@ public sealed class ScriptedScene
 
 public static class Scenes
 {
-    // Touches in lock-step: prints each round trip in ms.
+    // Sends touches one at a time and prints each round trip in ms.
     public static int RoundTrips(string url, int count)
     {
         var scene = new ScriptedScene(url);
@@ -95,17 +95,17 @@ public static class Scenes
         return 0;
     }
 
-    // Connects to what will not have it: prints the state it comes to and why.
+    // Connects to a service that refuses it, and prints the resulting state and the reason.
     public static int Refused(string url)
     {
         var scene = new ScriptedScene(url);
-        scene.WaitUntil(() => scene.Connection.State == LinkState.Waiting, "it does not give up");
+        scene.WaitUntil(() => scene.Connection.State == LinkState.Waiting, "the connection was not refused");
         Console.WriteLine(scene.Connection.State + ": " + scene.Connection.LastError);
         scene.End();
         return 0;
     }
 
-    // Touches while the service is killed and started again; asks for each kill on stdout.
+    // Sends touches while the service is killed and restarted; each line on stdout requests a kill.
     public static int Restarts(string url, int rounds)
     {
         var scene = new ScriptedScene(url);
@@ -129,7 +129,7 @@ public static class Scenes
                 + " answered " + (requests.TouchesAnswered - answered) + " table " + scene.Materials["o1"]
                 + " kettle " + scene.Materials["o2"]);
             Console.Out.Flush();
-            if (round <= 2) scene.LongestCpuMs = 0.0; // until each path was taken once, it is compiled on the way
+            if (round <= 2) scene.LongestCpuMs = 0.0; // the first rounds include compilation
             int opened = round;
             double until = Clock.Now + 120.0;
             while (round < rounds && scene.Connection.Openings == opened && Clock.Now < until)
@@ -144,8 +144,8 @@ public static class Scenes
         return 0;
     }
 
-    // Frames at a steady rate, with a touch between; prints collections and what the
-    // runtime's socket allocated on the main thread, per frame.
+    // Sends frames at a steady rate, with touches between. Prints garbage collections and the bytes
+    // per frame that the runtime's socket allocated on the main thread.
     public static int Soak(string url, string folder, int frames, double rate, int touchEach)
     {
         var scene = new ScriptedScene(url);

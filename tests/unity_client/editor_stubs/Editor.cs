@@ -1,4 +1,4 @@
-// Executable stand-ins of our own for the editor members the package uses; they note what is shown.
+// Executable stand-ins for the editor members that the package uses; they record all output.
 using System;
 using System.Collections.Generic;
 using UnityEngine;
@@ -26,7 +26,7 @@ namespace UnityEditor
 
     public sealed class CanEditMultipleObjects : Attribute { }
 
-    // What was done can be undone: what was made is destroyed again.
+    // Undo reverts changes and destroys created objects.
     public static class Undo
     {
         static readonly List<UnityEngine.Object> Made = new List<UnityEngine.Object>();
@@ -58,7 +58,7 @@ namespace UnityEditor
         public static GameObject[] gameObjects { get; set; } = new GameObject[0];
     }
 
-    // An instance of a prefab keeps what was recorded as different from it; a reload loses the rest.
+    // A prefab instance keeps only recorded differences from its prefab; a reload loses the others.
     public static class PrefabUtility
     {
         static readonly Dictionary<UnityEngine.Object, Dictionary<System.Reflection.FieldInfo, object>> Saved = new Dictionary<UnityEngine.Object, Dictionary<System.Reflection.FieldInfo, object>>();
@@ -97,7 +97,7 @@ namespace UnityEditor
         public static void SetDirty(UnityEngine.Object target) { Dirty++; }
     }
 
-    // Of several objects the first one's value is read, and all are written.
+    // With several objects, reading uses the first and writing changes all.
     public class SerializedProperty
     {
         internal UnityEngine.Object[] Of;
@@ -205,24 +205,24 @@ namespace UnityEditor
 
     public static class EditorGUILayout
     {
-        public static readonly List<string> SceneContext = new List<string>();
+        public static readonly List<string> Output = new List<string>();
 
-        public static void LabelField(string label, params GUILayoutOption[] options) { SceneContext.Add(label); }
-        public static void LabelField(string label, GUIStyle style, params GUILayoutOption[] options) { SceneContext.Add(label); }
-        public static void LabelField(string label, string label2, params GUILayoutOption[] options) { SceneContext.Add(label + ": " + label2); }
+        public static void LabelField(string label, params GUILayoutOption[] options) { Output.Add(label); }
+        public static void LabelField(string label, GUIStyle style, params GUILayoutOption[] options) { Output.Add(label); }
+        public static void LabelField(string label, string label2, params GUILayoutOption[] options) { Output.Add(label + ": " + label2); }
         public static string TextField(string label, string text, params GUILayoutOption[] options) { return text; }
         public static string PasswordField(string label, string password, params GUILayoutOption[] options) { return password; }
-        public static string Chosen, ChosenFor; // by whoever plays the person
+        public static string Chosen, ChosenFor; // the choice of the simulated user
 
         public static int Popup(string label, int selectedIndex, string[] displayedOptions, params GUILayoutOption[] options)
         {
-            SceneContext.Add(label + ": [" + displayedOptions[selectedIndex] + "]");
+            Output.Add(label + ": [" + displayedOptions[selectedIndex] + "]");
             if (ChosenFor == null || !label.StartsWith(ChosenFor)) return selectedIndex;
             ChosenFor = null;
             return Array.IndexOf(displayedOptions, Chosen);
         }
 
-        public static void HelpBox(string message, MessageType type) { SceneContext.Add(type + ": " + message); }
+        public static void HelpBox(string message, MessageType type) { Output.Add(type + ": " + message); }
         public static Vector2 BeginScrollView(Vector2 scrollPosition, params GUILayoutOption[] options) { return scrollPosition; }
         public static void EndScrollView() { }
     }

@@ -1,4 +1,4 @@
-// What Meta's parametric interface is sent while a hand slides, at 72 frames a second, and at its stop.
+// Prints the calls of Meta's parametric interface while a hand slides at 72 frames a second, and at its stop.
 using System;
 using HapticVLM;
 using HapticVLM.Wire;

@@ -1,5 +1,5 @@
-// Stand-ins of our own for members of packages that a project may have: Input System, OpenXR, XRI 3,
-// Meta XR Core SDK 85 (its page on parametric haptics).
+// Stand-ins for members of packages that a project may have: Input System, OpenXR, XRI 3,
+// Meta XR Core SDK 85 (from its page on parametric haptics).
 using UnityEngine;
 
 namespace UnityEngine.InputSystem
@@ -59,7 +59,7 @@ public static class OVRInput
         public long MinimumFirstFrameDuration;
     }
 
-    // As a controller that asks for 30 ms at first and then for a frame every 20 ms.
+    // A controller that requires 30 ms in the first frame and then a frame every 20 ms.
     public static HapticsParametricProperties GetControllerParametricProperties(Controller controllerMask)
     {
         return new HapticsParametricProperties { IdealFrameSubmissionRate = 20000000, MinimumFirstFrameDuration = 30000000 };

@@ -183,7 +183,7 @@ namespace UnityEngine
         {
             this.camera = camera;
             target = camera.targetTexture;
-            // Where v is 0 at the top, the engine turns the projection of a camera that has a texture, so
+            // Where v is 0 at the top, the engine flips the projection of a camera with a render texture, so
             // that the lowest row comes first on every API (Unity manual, Platform-specific rendering differences).
             bool turnsOver = SystemInfo.graphicsUVStartsAtTop && camera.targetTexture != null;
             isTopDown = SystemInfo.graphicsUVStartsAtTop ^ turnsOver;
@@ -269,7 +269,7 @@ namespace UnityEngine
             return encoded;
         }
 
-        // The engine's encoders take the lowest row first and write an upright picture.
+        // The engine's encoders expect the bottom row first and write an upright picture.
         static byte[] Upright(byte[] rows, int side)
         {
             var turned = new byte[rows.Length];

@@ -69,7 +69,7 @@ namespace UnityEngine
             public Camera For;
         }
 
-        // The engine draws what was queued when the camera renders, and forgets it after the frame.
+        // The engine draws queued meshes when the camera renders, and clears the queue after the frame.
         internal static readonly List<Drawn> Queue = new List<Drawn>();
         internal static Renderer Next;
         public static readonly List<int> Submeshes = new List<int>();

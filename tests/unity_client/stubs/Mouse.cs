@@ -1,4 +1,4 @@
-// What the sample with the mouse needs: a pointer, rays, and a flat screen before the things at z = 0.
+// Engine members of the Mouse sample: a pointer, rays, and a flat screen in front of the objects at z = 0.
 namespace UnityEngine
 {
     public enum EventType { MouseDown = 0, MouseUp = 1, Repaint = 7 }

@@ -1,4 +1,4 @@
-// Executable stand-ins of our own for the engine members the package uses. No engine code.
+// Executable stand-ins for the engine members that the package uses. They contain no engine code.
 using System;
 using System.Collections.Generic;
 

@@ -13,7 +13,7 @@ namespace UnityEngine
         public Vector3 GetPointVelocity(Vector3 worldPoint) { return Velocity; }
     }
 
-    // A box that follows its object; bounds are set where the object stands then.
+    // A box that follows its object; bounds are computed from the object's current position.
     public class Collider : Component
     {
         Vector3 offset, size;
@@ -50,7 +50,7 @@ namespace UnityEngine
 
     public class CapsuleCollider : Collider { }
 
-    // Only a convex one has a nearest point; the surface of any other is where a ray meets it.
+    // Only convex colliders have a nearest point; other surfaces are found by a ray.
     public class MeshCollider : Collider
     {
         public System.Func<Ray, float> SurfaceAlong;
@@ -131,7 +131,7 @@ namespace UnityEngine
         }
     }
 
-    // What physics reports once a fixed step: triggers that overlap what is in the World, as bounds.
+    // Reports overlaps of triggers with colliders in the World once per fixed step, by bounds.
     // Like PhysX it reports a pair only if one of them has a Rigidbody, to both objects and their bodies.
     public static class Contacts
     {

@@ -1,5 +1,5 @@
 // The player loop of the stubs: calls the components' messages in the engine's order, and measures
-// what our code in them costs: bytes allocated and CPU time of the main thread.
+// their cost: bytes allocated and CPU time of the main thread.
 using System;
 using System.Collections.Generic;
 using System.Reflection;
@@ -7,7 +7,7 @@ using System.Runtime.InteropServices;
 using UnityEngine;
 using Object = UnityEngine.Object;
 
-// What is posted to the main thread runs once a frame.
+// Runs callbacks posted to the main thread once per frame.
 public sealed class MainThread : System.Threading.SynchronizationContext
 {
     readonly Queue<Action> posted = new Queue<Action>();

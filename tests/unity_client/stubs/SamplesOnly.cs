@@ -7,7 +7,7 @@ namespace UnityEngine
 
     public enum TouchScreenKeyboardType { Default = 0, URL = 3 }
 
-    // The system's keyboard, on which somebody types at once what Typed says.
+    // The system's keyboard, with a user who immediately types the text in Typed.
     public sealed class TouchScreenKeyboard
     {
         public enum Status { Visible = 0, Done = 1, Canceled = 2, LostFocus = 3 }

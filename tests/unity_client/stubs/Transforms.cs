@@ -2,7 +2,7 @@ using System.Collections.Generic;
 
 namespace UnityEngine
 {
-    /// Positions and rotations follow the parent; its scale does not count.
+    /// Positions and rotations follow the parent; its scale is ignored.
     public class Transform : Component
     {
         Vector3 ownPosition;

@@ -25,7 +25,7 @@ namespace UnityEngine.XR
         public static InputDevice GetDeviceAtXRNode(XRNode node) { return new InputDevice { Node = node }; }
     }
 
-    // What the two controllers were told; a pulse ends by itself, as a real one does.
+    // Records the impulses of the two controllers; a pulse ends by itself, as on a real device.
     public static class Controllers
     {
         public struct Pulse

@@ -4,15 +4,15 @@ using UnityEngine.XR.Interaction.Toolkit.Inputs.Haptics;
 namespace HapticVLM
 {
     /// <summary>
-    /// Impulses through the XR Interaction Toolkit's Haptic Impulse Player, which the controllers of its
-    /// rigs have. Put it beside a Controller Haptics and name the player of the same hand.
+    /// Plays impulses through the XR Interaction Toolkit's Haptic Impulse Player, which is part of its
+    /// controller rigs. Add it beside a Controller Haptics and select the player of the same hand.
     /// </summary>
     [RequireComponent(typeof(ControllerHaptics)), AddComponentMenu("HapticVLM/Output through Haptic Impulse Player")]
     public sealed class ImpulsePlayerOutput : MonoBehaviour, IHapticOutput
     {
-        const float ShortestS = 0.001f; // the player takes no duration of 0
+        const float ShortestS = 0.001f; // the player rejects a duration of 0
 
-        [SerializeField, Tooltip("The player on this hand's controller; empty: the one on this object or above.")]
+        [SerializeField, Tooltip("The player on this hand's controller. Empty: the one on this object or a parent.")]
         HapticImpulsePlayer player;
 
         public bool PlaysFrequency { get { return true; } }

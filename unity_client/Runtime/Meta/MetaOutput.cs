@@ -3,16 +3,17 @@ using UnityEngine;
 namespace HapticVLM
 {
     /// <summary>
-    /// Amplitude and frequency through Meta's parametric haptics, which Touch Pro, Touch Plus and later
-    /// controllers play; older ones ignore the frequency. Put it beside a Controller Haptics. Meta calls
-    /// this interface experimental, and its Store accepts no app that uses it: for demonstrations and
-    /// studies. Without this component the controller's plain impulses are played, which the Store accepts.
+    /// Plays amplitude and frequency through Meta's parametric haptics. Touch Pro, Touch Plus and later
+    /// controllers support it; older ones ignore the frequency. Add it beside a Controller Haptics. Meta
+    /// calls this interface experimental and its Store accepts no app that uses it, so use it for
+    /// demonstrations and studies only. Without this component the controller's own impulses are played,
+    /// which the Store accepts.
     /// </summary>
     /// <remarks>
-    /// What is generated while it plays is streamed: a First frame of at least the duration that the
-    /// controller asks for, then Intermediate frames at the interval it asks for, all times counted from
-    /// the start of the stream. Little is sent ahead, so that a stop is a stop: it replaces the stream by
-    /// a vibration of amplitude 0.
+    /// Vibration generated during playback is streamed: a First frame of at least the duration that the
+    /// controller requires, then Intermediate frames at the interval it requests, with all times counted
+    /// from the start of the stream. Little is sent ahead, so that a stop acts quickly: it replaces the
+    /// stream by a vibration of amplitude 0.
     /// </remarks>
     [RequireComponent(typeof(ControllerHaptics)), AddComponentMenu("HapticVLM/Output through Meta XR Core SDK")]
     public sealed class MetaOutput : MonoBehaviour, IHapticPlanOutput
@@ -22,14 +23,14 @@ namespace HapticVLM
         const double LongestS = 0.1; // a plan lasts no longer
         const int LowestHz = 1, HighestHz = 1000;
 
-        // By number, as OpenXR's XR_EXT_haptic_parametric has them: Meta's page does not spell the names.
+        // Numbers from OpenXR's XR_EXT_haptic_parametric, because Meta's documentation does not give the names.
         const OVRInput.HapticsParametricStreamFrameType NoStream = (OVRInput.HapticsParametricStreamFrameType)0;
         const OVRInput.HapticsParametricStreamFrameType FirstFrame = (OVRInput.HapticsParametricStreamFrameType)1;
         const OVRInput.HapticsParametricStreamFrameType IntermediateFrame = (OVRInput.HapticsParametricStreamFrameType)2;
 
         static readonly OVRInput.HapticsParametricTransient[] NoTransients = new OVRInput.HapticsParametricTransient[0];
 
-        // By their length, as the interface plays all of an array; made once.
+        // Indexed by length, because the interface plays whole arrays; each is allocated once.
         readonly OVRInput.HapticsParametricPoint[][] amplitudes = new OVRInput.HapticsParametricPoint[32][];
         readonly OVRInput.HapticsParametricPoint[][] frequencies = new OVRInput.HapticsParametricPoint[32][];
         double beganAt, sentAt, sentUntil, intervalS;
@@ -39,7 +40,7 @@ namespace HapticVLM
 
         public void Play(HandSide hand, VibrationPlan plan, double now, float gain, float threshold)
         {
-            if (isStreaming && now >= sentUntil) isStreaming = false; // it ran dry: a new stream begins
+            if (isStreaming && now >= sentUntil) isStreaming = false; // the stream ran out: a new one begins
             if (isStreaming && now < sentAt + intervalS) return;
             bool isFirst = !isStreaming;
             double leastS = isFirst ? Begin(hand, now) : 0.0;
@@ -54,7 +55,7 @@ namespace HapticVLM
             Send(hand, amplitudes[count], frequencies[count], type);
         }
 
-        /// <summary>One amplitude for some seconds; Controller Haptics gives the whole plan instead.</summary>
+        /// <summary>Plays one amplitude for some seconds; Controller Haptics passes the whole plan instead.</summary>
         public void Play(HandSide hand, float amplitude, float frequencyHz, float seconds)
         {
             isStreaming = false;
@@ -72,14 +73,14 @@ namespace HapticVLM
             Play(hand, 0f, LowestHz, (float)StepS);
         }
 
-        /// <summary>Begins a stream; returns how long its first frame must be, s.</summary>
+        /// <summary>Begins a stream; returns the minimum duration of its first frame, s.</summary>
         double Begin(HandSide hand, double now)
         {
-            OVRInput.HapticsParametricProperties asked = OVRInput.GetControllerParametricProperties(Of(hand));
+            OVRInput.HapticsParametricProperties required = OVRInput.GetControllerParametricProperties(Of(hand));
             beganAt = now;
             sentUntil = now;
-            intervalS = System.Math.Min(1e-9 * asked.IdealFrameSubmissionRate, LongestS); // 0: as often as one likes
-            return 1e-9 * asked.MinimumFirstFrameDuration + StepS; // its last point begins the last step
+            intervalS = System.Math.Min(1e-9 * required.IdealFrameSubmissionRate, LongestS); // 0: no required interval
+            return 1e-9 * required.MinimumFirstFrameDuration + StepS; // the last point starts the last step
         }
 
         void Fill(OVRInput.HapticsParametricPoint[] levels, OVRInput.HapticsParametricPoint[] tones, VibrationPlan plan, float gain, float threshold)
@@ -98,16 +99,16 @@ namespace HapticVLM
             var vibration = new OVRInput.HapticsParametricVibration();
             vibration.AmplitudePoints = levels;
             vibration.FrequencyPoints = tones;
-            vibration.Transients = NoTransients; // the plan has lifted its amplitudes by them
+            vibration.Transients = NoTransients; // the plan's amplitudes include them
             vibration.MinFrequencyHz = LowestHz;
             vibration.MaxFrequencyHz = HighestHz;
             vibration.StreamFrameType = type;
             OVRInput.SetControllerHapticsParametric(vibration, Of(hand));
         }
 
-        static OVRInput.HapticsParametricPoint[] Points(OVRInput.HapticsParametricPoint[][] made, int count)
+        static OVRInput.HapticsParametricPoint[] Points(OVRInput.HapticsParametricPoint[][] cache, int count)
         {
-            return made[count] ?? (made[count] = new OVRInput.HapticsParametricPoint[count]);
+            return cache[count] ?? (cache[count] = new OVRInput.HapticsParametricPoint[count]);
         }
 
         static long Nanoseconds(double seconds)

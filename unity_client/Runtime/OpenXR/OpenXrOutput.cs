@@ -5,8 +5,8 @@ using UnityEngine.XR.OpenXR.Input;
 namespace HapticVLM
 {
     /// <summary>
-    /// Impulses with a frequency, through OpenXR. Put it beside a Controller Haptics. Runtimes may
-    /// ignore the frequency, and Quest's does.
+    /// Plays impulses with a frequency through OpenXR. Add it beside a Controller Haptics. Runtimes may
+    /// ignore the frequency; Quest's runtime does.
     /// </summary>
     [RequireComponent(typeof(ControllerHaptics)), AddComponentMenu("HapticVLM/Output through OpenXR")]
     public sealed class OpenXrOutput : MonoBehaviour, IHapticOutput

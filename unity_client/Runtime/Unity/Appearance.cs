@@ -6,7 +6,7 @@ using Shader = UnityEngine.Shader;
 
 namespace HapticVLM
 {
-    /// <summary>Reads off a game object what it looks like by name and by shader parameters.</summary>
+    /// <summary>Reads the names and shader parameters of a game object for the service.</summary>
     internal static class Appearance
     {
         const int TransparentQueue = 3000; // RenderQueue.Transparent
@@ -26,7 +26,7 @@ namespace HapticVLM
             if (material != null) stated.Shader = Parameters(material);
         }
 
-        /// <summary>Object, collider material, renderer material: the service gives the last word most weight.</summary>
+        /// <summary>Joins the names of object, collider material and renderer material; the service weighs the last word most.</summary>
         static string Name(GameObject of, Material material)
         {
             string name = of.name;
@@ -39,24 +39,24 @@ namespace HapticVLM
 
         static HapticVLM.Wire.Shader? Parameters(Material material)
         {
-            var found = default(HapticVLM.Wire.Shader);
+            var shader = default(HapticVLM.Wire.Shader);
             bool hasMap = material.HasProperty(MetallicMap) && material.GetTexture(MetallicMap) != null;
-            if (!hasMap) // with a map the numbers are not what is seen
+            if (!hasMap) // with a map the numeric values have no effect
             {
-                found.Metallic = Share(material, Metallic);
+                shader.Metallic = Share(material, Metallic);
                 double? smooth = Share(material, Smoothness) ?? Share(material, Glossiness);
-                if (smooth != null) found.Roughness = 1.0 - smooth.Value;
+                if (smooth != null) shader.Roughness = 1.0 - smooth.Value;
             }
             int key = material.HasProperty(BaseColor) ? BaseColor : OldColor;
-            if (material.HasProperty(key)) ReadColor(material, key, ref found);
-            return found;
+            if (material.HasProperty(key)) ReadColor(material, key, ref shader);
+            return shader;
         }
 
-        static void ReadColor(Material material, int key, ref HapticVLM.Wire.Shader found)
+        static void ReadColor(Material material, int key, ref HapticVLM.Wire.Shader shader)
         {
             Color color = material.GetColor(key);
-            found.BaseColor = new List<double> { Clamped(color.r), Clamped(color.g), Clamped(color.b) };
-            if (material.renderQueue >= TransparentQueue) found.Transmission = 1.0 - Clamped(color.a);
+            shader.BaseColor = new List<double> { Clamped(color.r), Clamped(color.g), Clamped(color.b) };
+            if (material.renderQueue >= TransparentQueue) shader.Transmission = 1.0 - Clamped(color.a);
         }
 
         static double? Share(Material material, int key)

@@ -5,15 +5,15 @@ using UnityEngine.Rendering;
 namespace HapticVLM
 {
     /// <summary>
-    /// A hidden, disabled mono camera with a texture of its own, drawn on request only. Draws the
-    /// scene from a viewpoint, or one object alone on nothing, from near by. Without HDR, which loses
-    /// the alpha that masks are made of, without shadows, which cost the headset a frame, and without
-    /// occlusion culling, which would hide an object from a viewpoint inside a wall.
+    /// A hidden, disabled mono camera with its own render texture, drawn only on request. It draws the
+    /// scene from a viewpoint, or a single object from close by on an empty background. HDR is off, as it
+    /// loses the alpha that masks are made of. Shadows are off, as they cost the headset a frame.
+    /// Occlusion culling is off, as it would hide an object from a viewpoint inside a wall.
     /// </summary>
     internal sealed class CaptureCamera
     {
         const float FieldOfView = 60f;
-        const float Margin = 1.2f; // of the picture around an object that is drawn alone
+        const float Margin = 1.2f; // ratio of the picture to an object that is drawn alone
         const int FirstUserLayer = 8;
         const int LastUserLayer = 30; // 31 is the editor's own, for its previews
 
@@ -43,7 +43,7 @@ namespace HapticVLM
             camera.targetTexture = target;
         }
 
-        /// <summary>The highest layer without a name, which no object of the scene should be on.</summary>
+        /// <summary>Returns the highest unnamed layer, which no object of the scene should use.</summary>
         public static int FreeLayer()
         {
             for (int layer = LastUserLayer; layer >= FirstUserLayer; layer--)
@@ -74,7 +74,7 @@ namespace HapticVLM
             Render();
         }
 
-        /// <summary>Draws this object and nothing else; false if it has nothing to draw.</summary>
+        /// <summary>Draws this object alone; false if it has no mesh to draw.</summary>
         public bool DrawAlone(HapticObject target, int side, int layer)
         {
             Bounds bounds;
@@ -93,21 +93,21 @@ namespace HapticVLM
             return true;
         }
 
-        /// <summary>Where this object lies in the picture, from the top left; null when outside.</summary>
+        /// <summary>Returns the region of this object in the picture, from the top left; null when outside.</summary>
         public Region? RegionOf(HapticObject target)
         {
             Bounds bounds;
             if (!meshes.Find(target, out bounds)) return null;
-            var corners = new Corners();
+            var box = new ScreenBounds();
             for (int i = 0; i < 8; i++)
             {
                 Vector3 e = bounds.extents;
                 var at = bounds.center + new Vector3((i & 1) == 0 ? e.x : -e.x, (i & 2) == 0 ? e.y : -e.y, (i & 4) == 0 ? e.z : -e.z);
                 Vector3 seen = camera.WorldToViewportPoint(at);
                 if (seen.z <= 0f) return null;
-                corners.Include(seen.x, 1f - seen.y);
+                box.Include(seen.x, 1f - seen.y);
             }
-            return corners.Region;
+            return box.Region;
         }
 
         void Render()

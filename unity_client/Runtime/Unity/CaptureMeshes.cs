@@ -4,9 +4,9 @@ using UnityEngine;
 namespace HapticVLM
 {
     /// <summary>
-    /// The meshes of one object, and how they are drawn for one camera alone. The object itself, its
-    /// layer and its colliders are not touched. Knows meshes and skinned meshes; particles, trails,
-    /// lines and sprites are no surface a hand could touch.
+    /// Draws the meshes of one object for one camera only. The object itself, its layer and its
+    /// colliders are not changed. Supports meshes and skinned meshes; particles, trails, lines and
+    /// sprites have no surface that a hand could touch.
     /// </summary>
     internal sealed class CaptureMeshes
     {
@@ -16,7 +16,7 @@ namespace HapticVLM
         readonly MaterialPropertyBlock properties = new MaterialPropertyBlock();
         int bakedCount;
 
-        /// <summary>Finds what there is to draw and where it is; false when there is nothing.</summary>
+        /// <summary>Finds the renderers to draw and their bounds; false if there are none.</summary>
         public bool Find(HapticObject target, out Bounds bounds)
         {
             bounds = default(Bounds);
@@ -33,7 +33,7 @@ namespace HapticVLM
             return renderers.Count > 0;
         }
 
-        /// <summary>Has what Find found drawn on this layer when this camera renders next.</summary>
+        /// <summary>Queues the renderers from Find on this layer for the next render of this camera.</summary>
         public void Draw(Camera camera, int layer)
         {
             bakedCount = 0;

@@ -5,28 +5,28 @@ using UnityEngine;
 namespace HapticVLM
 {
     /// <summary>
-    /// Plays what one hand feels on the controller in it: the service computes the vibration, this
-    /// asks for it and plays it frame by frame. No controller makes warm or cold.
+    /// Plays the vibration of one hand on its controller. The service computes the vibration; this
+    /// component requests it and plays it frame by frame. Controllers cannot produce warmth or cold.
     /// </summary>
     [DefaultExecutionOrder(-90), AddComponentMenu("HapticVLM/Controller Haptics")]
     public sealed class ControllerHaptics : MonoBehaviour
     {
-        const float FramesAPulse = 1.5f; // so that one late frame leaves no gap
+        const float FramesPerPulse = 1.5f; // so that one late frame leaves no gap
         const float TrialS = 0.3f;
-        const float MostGain = 4f;
+        const float MaxGain = 4f;
 
         static readonly List<ControllerHaptics> All = new List<ControllerHaptics>();
 
         [SerializeField]
         HandSide hand = HandSide.Right;
 
-        [SerializeField, Range(0f, MostGain), Tooltip("Times the vibration the service computes; never above the controller's strongest.")]
+        [SerializeField, Range(0f, MaxGain), Tooltip("Factor applied to the vibration from the service; the result never exceeds the controller's maximum.")]
         float gain = 1f;
 
-        [SerializeField, Range(0f, 0.5f), Tooltip("The weakest vibration that is felt on this controller. What is weaker is lifted above it. Find it with Try It, in play mode.")]
+        [SerializeField, Range(0f, 0.5f), Tooltip("The weakest vibration that can be felt on this controller. Weaker values are raised above it. Measure it with Try It in play mode.")]
         float threshold;
 
-        [SerializeField, Tooltip("Silent while the service drives a real speaker: tick it where the same hand rests on a palm speaker.")]
+        [SerializeField, Tooltip("Mute while the service drives a real speaker. Tick this if the same hand rests on a palm speaker.")]
         bool silentWithSpeaker;
 
         readonly VibrationPlan plan = new VibrationPlan();
@@ -34,11 +34,11 @@ namespace HapticVLM
         IHapticPlanOutput planOutput;
         HapticClient client;
         bool isPlaying;
-        float triedUntil;
+        float trialEndsAt;
 
         public HandSide Side { get { return hand == HandSide.Left ? HandSide.Left : HandSide.Right; } }
 
-        /// <summary>What plays it: a component beside this one, else the controller's own impulses.</summary>
+        /// <summary>The output in use: a component beside this one, else the controller's own impulses.</summary>
         public IHapticOutput Output
         {
             get { return output; }
@@ -46,25 +46,25 @@ namespace HapticVLM
             {
                 Rest();
                 Use(value ?? new XrDeviceOutput());
-                Ask();
+                Request();
             }
         }
 
-        /// <summary>Times the vibration the service computes, 0 to 4; never above the controller's strongest.</summary>
+        /// <summary>Factor applied to the vibration from the service, 0 to 4; the result never exceeds the controller's maximum.</summary>
         public float Gain
         {
             get { return gain; }
-            set { gain = Mathf.Min(MostGain, Mathf.Max(0f, value)); }
+            set { gain = Mathf.Min(MaxGain, Mathf.Max(0f, value)); }
         }
 
-        /// <summary>The weakest amplitude that its user feels, 0 to 0.5; see Try.</summary>
+        /// <summary>The weakest amplitude that the user feels, 0 to 0.5; see Try.</summary>
         public float Threshold
         {
             get { return threshold; }
             set { threshold = Mathf.Min(0.5f, Mathf.Max(0f, value)); }
         }
 
-        /// <summary>Why nothing would be felt on this controller now, and the cure; null when all is well.</summary>
+        /// <summary>The reason why this controller is silent, with the remedy; null if it is not.</summary>
         public string Silence
         {
             get
@@ -79,17 +79,17 @@ namespace HapticVLM
             }
         }
 
-        /// <summary>The amplitude that is played now, 0..1.</summary>
+        /// <summary>The amplitude being played, 0..1.</summary>
         public float Amplitude { get; private set; }
 
         /// <summary>
-        /// Vibrates for 0.3 s at this amplitude, 0..1, whatever the service says: what a settings menu
-        /// calls with 0.02, 0.05, 0.1 ... until the user feels it, and then keeps as Threshold.
+        /// Vibrates for 0.3 s at this amplitude, 0..1, regardless of the service. A settings menu calls it
+        /// with 0.02, 0.05, 0.1 ... until the user feels it, and then stores that amplitude as Threshold.
         /// </summary>
         public void Try(float amplitude)
         {
             output.Play(Side, Mathf.Min(1f, Mathf.Max(0f, amplitude)), 0f, TrialS);
-            triedUntil = Time.unscaledTime + TrialS;
+            trialEndsAt = Time.unscaledTime + TrialS;
         }
 
         internal void Belong(HandSide side)
@@ -97,7 +97,7 @@ namespace HapticVLM
             hand = side;
         }
 
-        /// <summary>In which form a hand's vibration is asked for; null when nobody plays it.</summary>
+        /// <summary>The form in which to request the vibration of a hand; null if no component plays it.</summary>
         internal static FeelForm? FormOf(HandSide side)
         {
             FeelForm? form = null;
@@ -125,24 +125,24 @@ namespace HapticVLM
             if (output == null) Use(GetComponent<IHapticOutput>() ?? new XrDeviceOutput());
             All.Add(this);
             Follow(HapticClient.Active);
-            Ask();
+            Request();
         }
 
         void OnDisable()
         {
             Rest();
             All.Remove(this);
-            Ask();
+            Request();
             Follow(null);
         }
 
         void Update()
         {
             if (client != HapticClient.Active) Follow(HapticClient.Active);
-            if (Time.unscaledTime < triedUntil) return;
+            if (Time.unscaledTime < trialEndsAt) return;
             float frame = Time.unscaledDeltaTime;
             double now = Clock.Now, hz, amplitude = plan.Strongest(now, frame, out hz);
-            float seconds = Mathf.Min(FramesAPulse * frame, (float)plan.RemainingS(now));
+            float seconds = Mathf.Min(FramesPerPulse * frame, (float)plan.RemainingS(now));
             Amplitude = IsWanted && seconds > 0f ? (float)VibrationPlan.Played(amplitude, gain, threshold) : 0f;
             if (Amplitude <= 0f) Quieten();
             else if (planOutput != null) planOutput.Play(Side, plan, now, gain, threshold);
@@ -173,9 +173,9 @@ namespace HapticVLM
             if (client != null) client.Vibrated += Take;
         }
 
-        void Ask()
+        void Request()
         {
-            if (HapticClient.Active != null) HapticClient.Active.AskForVibration();
+            if (HapticClient.Active != null) HapticClient.Active.RequestVibration();
         }
 
         void Take(Vibration vibration)

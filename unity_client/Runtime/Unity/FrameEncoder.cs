@@ -6,19 +6,19 @@ using UnityEngine.Experimental.Rendering;
 
 namespace HapticVLM
 {
-    /// <summary>Makes a frame message of RGBA pixels, on the thread that calls it.</summary>
+    /// <summary>Encodes RGBA pixels as a frame message, on the calling thread.</summary>
     internal sealed class FrameEncoder
     {
-        const int Background = 2; // levels of 255 by which a pixel may differ from the corner's
+        const int Background = 2; // largest difference between background pixels, in levels of 255
 
         byte[] jpeg = new byte[0];
         byte[] rgba = new byte[0];
         byte[] mask = new byte[0];
 
         /// <summary>
-        /// Pixels are size x size x 4 bytes, the lowest row first, as the engine reads them back on
-        /// every graphics API; its encoders turn them, so the image is upright. False when an object
-        /// drawn alone left the picture empty. The frame's image is valid until the next call.
+        /// Pixels are size x size x 4 bytes, bottom row first, as the engine returns them on every graphics
+        /// API; the engine's encoders flip them, so the image is upright. Returns false if a picture of a
+        /// single object is empty. The frame's image stays valid until the next call.
         /// </summary>
         public bool TryEncode(NativeArray<byte> pixels, int size, int quality, Shot shot, out Frame frame)
         {
@@ -32,7 +32,7 @@ namespace HapticVLM
             frame.Origin = FrameOrigin.Top;
             frame.Image = Jpeg(pixels, size, quality);
             frame.ObjectId = shot.ObjectId;
-            if (shot.IsAlone) frame.Purpose = FramePurpose.Enrol; // each view is to be recognised
+            if (shot.IsAlone) frame.Purpose = FramePurpose.Enrol; // every view must be recognised
             if (shot.IsAlone && inside < mask.Length) frame.Mask = Png(size);
             else frame.Region = shot.Region;
             return true;
@@ -51,17 +51,17 @@ namespace HapticVLM
             }
             finally
             {
-                encoded.Dispose(); // it is persistent memory of ours now
+                encoded.Dispose(); // the engine hands over ownership of this memory
             }
         }
 
-        /// <summary>An 8-bit PNG of where something was drawn.</summary>
+        /// <summary>Encodes the mask as an 8-bit PNG.</summary>
         ArraySegment<byte> Png(int size)
         {
             return new ArraySegment<byte>(ImageConversion.EncodeArrayToPNG(mask, GraphicsFormat.R8_UNorm, (uint)size, (uint)size));
         }
 
-        /// <summary>Marks the pixels that were drawn, by alpha or else by colour; returns how many.</summary>
+        /// <summary>Marks the drawn pixels in the mask, by alpha or else by colour; returns their number.</summary>
         int FillMask(NativeArray<byte> pixels, int size)
         {
             int count = size * size;
@@ -74,7 +74,7 @@ namespace HapticVLM
             int inside = 0;
             for (int i = 0; i < count; i++) inside += Mark(i, rgba[4 * i + 3] > 0);
             if (inside > 0) return inside;
-            for (int i = 0; i < count; i++) inside += Mark(i, DiffersFromCorner(4 * i)); // a shader that writes no alpha
+            for (int i = 0; i < count; i++) inside += Mark(i, DiffersFromCorner(4 * i)); // for shaders that write no alpha
             return inside;
         }
 

@@ -10,9 +10,9 @@ using UnityEngine.Rendering;
 namespace HapticVLM
 {
     /// <summary>
-    /// One picture at a time: drawn into a texture of its own, read back without waiting, made a JPEG
-    /// and sent on a worker thread. Its memory must outlive the GPU's and the worker's use of it, so
-    /// Retire frees it only when both are done; Sweep, on the main thread, does the freeing.
+    /// Processes one picture at a time: drawn into its own texture, read back asynchronously, then
+    /// encoded and sent on a worker thread. Memory must stay valid while the GPU or the worker uses it,
+    /// so Retire only marks the pipe, and Sweep frees it on the main thread once both are done.
     /// </summary>
     internal sealed class FramePipe
     {
@@ -55,24 +55,24 @@ namespace HapticVLM
 
         public bool IsIdle { get { return stage == (int)Stage.Idle; } }
 
-        /// <summary>Pictures lost to the GPU or the encoder.</summary>
+        /// <summary>Number of pictures lost to errors of the GPU or the encoder.</summary>
         public int Errors { get { return Thread.VolatileRead(ref errors); } }
 
         public int Sent { get { return Thread.VolatileRead(ref sent); } }
 
-        /// <summary>Pictures of one object on which nothing was drawn, and which were not sent.</summary>
+        /// <summary>Number of pictures of a single object that were empty and therefore not sent.</summary>
         public int Empty { get { return Thread.VolatileRead(ref empty); } }
 
-        /// <summary>Reads back what was drawn into Target and sends it as this shot.</summary>
+        /// <summary>Reads back the picture in Target and sends it as this shot.</summary>
         public void Take(Shot of)
         {
             shot = of;
             stage = (int)Stage.OnGpu;
-            if (!target.IsCreated()) target.Create(); // a lost device takes its textures with it
+            if (!target.IsCreated()) target.Create(); // a lost graphics device also loses its textures
             AsyncGPUReadback.RequestIntoNativeArray(ref pixels, target, 0, Format, onRead);
         }
 
-        /// <summary>Frees everything as soon as nobody uses it. Never waits.</summary>
+        /// <summary>Frees the pipe as soon as neither GPU nor worker uses it. Never waits.</summary>
         public void Retire()
         {
             isRetired = true;
@@ -81,7 +81,7 @@ namespace HapticVLM
             Sweep();
         }
 
-        /// <summary>Frees what was retired and is not used any more. Main thread.</summary>
+        /// <summary>Frees retired pipes that are no longer in use. Call it on the main thread.</summary>
         public static void Sweep()
         {
             for (int i = Retired.Count - 1; i >= 0; i--)
@@ -92,7 +92,7 @@ namespace HapticVLM
             }
         }
 
-        /// <summary>Frees what was retired, waiting for the GPU: before scripts are reloaded.</summary>
+        /// <summary>Frees all retired pipes and waits for the GPU; called before a script reload.</summary>
         public static void DisposeAll()
         {
             if (Retired.Count == 0) return;
@@ -130,7 +130,7 @@ namespace HapticVLM
                 wake.WaitOne();
                 if (stage == (int)Stage.Encoding) EncodeAndSend();
                 if (!isRetired) continue;
-                if (main != null) main.Post(SweepLater, null); // nobody else may be left to do it
+                if (main != null) main.Post(SweepLater, null); // possibly no other caller of Sweep is left
                 return;
             }
         }
@@ -145,14 +145,14 @@ namespace HapticVLM
             try
             {
                 Frame frame;
-                bool isSeen = encoder.TryEncode(pixels, size, quality, shot, out frame);
-                if (isSeen) shot.To.Send(ref frame);
-                if (isSeen) Interlocked.Increment(ref sent);
+                bool isDrawn = encoder.TryEncode(pixels, size, quality, shot, out frame);
+                if (isDrawn) shot.To.Send(ref frame);
+                if (isDrawn) Interlocked.Increment(ref sent);
                 else Interlocked.Increment(ref empty);
             }
             catch (Exception error)
             {
-                if (Interlocked.Increment(ref errors) == 1) Debug.LogException(error); // once: the next frame would fail alike
+                if (Interlocked.Increment(ref errors) == 1) Debug.LogException(error); // once: further frames would fail for the same reason
             }
             finally
             {

@@ -4,17 +4,17 @@ using UnityEngine;
 namespace HapticVLM
 {
     /// <summary>
-    /// Shows the service what the scene looks like, for objects it cannot tell by name: a small mono
-    /// view, never the headset's own picture. On demand by default: views of every unsure object when
-    /// the scene starts, and a picture when Capture is called; or all the time.
+    /// Sends pictures of the scene for objects that the service cannot identify by name: a small mono
+    /// view, never the headset's own picture. By default it sends views of every unsure object when the
+    /// scene starts, and one picture per call of Capture. It can also stream continuously.
     /// </summary>
     [DisallowMultipleComponent, AddComponentMenu("HapticVLM/Frame Streamer")]
     public sealed class FrameStreamer : MonoBehaviour
     {
-        [SerializeField, Tooltip("Head or gaze camera whose pose is used; empty: this object's.")]
+        [SerializeField, Tooltip("Head or gaze camera whose pose is used. Empty: the pose of this object.")]
         Transform viewpoint;
 
-        [SerializeField, Tooltip("Send frames all the time, not only on demand.")]
+        [SerializeField, Tooltip("Send frames continuously, not only on demand.")]
         bool isContinuous;
 
         [SerializeField, Range(1f, 30f)]
@@ -26,13 +26,13 @@ namespace HapticVLM
         [SerializeField, Range(10, 100)]
         int jpegQuality = 80;
 
-        [SerializeField, Tooltip("When connected, show the service each object whose material it is not sure of.")]
+        [SerializeField, Tooltip("When connected, send views of each object whose material is uncertain.")]
         bool scansObjects = true;
 
         [SerializeField, Range(1, 6)]
         int viewsPerObject = 3;
 
-        [SerializeField, Range(-1, 30), Tooltip("A layer no object of the scene is on: objects are drawn there for the scan, and stay on their own. -1: the highest layer without a name.")]
+        [SerializeField, Range(-1, 30), Tooltip("A layer that no object of the scene uses. The scan draws objects on it; the objects keep their own layer. -1: the highest unnamed layer.")]
         int scanLayer = -1;
 
         readonly ObjectScanner scanner = new ObjectScanner();
@@ -40,35 +40,35 @@ namespace HapticVLM
         CaptureCamera capture;
         int layer;
         float dueAt;
-        bool isWanted;
-        HapticObject wanted;
+        bool isCaptureRequested;
+        HapticObject captureTarget;
 
-        /// <summary>Pictures sent since this was enabled.</summary>
+        /// <summary>Number of pictures sent since this component was enabled.</summary>
         public int Sent { get { return pipe == null ? 0 : pipe.Sent; } }
 
-        /// <summary>Pictures lost to the GPU or the encoder since this was enabled.</summary>
+        /// <summary>Number of pictures lost to errors of the GPU or the encoder since this component was enabled.</summary>
         public int Errors { get { return pipe == null ? 0 : pipe.Errors; } }
 
-        /// <summary>Pictures of one object on which nothing was drawn, and which were not sent.</summary>
+        /// <summary>Number of pictures of a single object that were empty and therefore not sent.</summary>
         public int Empty { get { return pipe == null ? 0 : pipe.Empty; } }
 
-        /// <summary>Whether all unsure objects have been shown to the service of this connection.</summary>
+        /// <summary>Whether the service of this connection has been shown all unsure objects.</summary>
         public bool IsScanDone { get { return scanner.IsDone; } }
 
-        /// <summary>Shows the service the current view; of this object, if one is named.</summary>
+        /// <summary>Sends one picture of the current view, with the region of this object if one is given.</summary>
         public void Capture(HapticObject of = null)
         {
-            isWanted = true;
-            wanted = of;
+            isCaptureRequested = true;
+            captureTarget = of;
         }
 
         void OnEnable()
         {
-            isWanted = false;
+            isCaptureRequested = false;
             if (!Platform.CanConnect) return;
             if (!SystemInfo.supportsAsyncGPUReadback)
             {
-                Debug.LogWarning("HapticVLM: this graphics API hands no pictures back: objects are told by their names. "
+                Debug.LogWarning("HapticVLM: this graphics API does not support readback, so objects are identified by name only. "
                     + "Scan the scene in the editor, or choose Vulkan in Player Settings.", this);
                 return;
             }
@@ -91,7 +91,7 @@ namespace HapticVLM
             HapticConnection to = HapticClient.Active == null ? null : HapticClient.Active.Connection;
             if (pipe == null || to == null || to.State != LinkState.Ready || !pipe.IsIdle || to.Outbox.Frames.IsFull) return;
             if (scansObjects) scanner.Follow(to.Session, viewsPerObject);
-            if (isWanted || (isContinuous && Time.unscaledTime >= dueAt)) TakeView(to);
+            if (isCaptureRequested || (isContinuous && Time.unscaledTime >= dueAt)) TakeView(to);
             else if (scansObjects && Time.unscaledTime >= dueAt) TakeScan(to);
         }
 
@@ -100,13 +100,13 @@ namespace HapticVLM
             dueAt = Time.unscaledTime + 1f / framesPerSecond;
             capture.Follow(viewpoint == null ? transform : viewpoint);
             var shot = new Shot { To = to, CapturedAt = Clock.Now };
-            if (wanted != null)
+            if (captureTarget != null)
             {
-                shot.ObjectId = wanted.ObjectId;
-                shot.Region = capture.RegionOf(wanted);
+                shot.ObjectId = captureTarget.ObjectId;
+                shot.Region = capture.RegionOf(captureTarget);
             }
-            isWanted = false;
-            wanted = null;
+            isCaptureRequested = false;
+            captureTarget = null;
             capture.Draw();
             pipe.Take(shot);
         }

@@ -2,20 +2,20 @@ using HapticVLM.Wire;
 
 namespace HapticVLM
 {
-    /// <summary>How a hand acts on what it touches.</summary>
+    /// <summary>The gesture of a hand on the object it touches.</summary>
     public enum HandGesture
     {
-        /// <summary>Press, tap or strike by the speed of contact, then slide.</summary>
+        /// <summary>Press, tap or strike, chosen by the speed of contact, then slide.</summary>
         BySpeed,
         Tap,
         Strike,
         Press,
         Slide,
 
-        /// <summary>Cuts into what it touches, as a knife in wood.</summary>
+        /// <summary>Cuts into the object, like a knife into wood.</summary>
         Carve,
 
-        /// <summary>Moves something through the air; needs no touch.</summary>
+        /// <summary>Moves an object through the air; needs no contact.</summary>
         Swing,
     }
 

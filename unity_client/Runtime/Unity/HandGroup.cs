@@ -4,7 +4,7 @@ using UnityEngine;
 
 namespace HapticVLM
 {
-    /// <summary>All Haptic Hands of one side: the fingers of a hand are one touch.</summary>
+    /// <summary>All Haptic Hands of one side, which produce one touch together.</summary>
     internal sealed class HandGroup
     {
         const double RenewalsPerS = 20.0; // a lease lasts 250 ms
@@ -36,15 +36,15 @@ namespace HapticVLM
             if (fingers.Count == 0) Touches.EndAll(to);
         }
 
-        /// <summary>The gesture of the first finger that has one is the hand's.</summary>
-        public void TakeGesture()
+        /// <summary>Sets the gesture of the hand to that of the first finger that has one.</summary>
+        public void UpdateGesture()
         {
             var gesture = HandGesture.BySpeed;
             for (int i = 0; i < fingers.Count && gesture == HandGesture.BySpeed; i++) gesture = fingers[i].Gesture;
             Touches.Gesture = HandGestures.OnWire(gesture);
         }
 
-        /// <summary>What all fingers do, once a frame: by the first of them.</summary>
+        /// <summary>Combines all fingers once per frame, when called by the first of them.</summary>
         public void Tick(HapticHand finger, HapticConnection to)
         {
             if (!ReferenceEquals(fingers[0], finger)) return;
@@ -57,14 +57,14 @@ namespace HapticVLM
                 if (fingers[i].Swung != null) swung = fingers[i].Swung;
                 if (fingers[i].FreeSpeedMps > speed) speed = fingers[i].FreeSpeedMps;
             }
-            TakeGesture();
+            UpdateGesture();
             Touches.Move(speed, swung == null ? null : swung.ObjectId);
             if (nearest == null) Touches.Near(null, 0.0, 0.0, to);
             else Touches.Near(nearest.Near.ObjectId, nearest.NearM, nearest.ClosingMps, to);
             Touches.Tick(Clock.Now, to);
         }
 
-        /// <summary>A side without any Haptic Hand only plays what scripts ask for.</summary>
+        /// <summary>Continues effects of scripts on sides that have no Haptic Hand.</summary>
         public static void TickThoseWithoutFingers(HapticConnection to)
         {
             if (Left.fingers.Count == 0 && Left.Touches.IsPlaying) Left.Touches.Tick(Clock.Now, to);

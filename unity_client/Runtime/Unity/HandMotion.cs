@@ -3,10 +3,10 @@ using UnityEngine;
 namespace HapticVLM
 {
     /// <summary>
-    /// How a hand moves: through the world, and on the surface it touches or nears. The second is
-    /// taken in the frame of that surface, so carrying a thing while walking is no rubbing. A swing is
-    /// of the arm, so it is taken in the frame of the rig the hand belongs to, and walking is none.
-    /// Sampled once a rendered frame in real time, as tracked poses move; a paused game rests.
+    /// Measures the motion of a hand through the world and along the surface it touches or approaches.
+    /// Motion along a surface is measured in the frame of that surface, so walking with an object in the
+    /// hand is not rubbing. A swing is measured in the frame of the rig, so walking is not a swing.
+    /// Sampled once per rendered frame in real time, as tracked poses are; zero while the game is paused.
     /// </summary>
     internal sealed class HandMotion
     {
@@ -16,13 +16,13 @@ namespace HapticVLM
         Transform surface;
         bool isPaused;
 
-        /// <summary>Speed of the arm: in the frame of the whole rig, m/s.</summary>
+        /// <summary>Speed of the arm, in the frame of the rig, m/s.</summary>
         public double FreeSpeedMps { get { return isPaused ? 0.0 : arm.SpeedMps; } }
 
         /// <summary>Velocity through the world, m/s.</summary>
         public Vector3 FreeVelocity { get { return Rounded(free.Velocity); } }
 
-        /// <summary>Speed against the surface; through the world when there is none.</summary>
+        /// <summary>Speed along the surface, or through the world when there is none, m/s.</summary>
         public double SpeedMps
         {
             get
@@ -49,7 +49,7 @@ namespace HapticVLM
             if (surface != null) relative.Add(On(surface, position), seconds);
         }
 
-        /// <summary>From now on the motion on this collider counts; null for none.</summary>
+        /// <summary>Measures motion along this collider from now on; null for none.</summary>
         public void Follow(Collider collider, Vector3 position)
         {
             Transform next = collider == null ? null : collider.transform;
@@ -62,13 +62,13 @@ namespace HapticVLM
             relative.Restart(On(next, position), Exact(Quaternion.Inverse(next.rotation) * velocity));
         }
 
-        /// <summary>How fast the hand comes nearer to a point of the surface, m/s; negative when it leaves.</summary>
+        /// <summary>Returns the closing speed towards a point of the surface, m/s; negative when the hand moves away.</summary>
         public double ClosingMps(Vector3 position, Vector3 point)
         {
             if (isPaused || surface == null) return 0.0;
-            Vector3 way = Quaternion.Inverse(surface.rotation) * (point - position);
-            float distance = way.magnitude;
-            return distance > 0f ? Vec3.Dot(relative.Velocity, Exact(way)) / distance : 0.0;
+            Vector3 offset = Quaternion.Inverse(surface.rotation) * (point - position);
+            float distance = offset.magnitude;
+            return distance > 0f ? Vec3.Dot(relative.Velocity, Exact(offset)) / distance : 0.0;
         }
 
         static Vec3 OnRig(Transform hand)

@@ -1,6 +1,6 @@
 namespace HapticVLM
 {
-    /// <summary>Which hand. The numbers are those scenes were saved with.</summary>
+    /// <summary>Left or right hand. Saved scenes contain these numbers.</summary>
     public enum HandSide
     {
         Left = 1,

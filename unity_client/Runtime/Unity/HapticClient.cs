@@ -6,21 +6,21 @@ using UnityEngine;
 namespace HapticVLM
 {
     /// <summary>
-    /// The scene's connection to `hapticvlm serve`. Connects and reconnects by itself, sends the service
-    /// every HapticObject, and raises its answers on the main thread. What an event carries is used
-    /// again for the next one: copy what you keep. Of several, as in scenes loaded beside each other,
-    /// the first connects for all; when it is gone the next one does.
+    /// The scene's connection to `hapticvlm serve`. Connects and reconnects automatically, sends every
+    /// HapticObject to the service, and raises its messages as events on the main thread. The objects
+    /// passed to events are reused: copy the values you store. If several clients are enabled, as in
+    /// additively loaded scenes, the first connects for all; when it is disabled, the next one connects.
     /// </summary>
     [DefaultExecutionOrder(-100), DisallowMultipleComponent, AddComponentMenu("HapticVLM/Haptic Client")]
     public sealed partial class HapticClient : MonoBehaviour
     {
-        [SerializeField, Tooltip("Address of the service, unless this machine remembers another (ServiceAddress.Remember).")]
+        [SerializeField, Tooltip("Address of the service. An address stored on this machine (ServiceAddress.Remember) overrides it.")]
         string url = "ws://127.0.0.1:8790/";
 
-        [SerializeField, Tooltip("Needed when the service runs on another machine; empty otherwise. It is saved in the scene file: better ServiceAddress.Remember.")]
+        [SerializeField, Tooltip("Required when the service runs on another machine; otherwise empty. It is saved in the scene file; prefer ServiceAddress.Remember.")]
         string token = "";
 
-        [SerializeField, Tooltip("Stay when another scene is loaded: one connection for the whole game.")]
+        [SerializeField, Tooltip("Keep this object when another scene is loaded: one connection for the whole game.")]
         bool keepBetweenScenes;
 
         [SerializeField, Tooltip("Whether the scene states its ambient temperature.")]
@@ -29,7 +29,7 @@ namespace HapticVLM
         [SerializeField, Range(-60f, 80f), Tooltip("Ambient temperature, degC.")]
         float ambientC = 22f;
 
-        [SerializeField, Tooltip("All that objects of this scene can be made of; pictures are taken for no other. Empty: anything.")]
+        [SerializeField, Tooltip("Materials that objects of this scene can have; recognition is restricted to them. Empty: all materials.")]
         string[] materials = new string[0];
 
         [SerializeField, Range(0f, 1f)]
@@ -46,44 +46,44 @@ namespace HapticVLM
 
         readonly Dictionary<string, HapticObject> objects = new Dictionary<string, HapticObject>();
         HapticConnection connection;
-        bool awaitsStop;
-        bool isChosen; // by a script, which outranks what the machine remembers
+        bool isStopPending;
+        bool isOverridden; // address and token set by a script, which takes precedence over stored ones
         readonly StateLog log = new StateLog();
 
-        /// <summary>The client that connects: the first that was enabled; null when there is none.</summary>
+        /// <summary>The client that connects: the first enabled one; null when there is none.</summary>
         public static HapticClient Active { get { return All.Count == 0 ? null : All[0]; } }
 
         /// <summary>The connection; null while disabled or paused.</summary>
         public HapticConnection Connection { get { return connection; } }
 
-        /// <summary>How the link stands and what to do about it, in words for a person.</summary>
+        /// <summary>The state of the link, with the remedy if it is down, as text for a person.</summary>
         public string Status { get { return Active == this ? log.Status(connection, url) : Waiting; } }
 
-        /// <summary>Whether this scene is felt.</summary>
+        /// <summary>Whether this scene owns the outputs and is felt.</summary>
         public bool IsOwner { get { return connection != null && connection.IsOwner; } }
 
         public LinkState State { get { return connection == null ? LinkState.Closed : connection.State; } }
 
-        /// <summary>Rests the outputs at once.</summary>
+        /// <summary>Stops all outputs at once.</summary>
         public void Stop()
         {
             ControllerHaptics.SilenceAll();
             if (connection == null) return;
             connection.Stop(Scope.All);
-            awaitsStop = IsOwner && (ControllerHaptics.FormOf(HandSide.Left) ?? ControllerHaptics.FormOf(HandSide.Right)) != null;
+            isStopPending = IsOwner && (ControllerHaptics.FormOf(HandSide.Left) ?? ControllerHaptics.FormOf(HandSide.Right)) != null;
         }
 
-        /// <summary>Uses this service from now on.</summary>
+        /// <summary>Connects to this service from now on.</summary>
         public void Connect(string toUrl, string withToken = "")
         {
             url = toUrl;
             token = withToken;
-            isChosen = true;
+            isOverridden = true;
             Disconnect();
             if (isActiveAndEnabled && Active == this) Connect();
         }
 
-        /// <summary>Ends the threads at once; the editor calls this before it reloads the scripts.</summary>
+        /// <summary>Ends all threads at once; the editor calls this before a script reload.</summary>
         public static void AbortActive()
         {
             if (Active != null && Active.connection != null) Active.connection.Abort();
@@ -112,7 +112,7 @@ namespace HapticVLM
         [RuntimeInitializeOnLoadMethod(RuntimeInitializeLoadType.SubsystemRegistration)]
         static void ForgetLastPlay()
         {
-            All.Clear(); // without domain reload they would still be those of the last play
+            All.Clear(); // without a domain reload, clients of the last play session would remain
         }
 
         void OnEnable()
@@ -125,7 +125,7 @@ namespace HapticVLM
         void Start()
         {
             if (!keepBetweenScenes || !Application.isPlaying) return;
-            transform.SetParent(null, true); // only what is at the top of a scene can be kept
+            transform.SetParent(null, true); // DontDestroyOnLoad needs a root object
             DontDestroyOnLoad(gameObject);
         }
 
@@ -139,7 +139,7 @@ namespace HapticVLM
 
         string Waiting
         {
-            get { return "the Haptic Client '" + Active.name + "' connects for all scenes; '" + name + "' waits until it is gone"; }
+            get { return "the Haptic Client '" + Active.name + "' connects for all scenes; '" + name + "' waits until that one is disabled"; }
         }
 
         void OnApplicationPause(bool isPaused)
@@ -150,7 +150,7 @@ namespace HapticVLM
 
         void OnValidate()
         {
-            if (connection != null) TellSettings();
+            if (connection != null) SendSettings();
         }
 
         void Update()
@@ -166,21 +166,21 @@ namespace HapticVLM
         {
             if (!Platform.CanConnect)
             {
-                Debug.LogWarning("HapticVLM: a WebGL player has no sockets and no threads: nothing is felt there.", this);
+                Debug.LogWarning("HapticVLM: a WebGL player has no sockets and no threads, so haptics are off.", this);
                 return;
             }
-            if (!isChosen) url = ServiceAddress.Url(url);
+            if (!isOverridden) url = ServiceAddress.Url(url);
             Uri address;
             if (!Uri.TryCreate(url, UriKind.Absolute, out address) || (address.Scheme != "ws" && address.Scheme != "wss"))
             {
-                Debug.LogError("HapticVLM: '" + url + "' is no address; use one like ws://127.0.0.1:8790/", this);
+                Debug.LogError("HapticVLM: '" + url + "' is not an address of a service; use one like ws://127.0.0.1:8790/", this);
                 return;
             }
-            var settings = new ConnectionSettings { Url = address, Token = isChosen ? token : ServiceAddress.Token(token), ClientName = Name() };
+            var settings = new ConnectionSettings { Url = address, Token = isOverridden ? token : ServiceAddress.Token(token), ClientName = Name() };
             connection = new HapticConnection(settings);
             Follow(connection.Arrivals);
             log.Restart();
-            TellSettings();
+            SendSettings();
             objects.Clear();
             for (int i = 0; i < HapticObject.All.Count; i++) Put(HapticObject.All[i]);
             connection.Open();
@@ -199,15 +199,15 @@ namespace HapticVLM
             OnStateChanged(LinkState.Closed);
         }
 
-        void TellSettings()
+        void SendSettings()
         {
             connection.Outbox.Scene.SetAmbient(statesAmbient ? ambientC : (double?)null);
             connection.Outbox.Scene.SetMaterials(materials);
             connection.Outbox.SetGains(vibrationGain, thermalGain);
-            AskForVibration();
+            RequestVibration();
         }
 
-        internal void AskForVibration()
+        internal void RequestVibration()
         {
             if (connection == null) return;
             connection.Outbox.SetFeel(ControllerHaptics.FormOf(HandSide.Left), ControllerHaptics.FormOf(HandSide.Right));

@@ -5,8 +5,8 @@ namespace HapticVLM
     public sealed partial class HapticClient
     {
         /// <summary>
-        /// Plays on one hand what this gesture on this material feels like: for what is no collider. A
-        /// strike is Play("wood", HandGesture.Strike, HandSide.Right). False when nothing is felt.
+        /// Plays this gesture on this material on one hand, for events without a collider. A strike on wood
+        /// is Play("wood", HandGesture.Strike, HandSide.Right). Returns false if nothing is played.
         /// </summary>
         public bool Play(string material, HandGesture gesture, HandSide hand, float speedMps = 0.5f, float forceN = 2f, float seconds = 0.25f)
         {
@@ -19,7 +19,7 @@ namespace HapticVLM
             return true;
         }
 
-        /// <summary>Whether an effect of Play goes on for this hand.</summary>
+        /// <summary>Whether an effect started by Play is still playing on this hand.</summary>
         public bool IsPlaying(HandSide hand)
         {
             return HandGroup.Of(hand).Touches.IsPlaying;

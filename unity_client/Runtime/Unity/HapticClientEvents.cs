@@ -3,17 +3,17 @@ using HapticVLM.Wire;
 
 namespace HapticVLM
 {
-    /// <summary>What the service says, raised on the main thread.</summary>
+    /// <summary>The events of the service, raised on the main thread.</summary>
     public sealed partial class HapticClient
     {
         public event Action<Decision> Decided;
         public event Action<Telemetry> Measured;
         public event Action<LinkState> LinkChanged;
 
-        /// <summary>This scene is felt from now on, or no longer: one scene owns the outputs of a service.</summary>
+        /// <summary>This scene gained or lost the outputs; one scene owns the outputs of a service at a time.</summary>
         public event Action<bool> OwnershipChanged;
 
-        /// <summary>What a hand feels from now on, where a Controller Haptics asked for it.</summary>
+        /// <summary>The vibration of one hand from now on; raised if a Controller Haptics requested it.</summary>
         public event Action<Vibration> Vibrated;
 
         void Follow(Dispatcher arrivals)
@@ -43,8 +43,8 @@ namespace HapticVLM
 
         void OnVibrated(Vibration vibration)
         {
-            if (awaitsStop && vibration.Stopped != true) return; // it was on its way when the stop was sent
-            awaitsStop = false;
+            if (isStopPending && vibration.Stopped != true) return; // it was in transit when the stop was sent
+            isStopPending = false;
             if (Vibrated != null) Vibrated(vibration);
         }
 
@@ -62,7 +62,7 @@ namespace HapticVLM
         {
             if (state == LinkState.Ready) UnknownMaterials.Warn(objects.Values, connection);
             else ControllerHaptics.SilenceAll();
-            awaitsStop = false;
+            isStopPending = false;
             if (LinkChanged != null) LinkChanged(state);
             onLinkChanged.Invoke(state);
         }
@@ -70,7 +70,7 @@ namespace HapticVLM
         void OnOwnershipChanged(bool isOwner)
         {
             if (!isOwner) ControllerHaptics.SilenceAll();
-            awaitsStop = false; // what a stop is answered with goes to the owner alone
+            isStopPending = false; // only the owner receives the answer to a stop
             log.Owned(isOwner, this);
             if (OwnershipChanged != null) OwnershipChanged(isOwner);
         }

@@ -4,58 +4,58 @@ using UnityEngine;
 namespace HapticVLM
 {
     /// <summary>
-    /// A hand or a finger that feels. Put it beside a trigger collider and a kinematic Rigidbody, as
-    /// physics needs one to report: what they meet becomes approach, contact, slide, release. Several
-    /// of one side, as on the fingers of a hand, are one touch.
+    /// A hand or finger that feels. Add it to an object with a trigger collider and a kinematic
+    /// Rigidbody, without which physics reports no contact. Collisions become approach, contact, slide
+    /// and release. Several hands of one side, for example on each finger, produce one touch.
     /// </summary>
     [DisallowMultipleComponent, DefaultExecutionOrder(100), AddComponentMenu("HapticVLM/Haptic Hand")]
     public sealed class HapticHand : MonoBehaviour
     {
         const float ApproachPeriodS = 0.1f;
-        const int MostNear = 256;
+        const int MaxNearColliders = 256;
 
         [SerializeField]
         HandSide hand = HandSide.Right;
 
-        [SerializeField, Tooltip("How this hand acts. By speed: press, tap or strike at contact, then slide.")]
+        [SerializeField, Tooltip("Gesture of this hand. By Speed: press, tap or strike at contact, then slide.")]
         HandGesture gesture;
 
-        [SerializeField, Range(0f, 0.5f), Tooltip("An object this near is about to be touched, m; 0: never.")]
+        [SerializeField, Range(0f, 0.5f), Tooltip("Distance at which an approach to an object is reported, m; 0: never.")]
         float approachM = 0.4f;
 
-        [SerializeField, Tooltip("Layers of what can be felt.")]
+        [SerializeField, Tooltip("Layers of objects that can be felt.")]
         LayerMask touchableLayers = ~0;
 
-        [SerializeField, Range(0f, 50f), Tooltip("Triggers report no force: newtons per m/s of the hand. A guess; tune it to your hand.")]
+        [SerializeField, Range(0f, 50f), Tooltip("Estimated force, in newtons per m/s of the hand, because triggers report none. Adjust it to taste.")]
         float newtonsPerMps = 4f;
 
         readonly HandMotion motion = new HandMotion();
-        Collider[] found = new Collider[32];
+        Collider[] overlaps = new Collider[32];
         HandGroup group;
         Collider nearCollider;
         Collider pushed;
         double pushN;
         float searchAt;
 
-        /// <summary>The object this hand touches, by any finger; null when none.</summary>
+        /// <summary>Id of the object this hand touches with any finger; null when it touches nothing.</summary>
         public string TouchedObjectId { get { return group == null ? null : group.Touches.ObjectId; } }
 
-        /// <summary>Speed against what is touched or near, else through the world, m/s.</summary>
+        /// <summary>Speed along the touched or nearby object, else through the world, m/s.</summary>
         public double SpeedMps { get { return motion.SpeedMps; } }
 
         public HandSide Side { get { return hand == HandSide.Left ? HandSide.Left : HandSide.Right; } }
 
-        /// <summary>How this hand acts: set Carve while a knife is held, Swing while a bat is swung.</summary>
+        /// <summary>The gesture of this hand: set Carve while it holds a knife, Swing while it swings a bat.</summary>
         public HandGesture Gesture
         {
             get { return gesture; }
             set { gesture = value; }
         }
 
-        /// <summary>What this hand holds and swings: its material is what a swing is felt by.</summary>
+        /// <summary>The object this hand holds and swings; its material determines how a swing feels.</summary>
         public HapticObject Swung { get; set; }
 
-        /// <summary>Why physics reports no touch of this hand, and the cure; null when all is well.</summary>
+        /// <summary>The reason why physics reports no contact of this hand, with the remedy; null if there is none.</summary>
         public string Problem
         {
             get
@@ -65,7 +65,7 @@ namespace HapticVLM
                 if (touching == null) return "it has no collider: add a Sphere Collider of 2 cm radius and tick Is Trigger";
                 var body = GetComponentInParent<Rigidbody>();
                 if (body == null) return "it has no Rigidbody, so physics reports no touch: add one and tick Is Kinematic";
-                if (body.isKinematic && !touching.isTrigger) return "a kinematic Rigidbody does not collide with things that stand still: tick Is Trigger on the collider";
+                if (body.isKinematic && !touching.isTrigger) return "a kinematic Rigidbody does not collide with static objects: tick Is Trigger on the collider";
                 return null;
             }
         }
@@ -100,15 +100,15 @@ namespace HapticVLM
 
         void OnDisable()
         {
-            Forget();
+            ClearNear();
             group.Leave(this, Link);
         }
 
         void Update()
         {
             motion.Sample(transform);
-            EndVanished();
-            if (group.Touches.IsTouching) Forget();
+            EndDestroyed();
+            if (group.Touches.IsTouching) ClearNear();
             else if (approachM > 0f) Approach();
             FollowContacts();
             group.Tick(this, Link);
@@ -153,7 +153,7 @@ namespace HapticVLM
             var target = other.GetComponentInParent<HapticObject>();
             if (target == null || !target.isActiveAndEnabled) return;
             motion.Follow(other, transform.position);
-            group.TakeGesture();
+            group.UpdateGesture();
             group.Touches.Begin(this, other, target.ObjectId, motion.SpeedMps, ForceOn(other), Link);
         }
 
@@ -188,8 +188,8 @@ namespace HapticVLM
             return null;
         }
 
-        /// <summary>Physics reports no exit from a collider that was destroyed or switched off.</summary>
-        void EndVanished()
+        /// <summary>Ends contacts with destroyed or disabled colliders, for which physics reports no exit.</summary>
+        void EndDestroyed()
         {
             for (int i = group.Touches.Count - 1; i >= 0; i--)
             {
@@ -199,7 +199,7 @@ namespace HapticVLM
             }
         }
 
-        void Forget()
+        void ClearNear()
         {
             nearCollider = null;
             Near = null;
@@ -213,14 +213,14 @@ namespace HapticVLM
                 FindNearest();
                 motion.Follow(nearCollider, transform.position);
             }
-            if (nearCollider == null || Near == null || !Near.isActiveAndEnabled) Forget();
+            if (nearCollider == null || Near == null || !Near.isActiveAndEnabled) ClearNear();
             else Measure();
         }
 
         void Measure()
         {
             Vector3 position = transform.position, point;
-            if (!Surface.Nearest(nearCollider, position, motion.FreeVelocity, approachM, out point)) return; // as it was
+            if (!Surface.Nearest(nearCollider, position, motion.FreeVelocity, approachM, out point)) return; // keeps the last values
             NearM = (point - position).magnitude;
             ClosingMps = motion.ClosingMps(position, point);
         }
@@ -228,20 +228,20 @@ namespace HapticVLM
         void FindNearest()
         {
             Vector3 position = transform.position;
-            int count = Physics.OverlapSphereNonAlloc(position, approachM, found, touchableLayers);
-            if (count == found.Length && count < MostNear) Array.Resize(ref found, 2 * count);
-            Forget();
+            int count = Physics.OverlapSphereNonAlloc(position, approachM, overlaps, touchableLayers);
+            if (count == overlaps.Length && count < MaxNearColliders) Array.Resize(ref overlaps, 2 * count);
+            ClearNear();
             float least = float.PositiveInfinity;
             for (int i = 0; i < count; i++)
             {
                 Vector3 point;
-                if (!Surface.Nearest(found[i], position, motion.FreeVelocity, approachM, out point)) continue;
+                if (!Surface.Nearest(overlaps[i], position, motion.FreeVelocity, approachM, out point)) continue;
                 float distance = (point - position).sqrMagnitude;
                 if (distance >= least) continue;
-                var candidate = found[i].GetComponentInParent<HapticObject>();
+                var candidate = overlaps[i].GetComponentInParent<HapticObject>();
                 if (candidate == null || !candidate.isActiveAndEnabled) continue;
                 Near = candidate;
-                nearCollider = found[i];
+                nearCollider = overlaps[i];
                 least = distance;
             }
         }

@@ -5,17 +5,17 @@ using UnityEngine;
 
 namespace HapticVLM
 {
-    /// <summary>How an object vibrates by itself: a motor, a fan, a phone that rings.</summary>
+    /// <summary>The vibration that an object makes by itself, such as a motor, a fan or a ringing phone.</summary>
     [Serializable]
     public struct HumSetting
     {
         [Range(15f, 360f), Tooltip("Fundamental, Hz.")]
         public float frequencyHz;
 
-        [Range(0f, 1f), Tooltip("How strongly it is felt in the hand; 0: the scene does not say.")]
+        [Range(0f, 1f), Tooltip("Strength of the vibration as felt in the hand; 0: not stated.")]
         public float level;
 
-        [Tooltip("Switched off: it does not hum whatever its name says.")]
+        [Tooltip("Switched off: the object does not hum, even if its name implies it.")]
         public bool off;
 
         internal Vibrates OnTheWire()
@@ -26,19 +26,19 @@ namespace HapticVLM
     }
 
     /// <summary>
-    /// An object that can be felt. Needs nothing but a collider; its id it makes up itself. Names and
-    /// shader parameters of renderer and collider go to the service, which decides what it is made of.
+    /// An object that can be felt. It needs only a collider and generates its own id. Names and shader
+    /// parameters of renderer and collider are sent to the service, which decides the material.
     /// </summary>
     [DisallowMultipleComponent, AddComponentMenu("HapticVLM/Haptic Object")]
     public sealed class HapticObject : MonoBehaviour
     {
-        [SerializeField, Tooltip("Stable name of this object on the wire; made up when empty.")]
+        [SerializeField, Tooltip("Permanent id of this object for the service; generated when empty.")]
         string objectId = "";
 
-        [SerializeField, Tooltip("What it is made of, if you know: wood, glass, fabric, metal, ... Empty: the service decides.")]
+        [SerializeField, Tooltip("Material of the object, if you know it: wood, glass, fabric, metal, ... Empty: the service decides.")]
         string material = "";
 
-        [SerializeField, Tooltip("Whether the object has a temperature of its own, unlike the air around it.")]
+        [SerializeField, Tooltip("Whether the object has its own temperature, different from the air around it.")]
         bool statesTemperature;
 
         [SerializeField, Range(-100f, 400f), Tooltip("Temperature, degC.")]
@@ -47,13 +47,13 @@ namespace HapticVLM
         [SerializeField, Range(0f, 10f), Tooltip("Thickness, m; 0: unknown.")]
         float thicknessM;
 
-        [SerializeField, Tooltip("Whether the sun shines on it, which makes it warmer than the air.")]
+        [SerializeField, Tooltip("Whether the sun shines on the object, which makes it warmer than the air.")]
         Sunlight sunlight;
 
-        [SerializeField, Tooltip("How it vibrates by itself; level 0: as its name says (a fridge hums), or not at all.")]
+        [SerializeField, Tooltip("Vibration of the object itself. Level 0: as its name implies (a fridge hums), or none.")]
         HumSetting hum;
 
-        [SerializeField, Tooltip("What carries it, so that a hand there feels it hum, weaker.")]
+        [SerializeField, Tooltip("The object that carries this one; a hand on it feels this object's hum, attenuated.")]
         HapticObject standsOn;
 
         [SerializeField, HideInInspector] string scannedMaterial = "";
@@ -65,7 +65,7 @@ namespace HapticVLM
 
         [SerializeField] DecisionEvent onDecision = new DecisionEvent();
 
-        int place; // in All, so that leaving it costs the same in a scene of any size
+        int index; // in All, so that removal takes the same time in a scene of any size
 
         internal static readonly List<HapticObject> All = new List<HapticObject>();
         static readonly Dictionary<string, HapticObject> Ids = new Dictionary<string, HapticObject>();
@@ -74,7 +74,7 @@ namespace HapticVLM
 
         public string ObjectId { get { return objectId; } }
 
-        /// <summary>What the scene states, else what a scan of the scene found; or null.</summary>
+        /// <summary>The material stated in the scene, else the one found by a scan; null if there is neither.</summary>
         public string StatedMaterial
         {
             get
@@ -84,15 +84,15 @@ namespace HapticVLM
             }
         }
 
-        /// <summary>What a scan found, saved with the scene; empty when none did.</summary>
+        /// <summary>The material found by a scan and saved with the scene; empty if there is none.</summary>
         public string ScannedMaterial { get { return scannedMaterial; } }
 
-        /// <summary>By what a scan decided: name, encoder, ...</summary>
+        /// <summary>The evidence that decided the scan: name, encoder, ...</summary>
         public string ScannedBy { get { return scannedBy; } }
 
         public float ScannedConfidence { get { return scannedConfidence; } }
 
-        /// <summary>Why no hand can touch it, and the cure; null when all is well.</summary>
+        /// <summary>The reason why no hand can touch it, with the remedy; null if there is none.</summary>
         public string Problem
         {
             get
@@ -102,22 +102,22 @@ namespace HapticVLM
             }
         }
 
-        /// <summary>What the service decided: null before, "unknown" when it could not tell.</summary>
+        /// <summary>The material that the service decided; null before, "unknown" if it could not decide.</summary>
         public string Material { get; private set; }
 
         public double Confidence { get; private set; }
 
-        /// <summary>What weighed most in the decision.</summary>
+        /// <summary>The evidence that weighed most in the decision.</summary>
         public Rung Source { get; private set; }
 
-        /// <summary>The enabled object of this id, or null.</summary>
+        /// <summary>Returns the enabled object with this id, or null.</summary>
         public static HapticObject ById(string id)
         {
-            HapticObject found;
-            return id != null && Ids.TryGetValue(id, out found) ? found : null;
+            HapticObject match;
+            return id != null && Ids.TryGetValue(id, out match) ? match : null;
         }
 
-        /// <summary>States the material from a script; null or empty leaves it to the service.</summary>
+        /// <summary>Sets material and temperature from a script; a null or empty material leaves the decision to the service.</summary>
         public void State(string newMaterial, float? newTemperatureC = null)
         {
             material = newMaterial ?? "";
@@ -126,15 +126,15 @@ namespace HapticVLM
             if (isActiveAndEnabled && HapticClient.Active != null) HapticClient.Active.Put(this);
         }
 
-        /// <summary>Keeps what a scan found, or forgets it; the scene must be saved to keep it.</summary>
-        internal void KeepScan(string found, string by, double confidence)
+        /// <summary>Stores or clears the result of a scan. Save the scene to keep it.</summary>
+        internal void StoreScan(string foundMaterial, string by, double confidence)
         {
-            scannedMaterial = found ?? "";
+            scannedMaterial = foundMaterial ?? "";
             scannedBy = by ?? "";
             scannedConfidence = (float)confidence;
         }
 
-        /// <summary>What a person chose as its material; empty leaves it to the scan or the service.</summary>
+        /// <summary>The material chosen by a person; empty leaves the decision to the scan or the service.</summary>
         internal string ChosenMaterial
         {
             get { return material; }
@@ -187,7 +187,7 @@ namespace HapticVLM
         {
             MakeIdUnique();
             Ids[objectId] = this;
-            place = All.Count;
+            index = All.Count;
             All.Add(this);
             if (HapticClient.Active != null) HapticClient.Active.Put(this);
         }
@@ -202,13 +202,13 @@ namespace HapticVLM
         {
             if (HapticClient.Active != null) HapticClient.Active.Remove(this);
             HapticObject last = All[All.Count - 1];
-            All[place] = last;
-            last.place = place;
+            All[index] = last;
+            last.index = index;
             All.RemoveAt(All.Count - 1);
             Ids.Remove(objectId);
         }
 
-        /// <summary>A copy of a prefab or of an object starts with the id of its original.</summary>
+        /// <summary>Generates a new id for a copy, which starts with the id of its original.</summary>
         void MakeIdUnique()
         {
             if (string.IsNullOrEmpty(objectId)) objectId = NewId();

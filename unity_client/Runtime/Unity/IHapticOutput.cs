@@ -1,27 +1,27 @@
 namespace HapticVLM
 {
     /// <summary>
-    /// Something in the hand that vibrates. Put a component that is one beside a Controller Haptics to
-    /// have it used instead of the controller's plain impulses.
+    /// A device in the hand that vibrates. A component with this interface beside a Controller Haptics
+    /// is used instead of the controller's own impulses.
     /// </summary>
     public interface IHapticOutput
     {
-        /// <summary>Whether it plays the frequency; otherwise only amplitudes are asked for.</summary>
+        /// <summary>Whether it plays frequencies; otherwise only amplitudes are requested from the service.</summary>
         bool PlaysFrequency { get; }
 
-        /// <summary>Vibrates for some seconds, replacing what it plays; 0 Hz leaves the frequency to it.</summary>
+        /// <summary>Vibrates for some seconds and replaces the current vibration; at 0 Hz the output chooses the frequency.</summary>
         void Play(HandSide hand, float amplitude, float frequencyHz, float seconds);
 
-        /// <summary>Is silent at once.</summary>
+        /// <summary>Stops the vibration at once.</summary>
         void Stop(HandSide hand);
     }
 
-    /// <summary>An output that plays more than one amplitude a display frame: it is given the whole plan.</summary>
+    /// <summary>An output that plays more than one amplitude per display frame and receives the whole plan.</summary>
     public interface IHapticPlanOutput : IHapticOutput
     {
         /// <summary>
-        /// Called once a frame while there is something to feel. Read the plan with Sample from now on,
-        /// and play what VibrationPlan.Played makes of each amplitude.
+        /// Called once per frame while there is a vibration. Read the plan with Sample from now on, convert
+        /// each amplitude with VibrationPlan.Played, and play the results.
         /// </summary>
         void Play(HandSide hand, VibrationPlan plan, double now, float gain, float threshold);
     }

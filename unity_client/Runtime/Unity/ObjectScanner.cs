@@ -3,19 +3,19 @@ using HapticVLM.Wire;
 
 namespace HapticVLM
 {
-    /// <summary>Which object to show next, and from which side: those the service is not sure of.</summary>
+    /// <summary>Chooses the next object and view to send, among the objects whose material is uncertain.</summary>
     internal sealed class ObjectScanner
     {
-        const double SureFrom = 0.6; // confidence of a decision that needs no more views
+        const double SureConfidence = 0.6; // confidence from which no more views are needed
 
         readonly Dictionary<string, int> views = new Dictionary<string, int>();
         int session;
         int viewsEach;
 
-        /// <summary>Whether no object is left to show, as of the last Next.</summary>
+        /// <summary>Whether the last call of Next found no object left to show.</summary>
         public bool IsDone { get; private set; }
 
-        /// <summary>Starts over when the link is new: a new session knows nothing.</summary>
+        /// <summary>Restarts in a new session, in which the service knows no pictures.</summary>
         public void Follow(int nowSession, int nowViewsEach)
         {
             viewsEach = nowViewsEach;
@@ -42,11 +42,11 @@ namespace HapticVLM
             return false;
         }
 
-        /// <summary>The first view is always shown: its answer says what the name alone was good for.</summary>
+        /// <summary>The first view is always shown, to verify the decision made by name.</summary>
         static bool IsSure(HapticObject shown, int view)
         {
             if (shown.StatedMaterial != null) return true;
-            return view > 0 && shown.Material != null && shown.Source != Rung.Unknown && shown.Confidence >= SureFrom;
+            return view > 0 && shown.Material != null && shown.Source != Rung.Unknown && shown.Confidence >= SureConfidence;
         }
     }
 }

@@ -2,10 +2,10 @@ using UnityEngine;
 
 namespace HapticVLM
 {
-    /// <summary>What the engine offers where the scene runs.</summary>
+    /// <summary>Differences between the platforms on which a scene runs.</summary>
     internal static class Platform
     {
-        /// <summary>Whether there are threads and sockets: not in a WebGL player, where nothing is felt.</summary>
+        /// <summary>Whether the platform has threads and sockets; a WebGL player does not.</summary>
         public static bool CanConnect
         {
             get
@@ -18,11 +18,11 @@ namespace HapticVLM
             }
         }
 
-        /// <summary>Destroys what this package made, in play mode and after it.</summary>
-        public static void Destroy(Object made)
+        /// <summary>Destroys an object of this package, in play mode and in edit mode.</summary>
+        public static void Destroy(Object target)
         {
-            if (Application.isPlaying) Object.Destroy(made);
-            else Object.DestroyImmediate(made);
+            if (Application.isPlaying) Object.Destroy(target);
+            else Object.DestroyImmediate(target);
         }
     }
 }

@@ -4,35 +4,35 @@ using UnityEngine;
 namespace HapticVLM
 {
     /// <summary>
-    /// Where the service is and with which token, for a game that was built already: by the command line
-    /// (-hapticvlm-url, -hapticvlm-token), else as this machine remembers it, else as the scene says. So
-    /// another network needs no other build, and no token stands in a scene file.
+    /// Address and token of the service for a built game: from the command line (-hapticvlm-url,
+    /// -hapticvlm-token), else as stored on this machine, else as stated in the scene. A change of
+    /// network then needs no new build, and no token is stored in a scene file.
     /// </summary>
     public static class ServiceAddress
     {
         const string UrlKey = "hapticvlm-url", TokenKey = "hapticvlm-token";
 
-        /// <summary>Keeps an address on this machine, as of a settings menu; null or empty forgets it.</summary>
+        /// <summary>Stores an address on this machine, for a settings menu; null or empty removes it.</summary>
         public static void Remember(string url, string token = "")
         {
-            Keep(UrlKey, url);
-            Keep(TokenKey, token);
+            Store(UrlKey, url);
+            Store(TokenKey, token);
             PlayerPrefs.Save();
         }
 
-        /// <summary>The address to use, where the scene says this one.</summary>
+        /// <summary>Returns the address to use; the scene's own is the default.</summary>
         public static string Url(string ofScene)
         {
-            return Given(UrlKey) ?? ofScene;
+            return Override(UrlKey) ?? ofScene;
         }
 
-        /// <summary>The token to use, where the scene says this one.</summary>
+        /// <summary>Returns the token to use; the scene's own is the default.</summary>
         public static string Token(string ofScene)
         {
-            return Given(TokenKey) ?? ofScene;
+            return Override(TokenKey) ?? ofScene;
         }
 
-        static string Given(string key)
+        static string Override(string key)
         {
             string[] words = Environment.GetCommandLineArgs();
             int at = Array.IndexOf(words, "-" + key);
@@ -40,7 +40,7 @@ namespace HapticVLM
             return PlayerPrefs.HasKey(key) ? PlayerPrefs.GetString(key) : null;
         }
 
-        static void Keep(string key, string value)
+        static void Store(string key, string value)
         {
             if (string.IsNullOrEmpty(value)) PlayerPrefs.DeleteKey(key);
             else PlayerPrefs.SetString(key, value);

@@ -2,14 +2,14 @@ using HapticVLM.Wire;
 
 namespace HapticVLM
 {
-    /// <summary>What one picture is of, and how it is to be sent.</summary>
+    /// <summary>The content of one picture and the connection to send it on.</summary>
     internal struct Shot
     {
-        /// <summary>The object shown; null for a view of the scene.</summary>
+        /// <summary>Id of the object shown; null for a view of the scene.</summary>
         public string ObjectId;
         public Region? Region;
 
-        /// <summary>Whether only the object was drawn, on nothing: its alpha is its mask.</summary>
+        /// <summary>Whether only the object was drawn, so that the alpha channel is its mask.</summary>
         public bool IsAlone;
         public double CapturedAt;
         public HapticConnection To;

@@ -6,18 +6,18 @@ using UnityEngine;
 namespace HapticVLM
 {
     /// <summary>
-    /// Writes each change of the link to the console once, with its cure: also on a headset, where the
-    /// log is all a developer has. What repeats at every touch or every try is written once.
+    /// Logs each change of the link once, with the remedy, also on a headset, where the log is the only
+    /// information. A message that repeats with every touch or attempt is logged once.
     /// </summary>
     internal sealed class StateLog
     {
-        const int MostKept = 32;
-        const string NotFelt = "This one is felt as soon as the other is closed, or has touched nothing for 30 s when a hand of this one touches.";
+        const int MaxRefusals = 32;
+        const string NotFelt = "This scene is felt as soon as the other scene is closed, or when a hand touches something here after the other was idle for 30 s.";
 
         readonly HashSet<string> refused = new HashSet<string>();
         string reported;
         int openings;
-        bool isToldFelt;
+        bool isReportedOwner;
 
         public void Restart()
         {
@@ -26,7 +26,7 @@ namespace HapticVLM
             openings = 0;
         }
 
-        /// <summary>Once a frame; costs nothing while nothing changes.</summary>
+        /// <summary>Logs changes of the link. Called once per frame; does nothing while the link is unchanged.</summary>
         public void Follow(HapticConnection connection, string url, HapticClient client)
         {
             if (connection.State == LinkState.Ready && connection.Openings != openings)
@@ -39,28 +39,28 @@ namespace HapticVLM
             else if (connection.State == LinkState.Waiting && connection.LastError != reported)
             {
                 reported = connection.LastError;
-                Debug.LogWarning("HapticVLM: " + reported + ". It tries again by itself.", client);
+                Debug.LogWarning("HapticVLM: " + reported + ". Retrying automatically.", client);
             }
         }
 
-        /// <summary>What changes after the welcome; that one is told with it.</summary>
+        /// <summary>Logs a change of ownership after the welcome, whose log line states the first owner.</summary>
         public void Owned(bool isOwner, HapticClient client)
         {
-            if (openings == 0 || isOwner == isToldFelt) return;
-            isToldFelt = isOwner;
+            if (openings == 0 || isOwner == isReportedOwner) return;
+            isReportedOwner = isOwner;
             if (isOwner) Debug.Log("HapticVLM: this scene owns the outputs now and is felt.", client);
             else if (client.State == LinkState.Ready) Debug.LogWarning("HapticVLM: another scene took the outputs. " + NotFelt, client);
         }
 
         public void Refused(string text, HapticClient client)
         {
-            if (refused.Count >= MostKept || !refused.Add(text)) return;
-            Debug.LogWarning("HapticVLM: the service refuses a message: " + text, client);
+            if (refused.Count >= MaxRefusals || !refused.Add(text)) return;
+            Debug.LogWarning("HapticVLM: the service refused a message: " + text, client);
         }
 
         public void Failed(Exception error, HapticClient client)
         {
-            if (refused.Count >= MostKept || !refused.Add(error.Message)) return;
+            if (refused.Count >= MaxRefusals || !refused.Add(error.Message)) return;
             Debug.LogError("HapticVLM: a message could not be sent: " + error.Message, client);
         }
 
@@ -68,14 +68,14 @@ namespace HapticVLM
         {
             if (connection == null) return "not connected";
             if (connection.State == LinkState.Ready) return Welcomed(connection, url);
-            string why = connection.LastError;
-            return "connecting to " + url + (why.Length > 0 ? ": " + why : "");
+            string reason = connection.LastError;
+            return "connecting to " + url + (reason.Length > 0 ? ": " + reason : "");
         }
 
         void Opened(HapticConnection connection, string url, HapticClient client)
         {
-            isToldFelt = connection.IsOwner;
-            if (isToldFelt) Debug.Log("HapticVLM: " + Welcomed(connection, url), client);
+            isReportedOwner = connection.IsOwner;
+            if (isReportedOwner) Debug.Log("HapticVLM: " + Welcomed(connection, url), client);
             else Debug.LogWarning("HapticVLM: " + Welcomed(connection, url), client);
         }
 

@@ -1,9 +1,9 @@
 namespace HapticVLM
 {
-    /// <summary>Whether the sun shines on an object now.</summary>
+    /// <summary>Whether the sun shines on an object.</summary>
     public enum Sunlight
     {
-        /// <summary>The scene does not say.</summary>
+        /// <summary>Not stated by the scene.</summary>
         Unknown,
         InTheSun,
         InTheShade,

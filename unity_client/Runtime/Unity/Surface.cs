@@ -2,13 +2,13 @@ using UnityEngine;
 
 namespace HapticVLM
 {
-    /// <summary>Where a hand would meet a collider first. Bounding boxes say it for no chair, shelf or room.</summary>
+    /// <summary>Finds the point of a collider that a hand reaches first; bounding boxes are too coarse for chairs, shelves and rooms.</summary>
     internal static class Surface
     {
         /// <summary>
-        /// The point a hand here nears; false when there is none within reach. Exact for boxes, spheres,
-        /// capsules and convex meshes. The engine has no nearest point of any other collider: of those
-        /// it is the one straight ahead of the hand.
+        /// Finds the point that a hand at this position approaches; false if there is none within reach. It
+        /// is the nearest point of boxes, spheres, capsules and convex meshes. The engine does not compute
+        /// nearest points of other colliders; there it is the point straight ahead of the hand.
         /// </summary>
         public static bool Nearest(Collider collider, Vector3 position, Vector3 velocity, float reachM, out Vector3 point)
         {
@@ -24,7 +24,7 @@ namespace HapticVLM
             return true;
         }
 
-        /// <summary>Why physics reports nothing of what this layer meets, and the cure; null when all is well.</summary>
+        /// <summary>Returns the reason why physics reports no collision of this layer, with the remedy; null if there is none.</summary>
         public static string Ignored(int layer)
         {
             for (int i = 0; i < HapticObject.All.Count; i++)

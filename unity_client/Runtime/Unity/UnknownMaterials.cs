@@ -4,7 +4,7 @@ using UnityEngine;
 
 namespace HapticVLM
 {
-    /// <summary>Says in the console which stated materials the service does not know.</summary>
+    /// <summary>Logs stated materials that the service does not know.</summary>
     internal static class UnknownMaterials
     {
         public static void Warn(ICollection<HapticObject> objects, HapticConnection connection)
@@ -22,7 +22,7 @@ namespace HapticVLM
             if (connection.Outbox.Scene.IsKnown(material)) return true;
             Welcome welcome = connection.Welcome;
             string known = welcome == null ? "" : "; it knows " + string.Join(", ", welcome.Materials.ToArray());
-            Debug.LogWarning("HapticVLM: the service knows no material '" + material + "'" + known, context);
+            Debug.LogWarning("HapticVLM: the service does not know the material '" + material + "'" + known, context);
             return false;
         }
     }

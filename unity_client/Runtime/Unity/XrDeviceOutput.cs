@@ -2,7 +2,7 @@ using UnityEngine.XR;
 
 namespace HapticVLM
 {
-    /// <summary>The controller's own impulses, which every XR plug-in of the engine has: amplitude only.</summary>
+    /// <summary>Plays the controller's own impulses, which every XR plug-in supports; amplitude only.</summary>
     internal sealed class XrDeviceOutput : IHapticOutput
     {
         const uint Channel = 0;

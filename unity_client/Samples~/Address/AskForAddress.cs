@@ -3,20 +3,20 @@ using UnityEngine;
 namespace HapticVLM.Samples
 {
     /// <summary>
-    /// Asks for the service's address on the headset's own keyboard when nothing answers for a while, and
-    /// has the headset remember it. Put it on any object; call Ask from a button of yours, too. Typed is
-    /// the address that the service prints or its dashboard shows, and after a space the token.
+    /// Asks for the service's address on the headset's keyboard when there has been no connection for a
+    /// while, and stores it on the headset. Add it to any object; a button can call Ask. The user types the
+    /// address that the service prints or its dashboard shows, then a space and the token.
     /// </summary>
     public sealed class AskForAddress : MonoBehaviour
     {
-        [SerializeField, Range(1f, 120f), Tooltip("Asks when there was no link for so long, s.")]
+        [SerializeField, Range(1f, 120f), Tooltip("Ask after this time without a connection, s.")]
         float afterS = 10f;
 
         TouchScreenKeyboard keyboard;
         float linkedAt;
         bool isAsked;
 
-        /// <summary>Opens the keyboard now.</summary>
+        /// <summary>Opens the keyboard.</summary>
         public void Ask()
         {
             isAsked = true;

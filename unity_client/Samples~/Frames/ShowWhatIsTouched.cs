@@ -3,8 +3,8 @@ using UnityEngine;
 namespace HapticVLM.Samples
 {
     /// <summary>
-    /// Put this beside a FrameStreamer and name a hand. When the hand touches an object that the service
-    /// does not know, it is shown a picture of it. (The streamer's own scan does the same when the scene starts.)
+    /// Add this beside a FrameStreamer and select a hand. When the hand touches an object that the service
+    /// does not know, a picture of it is sent. (The streamer's own scan does the same at the start of a scene.)
     /// </summary>
     [RequireComponent(typeof(FrameStreamer))]
     public sealed class ShowWhatIsTouched : MonoBehaviour
@@ -18,7 +18,7 @@ namespace HapticVLM.Samples
         {
             streamer = GetComponent<FrameStreamer>();
             if (hand != null) return;
-            Debug.LogWarning("Show What Is Touched: name a Haptic Hand in the inspector.", this);
+            Debug.LogWarning("Show What Is Touched: select a Haptic Hand in the inspector.", this);
             enabled = false;
         }
 

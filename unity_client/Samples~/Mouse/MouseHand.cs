@@ -4,8 +4,8 @@ using UnityEngine.Rendering;
 namespace HapticVLM.Samples
 {
     /// <summary>
-    /// Moves a Haptic Hand with the mouse: it hovers over what the pointer is on, and touches it while
-    /// the left button is down. Says on the screen what is felt. Reads the mouse through the GUI, which
+    /// Moves a Haptic Hand with the mouse: it hovers over the object under the pointer, and touches it while
+    /// the left button is down. Shows the decision on the screen. Reads the mouse through the GUI, which
     /// works with either of the engine's input systems.
     /// </summary>
     [RequireComponent(typeof(HapticHand))]
@@ -44,15 +44,15 @@ namespace HapticVLM.Samples
             pointer = Event.current.mousePosition;
             if (Event.current.type == EventType.MouseDown) isPressed = true;
             if (Event.current.type == EventType.MouseUp) isPressed = false;
-            GUILayout.Label("Point at a thing, hold the left button to touch it, and rub.");
+            GUILayout.Label("Point at an object, hold the left button to touch it, and rub.");
             GUILayout.Label(HapticClient.Active == null ? "no Haptic Client" : HapticClient.Active.Status);
             HapticObject touched = HapticObject.ById(hand.TouchedObjectId);
             if (touched == null) return;
-            string what = touched.Material == null ? "deciding ..." : touched.Material + ", by " + touched.Source;
-            GUILayout.Label(touched.name + ": " + what + ", rubbed at " + hand.SpeedMps.ToString("F2") + " m/s");
+            string material = touched.Material == null ? "deciding ..." : touched.Material + ", by " + touched.Source;
+            GUILayout.Label(touched.name + ": " + material + ", rubbed at " + hand.SpeedMps.ToString("F2") + " m/s");
         }
 
-        /// <summary>The scene was saved with the built-in pipeline's material, which others draw in pink.</summary>
+        /// <summary>Replaces the built-in pipeline's material of the saved scene, which other pipelines draw in pink.</summary>
         void UsePipelineMaterial()
         {
             RenderPipelineAsset pipeline = GraphicsSettings.currentRenderPipeline;

@@ -4,8 +4,8 @@ using UnityEngine;
 namespace HapticVLM.Samples
 {
     /// <summary>
-    /// Four cubes that are felt by name alone. Put this on an empty object, press play, and move a hand
-    /// with a HapticHand into them. No camera is used and no frame is sent.
+    /// Four cubes whose material is decided by name alone. Add this to an empty object, press Play, and
+    /// move a hand with a HapticHand into them. No camera is used and no frame is sent.
     /// </summary>
     public sealed class FeelByName : MonoBehaviour
     {

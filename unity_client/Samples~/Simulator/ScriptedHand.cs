@@ -4,8 +4,8 @@ using UnityEngine;
 namespace HapticVLM.Samples
 {
     /// <summary>
-    /// A hand that touches every HapticObject in turn, and a panel of what the simulated devices do: to
-    /// see the service work without headset, tracker or hardware.
+    /// A hand that touches every HapticObject in turn, and a panel with the state of the simulated devices:
+    /// a demonstration without headset, tracker or hardware.
     /// </summary>
     public sealed class ScriptedHand : MonoBehaviour
     {
@@ -47,7 +47,7 @@ namespace HapticVLM.Samples
         void OnGUI()
         {
             GUILayout.Label("HapticVLM: " + client.Status);
-            if (objects.Length == 0) GUILayout.Label("Scripted Hand: name the objects to touch in the inspector.");
+            if (objects.Length == 0) GUILayout.Label("Scripted Hand: list the objects to touch in the inspector.");
             GUILayout.Label(plate);
             GUILayout.Label(decided);
             if (GUILayout.Button("STOP")) client.Stop();

@@ -63,7 +63,7 @@ namespace HapticVLM.Tests
         }
 
         [Test]
-        public void HalfASurrogatePairIsRefused()
+        public void AnUnpairedSurrogateIsRefused()
         {
             Assert.Throws<WireException>(() => new MsgPackWriter().Str("\ud83d"));
         }
@@ -98,13 +98,13 @@ namespace HapticVLM.Tests
         }
 
         [Test]
-        public void AChoiceThatWasNotMadeIsNotSent()
+        public void AnUnsetEnumIsNotSent()
         {
             Assert.Throws<WireException>(() => new Stop { Id = 1 }.Write(new MsgPackWriter()));
         }
 
         [Test]
-        public void AMessageIsReadAgainIntoTheSameInstanceWithoutTracesOfTheLast()
+        public void AMessageReadIntoAUsedInstanceLeavesNoTraceOfTheLast()
         {
             var refused = new Error { Code = ErrorCode.Limit, Text = "too fast", Path = "$.speed_mps" };
             var writer = new MsgPackWriter();

@@ -16,7 +16,7 @@ namespace HapticVLM.Tests
         }
 
         [Test]
-        public void AJumpFasterThanAnyHandIsNoSpeed()
+        public void AJumpFasterThanAnyHandIsIgnored()
         {
             var motion = new MotionEstimator();
             motion.Restart(new Vec3(0.0, 0.0, 0.0));
@@ -66,15 +66,15 @@ namespace HapticVLM.Tests
 
         [TestCase("plain", 5, "plain"), TestCase("plain", 3, "pla"), TestCase("ab\ud83d\ude00", 3, "ab")]
         [TestCase("ab\ud83d\ude00", 4, "ab\ud83d\ude00"), TestCase("a\ud83d", 9, "a\ufffd"), TestCase("\ude00b", 9, "\ufffdb")]
-        public void TextIsCutWithoutBreakingACharacter(string text, int length, string expected)
+        public void TextIsTruncatedWithoutBreakingACharacter(string text, int length, string expected)
         {
             Assert.AreEqual(expected, WireText.Within(text, length));
         }
 
         [Test]
-        public void AnObjectWithoutAnIdIsTheCallersFault()
+        public void AnObjectWithoutAnIdIsRefused()
         {
-            Assert.Throws<WireException>(() => new SceneBook().Put(default(SceneObject)));
+            Assert.Throws<WireException>(() => new SceneRegistry().Put(default(SceneObject)));
         }
     }
 }

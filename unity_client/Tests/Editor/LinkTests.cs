@@ -23,26 +23,26 @@ namespace HapticVLM.Tests
         }
 
         [Test]
-        public void RenewalsGiveWayAndContactsAndReleasesNever()
+        public void RenewalsAreDroppedAndContactsAndReleasesAreNot()
         {
             var random = new Random(1);
             var ring = new TouchRing(8);
-            var kept = new List<Phase>();
+            var queued = new List<Phase>();
             for (int i = 0; i < 10000; i++)
             {
                 var phase = (Phase)random.Next(1, 5);
-                bool isKept = Add(ring, phase, random.Next(2) == 0 ? HandName.Left : HandName.Right, "a");
+                bool isQueued = Add(ring, phase, random.Next(2) == 0 ? HandName.Left : HandName.Right, "a");
                 bool counts = phase == Phase.Contact || phase == Phase.Release;
-                if (counts && isKept) kept.Add(phase);
-                if (i % 6 == 5) AssertAllThere(kept, Drained(ring));
+                if (counts && isQueued) queued.Add(phase);
+                if (i % 6 == 5) AssertAllThere(queued, Drained(ring));
             }
         }
 
-        static void AssertAllThere(List<Phase> kept, List<Phase> got)
+        static void AssertAllThere(List<Phase> queued, List<Phase> drained)
         {
-            got.RemoveAll(phase => phase == Phase.Approach || phase == Phase.Slide);
-            CollectionAssert.AreEqual(kept, got);
-            kept.Clear();
+            drained.RemoveAll(phase => phase == Phase.Approach || phase == Phase.Slide);
+            CollectionAssert.AreEqual(queued, drained);
+            queued.Clear();
         }
 
         [Test]
@@ -80,14 +80,14 @@ namespace HapticVLM.Tests
         }
 
         [Test]
-        public void WaitsDoubleWithJitterUpToTheLongest()
+        public void WaitsDoubleWithJitterUpToTheLimit()
         {
             var backoff = new Backoff(0.25, 8.0, 1);
-            double most = 0.25;
+            double longest = 0.25;
             for (int i = 0; i < 20; i++)
             {
-                Assert.That(backoff.Next(), Is.InRange(most / 2.0, most));
-                most = Math.Min(8.0, most * 2.0);
+                Assert.That(backoff.Next(), Is.InRange(longest / 2.0, longest));
+                longest = Math.Min(8.0, longest * 2.0);
             }
             backoff.Reset();
             Assert.That(backoff.Next(), Is.InRange(0.125, 0.25));
@@ -114,116 +114,116 @@ namespace HapticVLM.Tests
 
         static List<int> Taken(Inbox inbox)
         {
-            var found = new List<int>();
+            var kinds = new List<int>();
             ArraySegment<byte> message;
             Kind kind;
-            while (inbox.Take(out message, out kind)) found.Add(message.Array[message.Offset]);
-            return found;
+            while (inbox.Take(out message, out kind)) kinds.Add(message.Array[message.Offset]);
+            return kinds;
         }
 
-        static Scene Told(SceneBook book)
+        static Scene NextMessage(SceneRegistry registry)
         {
             var writer = new MsgPackWriter();
-            Assert.IsTrue(book.Write(writer, new RequestIds()));
+            Assert.IsTrue(registry.Write(writer, new RequestIds()));
             var reader = new MsgPackReader(writer.Written);
             return Scene.Read(ref reader, new StringPool());
         }
 
         [Test]
-        public void TheSceneIsToldWholeThenByChangesAndWholeAgainToANewService()
+        public void TheSceneIsSentWholeThenByChangesAndWholeAgainToANewService()
         {
-            var book = new SceneBook();
-            book.Put(new SceneObject { ObjectId = "a" });
-            book.Put(new SceneObject { ObjectId = "b" });
-            Assert.IsTrue(Told(book).Replace);
-            Assert.IsFalse(book.Write(new MsgPackWriter(), new RequestIds()));
-            book.Put(new SceneObject { ObjectId = "c" });
-            Scene change = Told(book);
+            var registry = new SceneRegistry();
+            registry.Put(new SceneObject { ObjectId = "a" });
+            registry.Put(new SceneObject { ObjectId = "b" });
+            Assert.IsTrue(NextMessage(registry).Replace);
+            Assert.IsFalse(registry.Write(new MsgPackWriter(), new RequestIds()));
+            registry.Put(new SceneObject { ObjectId = "c" });
+            Scene change = NextMessage(registry);
             Assert.IsFalse(change.Replace);
             Assert.AreEqual("c", change.Objects[0].ObjectId);
-            book.Restart(new List<string> { "wood" });
-            Assert.AreEqual(3, Told(book).Objects.Count);
+            registry.Restart(new List<string> { "wood" });
+            Assert.AreEqual(3, NextMessage(registry).Objects.Count);
         }
 
         [Test]
-        public void WhatIsGoneIsForgottenByItsIdAndNothingElseIsToldAnew()
+        public void ARemovedObjectIsSentByItsIdAndNothingElseIsSentAgain()
         {
-            var book = new SceneBook();
-            foreach (string id in new[] { "a", "b", "c" }) book.Put(new SceneObject { ObjectId = id });
-            Told(book);
-            book.Remove("b");
-            book.Remove("never there");
-            Scene told = Told(book);
-            Assert.IsFalse(told.Replace);
-            Assert.AreEqual(0, told.Objects.Count);
-            CollectionAssert.AreEqual(new[] { "b" }, told.Forget);
-            Assert.IsFalse(book.Write(new MsgPackWriter(), new RequestIds()));
+            var registry = new SceneRegistry();
+            foreach (string id in new[] { "a", "b", "c" }) registry.Put(new SceneObject { ObjectId = id });
+            NextMessage(registry);
+            registry.Remove("b");
+            registry.Remove("unknown");
+            Scene scene = NextMessage(registry);
+            Assert.IsFalse(scene.Replace);
+            Assert.AreEqual(0, scene.Objects.Count);
+            CollectionAssert.AreEqual(new[] { "b" }, scene.Forget);
+            Assert.IsFalse(registry.Write(new MsgPackWriter(), new RequestIds()));
         }
 
         [Test]
-        public void WhatIsGoneAndComesBackBetweenTwoMessagesIsTold()
+        public void AnObjectRemovedAndAddedBetweenTwoMessagesIsSent()
         {
-            var book = new SceneBook();
-            book.Put(new SceneObject { ObjectId = "a" });
-            Told(book);
-            book.Remove("a");
-            book.Put(new SceneObject { ObjectId = "a", Name = "again" });
-            CollectionAssert.AreEqual(new[] { "a" }, Told(book).Forget);
-            Assert.AreEqual("again", Told(book).Objects[0].Name);
-            Assert.IsFalse(book.Write(new MsgPackWriter(), new RequestIds()));
+            var registry = new SceneRegistry();
+            registry.Put(new SceneObject { ObjectId = "a" });
+            NextMessage(registry);
+            registry.Remove("a");
+            registry.Put(new SceneObject { ObjectId = "a", Name = "again" });
+            CollectionAssert.AreEqual(new[] { "a" }, NextMessage(registry).Forget);
+            Assert.AreEqual("again", NextMessage(registry).Objects[0].Name);
+            Assert.IsFalse(registry.Write(new MsgPackWriter(), new RequestIds()));
         }
 
         [Test]
-        public void AnObjectThatChangesOftenIsToldOnce()
+        public void AnObjectThatChangesOftenIsSentOnce()
         {
-            var book = new SceneBook();
-            Told(book);
-            for (int i = 0; i < 5; i++) book.Put(new SceneObject { ObjectId = "a", Name = "name " + i });
-            Scene told = Told(book);
-            Assert.AreEqual(1, told.Objects.Count);
-            Assert.AreEqual("name 4", told.Objects[0].Name);
+            var registry = new SceneRegistry();
+            NextMessage(registry);
+            for (int i = 0; i < 5; i++) registry.Put(new SceneObject { ObjectId = "a", Name = "name " + i });
+            Scene scene = NextMessage(registry);
+            Assert.AreEqual(1, scene.Objects.Count);
+            Assert.AreEqual("name 4", scene.Objects[0].Name);
         }
 
         [Test]
-        public void AnUnknownMaterialDoesNotKeepTheOtherObjectsFromBeingTold()
+        public void AnUnknownMaterialDoesNotBlockTheOtherObjects()
         {
-            var book = new SceneBook();
-            book.Put(new SceneObject { ObjectId = "a", Material = "wodo" });
-            book.Put(new SceneObject { ObjectId = "b", Material = "wood" });
-            book.Restart(new List<string> { "wood" });
-            Scene told = Told(book);
-            Assert.IsNull(told.Objects.Find(one => one.ObjectId == "a").Material);
-            Assert.AreEqual("wood", told.Objects.Find(one => one.ObjectId == "b").Material);
+            var registry = new SceneRegistry();
+            registry.Put(new SceneObject { ObjectId = "a", Material = "wodo" });
+            registry.Put(new SceneObject { ObjectId = "b", Material = "wood" });
+            registry.Restart(new List<string> { "wood" });
+            Scene scene = NextMessage(registry);
+            Assert.IsNull(scene.Objects.Find(one => one.ObjectId == "a").Material);
+            Assert.AreEqual("wood", scene.Objects.Find(one => one.ObjectId == "b").Material);
         }
 
         [Test]
-        public void WhatTheSceneCanBeMadeOfIsToldOnceAndWithoutWordsTheServiceDoesNotKnow()
+        public void TheMaterialsOfTheSceneAreSentOnceAndWithoutUnknownOnes()
         {
-            var book = new SceneBook();
-            book.Put(new SceneObject { ObjectId = "a" });
-            book.Restart(new List<string> { "wood", "glass" });
-            Assert.IsNull(Told(book).Materials);
-            book.SetMaterials(new[] { "glass", "wodo", "", "glass", "wood" });
-            Assert.AreEqual("glass wood", string.Join(" ", Told(book).Materials.ToArray()));
-            book.SetMaterials(new[] { "glass", "wodo", "", "glass", "wood" });
-            Assert.IsFalse(book.Write(new MsgPackWriter(), new RequestIds()));
-            book.SetMaterials(null);
-            Assert.IsNull(Told(book).Materials);
+            var registry = new SceneRegistry();
+            registry.Put(new SceneObject { ObjectId = "a" });
+            registry.Restart(new List<string> { "wood", "glass" });
+            Assert.IsNull(NextMessage(registry).Materials);
+            registry.SetMaterials(new[] { "glass", "wodo", "", "glass", "wood" });
+            Assert.AreEqual("glass wood", string.Join(" ", NextMessage(registry).Materials.ToArray()));
+            registry.SetMaterials(new[] { "glass", "wodo", "", "glass", "wood" });
+            Assert.IsFalse(registry.Write(new MsgPackWriter(), new RequestIds()));
+            registry.SetMaterials(null);
+            Assert.IsNull(NextMessage(registry).Materials);
         }
 
         [Test]
-        public void ThreeThousandObjectsAreToldInPiecesThatAddUp()
+        public void ThreeThousandObjectsAreSentInPartsThatAddUp()
         {
-            var book = new SceneBook();
-            for (int i = 0; i < 3000; i++) book.Put(new SceneObject { ObjectId = "object " + i });
-            var told = new HashSet<string>();
-            Scene first = Told(book);
+            var registry = new SceneRegistry();
+            for (int i = 0; i < 3000; i++) registry.Put(new SceneObject { ObjectId = "object " + i });
+            var scene = new HashSet<string>();
+            Scene first = NextMessage(registry);
             Assert.IsTrue(first.Replace);
-            for (Scene next = first; ; next = Told(book))
+            for (Scene next = first; ; next = NextMessage(registry))
             {
                 Assert.IsTrue(next.Replace == ReferenceEquals(next.Objects, first.Objects));
-                next.Objects.ForEach(one => told.Add(one.ObjectId));
-                if (told.Count == 3000) return;
+                next.Objects.ForEach(one => scene.Add(one.ObjectId));
+                if (scene.Count == 3000) return;
             }
         }
 
@@ -235,11 +235,11 @@ namespace HapticVLM.Tests
             requests.Sent(2, Kind.Frame, 0.0);
             Assert.IsFalse(requests.MaySendFrame(0.1));
             Assert.IsTrue(requests.MaySendFrame(3.0), "a lost answer must not end the stream");
-            requests.Answered(1, 0.1);
+            requests.MatchAnswer(1, 0.1);
             Assert.IsTrue(requests.MaySendFrame(0.1));
             requests.Sent(3, Kind.Touch, 1.0);
-            requests.Answered(3, 1.005);
-            requests.Answered(3, 2.0);
+            requests.MatchAnswer(3, 1.005);
+            requests.MatchAnswer(3, 2.0);
             var trips = new double[8];
             Assert.AreEqual(1, requests.RoundTrips(trips));
             Assert.That(trips[0], Is.EqualTo(5.0).Within(1e-6));

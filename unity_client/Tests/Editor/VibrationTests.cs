@@ -35,7 +35,7 @@ namespace HapticVLM.Tests
         }
 
         [Test]
-        public void APlanOfNonsenseIsSilent()
+        public void AnInvalidPlanIsSilent()
         {
             var plan = new VibrationPlan();
             double hz;
@@ -48,7 +48,7 @@ namespace HapticVLM.Tests
         }
 
         [Test]
-        public void TheStrongestMomentOfADisplayFrameIsPlayed()
+        public void TheStrongestValueOfADisplayFrameIsPlayed()
         {
             var plan = new VibrationPlan();
             double hz;
@@ -58,13 +58,13 @@ namespace HapticVLM.Tests
         }
 
         [Test]
-        public void NoMomentIsLeftOutOrPlayedTwiceWhenFramesComeLate()
+        public void NoValueIsSkippedOrPlayedTwiceWhenFramesAreLate()
         {
             var plan = new VibrationPlan();
             double hz;
             plan.Take(Plan(10.0, 0.1, 0.2, 0.9, 0.3, 0.2, 0.1), 5.0);
             Assert.AreEqual(0.2, plan.Strongest(5.0, 0.014, out hz));
-            Assert.AreEqual(0.9, plan.Strongest(5.035, 0.014, out hz)); // the frame from 14 ms on came 21 ms late
+            Assert.AreEqual(0.9, plan.Strongest(5.035, 0.014, out hz)); // the frame due at 14 ms was 21 ms late
             Assert.AreEqual(0.2, plan.Strongest(5.049, 0.010, out hz));
         }
 
@@ -82,7 +82,7 @@ namespace HapticVLM.Tests
         }
 
         [Test]
-        public void ATransientLiftsTheMomentItIsIn()
+        public void ATransientRaisesTheValueOfItsPeriod()
         {
             var plan = new VibrationPlan();
             Vibration struck = Plan(5.0, 0.2, 0.1);
@@ -97,7 +97,7 @@ namespace HapticVLM.Tests
 
         [TestCase(0.3, 4.0, 0.0, 1.0), TestCase(0.1, 4.0, 0.0, 0.4), TestCase(0.0, 4.0, 0.2, 0.0)]
         [TestCase(0.1, 1.0, 0.2, 0.28), TestCase(1.0, 1.0, 0.2, 1.0), TestCase(0.5, 0.0, 0.2, 0.0)]
-        public void GainAndThresholdKeepTheOrderOfWhatIsFelt(double planned, double gain, double threshold, double played)
+        public void GainAndThresholdKeepTheOrderOfAmplitudes(double planned, double gain, double threshold, double played)
         {
             Assert.AreEqual(played, VibrationPlan.Played(planned, gain, threshold), 1e-9);
         }

@@ -5,13 +5,13 @@ using UnityEngine.TestTools;
 
 namespace HapticVLM.Tests
 {
-    // Play mode tests that need no service: nobody listens on the address they use.
+    // Play mode tests without a service: nothing listens on their address.
     public class ComponentTests
     {
-        const string Nobody = "ws://127.0.0.1:9/";
+        const string UnusedAddress = "ws://127.0.0.1:9/";
 
         [UnityTest]
-        public IEnumerator ObjectsMakeUpIdsThatDiffer()
+        public IEnumerator ObjectsGenerateDifferentIds()
         {
             var first = new GameObject("first").AddComponent<HapticObject>();
             var second = new GameObject("second").AddComponent<HapticObject>();
@@ -26,10 +26,10 @@ namespace HapticVLM.Tests
         }
 
         [UnityTest]
-        public IEnumerator AClientWithoutAServiceKeepsTryingAndHoldsNoFrameUp()
+        public IEnumerator AClientWithoutAServiceKeepsRetryingWithoutBlockingFrames()
         {
             var client = new GameObject("client").AddComponent<HapticClient>();
-            client.Connect(Nobody);
+            client.Connect(UnusedAddress);
             Assert.AreSame(client, HapticClient.Active);
             for (int frame = 0; frame < 30; frame++) yield return null;
             Assert.AreNotEqual(LinkState.Ready, client.State);

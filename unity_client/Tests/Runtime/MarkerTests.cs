@@ -8,7 +8,7 @@ using Object = UnityEngine.Object;
 
 namespace HapticVLM.Tests
 {
-    // Whether pictures are upright on this graphics API and in this pipeline: red above, blue below.
+    // Checks that pictures are upright with this graphics API and pipeline: red above, blue below.
     public class MarkerTests
     {
         const int Side = 128;
@@ -46,8 +46,8 @@ namespace HapticVLM.Tests
             Assert.IsTrue(ImageConversion.LoadImage(picture, jpeg));
             Color above = picture.GetPixel(picture.width / 2, picture.height * 5 / 8);
             Color below = picture.GetPixel(picture.width / 2, picture.height * 3 / 8);
-            Assert.Greater(above.r, above.b + 0.02f, "what is above is not red: the picture is upside down");
-            Assert.Greater(below.b, below.r + 0.02f, "what is below is not blue: the picture is upside down");
+            Assert.Greater(above.r, above.b + 0.02f, "the upper cube is not red: the picture is upside down");
+            Assert.Greater(below.b, below.r + 0.02f, "the lower cube is not blue: the picture is upside down");
         }
 
         static GameObject Cube(Vector3 at, Color color)

@@ -1,9 +1,9 @@
 /**
- * Where the hands and the head are, as smooth functions of simulated time.
+ * The motion of hands and head as smooth functions of simulated time.
  *
- * A touch is a ray: it starts off the object, runs `toward` it, and the object's own surface says
- * where the fingertip lands and how it follows while it slides. Between touches the fingertip runs
- * on cubic Hermite pieces. Nothing here knows what a touch will be reported as.
+ * A touch is a ray: it starts off the object, runs `toward` it, and the object's surface determines
+ * the contact point and the path of the slide. Between touches the fingertip moves
+ * on cubic Hermite segments. Touch messages are computed elsewhere.
  */
 import * as THREE from 'three';
 import {smooth, step} from './noise.js';
@@ -13,7 +13,7 @@ const TOUCHES = SCRIPT.touches;
 
 export const TIP_RADIUS = 0.009;
 
-const FIRST_CONTACT = 33.5 / 60; // between two steps, so that no contact hangs on rounding
+const FIRST_CONTACT = 33.5 / 60; // between two steps, so that rounding does not affect contacts
 const SPACING = 0.9;
 const HOVER_TIME = 0.36;
 const HOVER_DISTANCE = 0.135;
@@ -28,10 +28,10 @@ const CONTACTS = TOUCHES.map((_, index) =>
   TOUCHES.slice(0, index + 1).reduce((at, {lead = 0}) => at + lead, FIRST_CONTACT + SPACING * index),
 );
 
-/** Simulated seconds from the first pose to the hands back at rest. */
+/** Returns the simulated seconds from the first pose until the hands are at rest again. */
 export const DURATION = CONTACTS.at(-1) + Math.max(0.8, (TOUCHES.at(-1).hold ?? 0) + 0.6);
 
-/** The script made concrete for these objects: {tip(hand, t), finger(hand, t), head(t), contacts}. */
+/** Computes the script for these objects: {tip(hand, t), finger(hand, t), head(t), contacts}. */
 export function choreograph(objects) {
   const touches = TOUCHES.map((touch, index) => plan(touch, CONTACTS[index], objects));
   const tracks = {};
@@ -46,7 +46,7 @@ export function choreograph(objects) {
   };
 }
 
-/** One touch with its surface points, found by casting rays at the object itself. */
+/** Returns one touch with its surface points, found by casting rays at the object. */
 function plan(touch, contactAt, objects) {
   const {root} = objects.find(({name}) => name === touch.name);
   root.updateWorldMatrix(true, true);
@@ -60,7 +60,7 @@ function plan(touch, contactAt, objects) {
   return {...touch, toward, rub, contactAt, holdTime, stay, releaseAt: contactAt + SETTLE_TIME + holdTime + stay};
 }
 
-/** The fingertip centre that just rests on the object, and the surface normal there. */
+/** Returns the centre of a fingertip that just touches the object, and the surface normal there. */
 function landing(root, probe, toward, name) {
   const origin = probe.clone().addScaledVector(toward, -0.25);
   const [hit] = new THREE.Raycaster(origin, toward, 0, 0.6).intersectObject(root, true);
@@ -70,7 +70,7 @@ function landing(root, probe, toward, name) {
   return {point: hit.point.addScaledVector(normal, TIP_RADIUS), normal};
 }
 
-/** Position keys {t, at, velocity} and aim keys {t, finger} of one hand. */
+/** Returns position keys {t, at, velocity} and aim keys {t, finger} of one hand. */
 function track(hand, touches) {
   const still = new THREE.Vector3();
   const forward = new THREE.Vector3(0, -0.25, -1).normalize();
@@ -115,20 +115,20 @@ function touchKeys({toward, rub, contactAt, holdTime, stay, speed, releaseAt}) {
   ];
 }
 
-/** The finger rests where the rub ended, until just before it lifts. */
+/** Rests the finger where the stroke ended, until just before it lifts. */
 function resting(last, releaseAt) {
   const still = {...last, velocity: new THREE.Vector3()};
   last.velocity.set(0, 0, 0);
   return [{...still, t: releaseAt - SETTLE_TIME}, {...still, velocity: new THREE.Vector3(), t: releaseAt}];
 }
 
-/** The finger comes from an elbow behind and beside it, and leans into the surface. */
+/** Returns the direction of a finger whose elbow is behind and beside it and which leans into the surface. */
 function aim({hand, toward}) {
   const elbow = new THREE.Vector3(hand === 'right' ? 0.16 : -0.16, 0.12, 0.36);
   return elbow.negate().normalize().addScaledVector(toward, 0.3).normalize();
 }
 
-/** Cubic Hermite through the keys. */
+/** Interpolates the keys by cubic Hermite splines. */
 function position(keys, t) {
   const next = keys.findIndex((key) => key.t > t);
   if (next <= 0) return (next === 0 ? keys[0] : keys.at(-1)).at.clone();
@@ -149,7 +149,7 @@ function direction(aims, t) {
   return a.finger.clone().lerp(b.finger, smooth((t - a.t) / (b.t - a.t))).normalize();
 }
 
-/** The head leans towards each touch in turn: {position, target}. */
+/** Returns the pose of the head, which leans towards each touch in turn: {position, target}. */
 function headPose(touches, t) {
   const poses = touches.map(gaze);
   const pose = {position: poses[0].position.clone(), target: poses[0].target.clone()};

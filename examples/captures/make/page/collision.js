@@ -1,7 +1,7 @@
-/** Distance from a point to the objects' surfaces, triangle by triangle. */
+/** Computes the distance from a point to the objects' surfaces, triangle by triangle. */
 import * as THREE from 'three';
 
-/** One object's surface in world space; objects do not move. */
+/** The surface of one object in world space; objects do not move. */
 export class Surface {
   #triangles = [];
   #bounds = new THREE.Box3();
@@ -12,7 +12,7 @@ export class Surface {
     object.root.traverse((node) => node.isMesh && this.#add(node));
   }
 
-  /** The surface's nearest point within `limit` of `point`: {distance, normal}, or null. */
+  /** Returns the surface's nearest point within `limit` of `point`: {distance, normal}, or null. */
   nearest(point, limit) {
     if (this.#bounds.distanceToPoint(point) > limit) return null;
     const candidate = new THREE.Vector3();

@@ -1,8 +1,8 @@
 /**
- * An emulated hand: what is drawn, and how to place it so that its fingertip is at a given point.
+ * An emulated hand: its mesh, and its placement with the fingertip at a given point.
  *
  * The joints come from the XR frame. The hand is rigid, so its mesh is built once, from the joints
- * the session reports, as convex hulls round pairs of joint spheres.
+ * the session reports, as convex hulls around pairs of joint spheres.
  */
 import * as THREE from 'three';
 import {ConvexGeometry} from 'three/addons/geometries/ConvexGeometry.js';
@@ -50,7 +50,7 @@ export class Hand {
     input.quaternion.set(rotation.x, rotation.y, rotation.z, rotation.w);
   }
 
-  /** Moves the drawn hand to where the XR frame says it is; returns the fingertip's centre. */
+  /** Moves the mesh to the hand's pose in the XR frame; returns the fingertip's centre. */
   follow(frame) {
     const pose = frame.getPose(this.#source.targetRaySpace, this.#space).transform;
     this.#root.position.copy(pose.position);
@@ -60,12 +60,12 @@ export class Hand {
   }
 }
 
-/** Rotation whose -z is `finger` and whose y leans to `up`. */
+/** Returns a rotation with -z along `finger` and y towards `up`. */
 function basis(finger, up) {
   return new THREE.Matrix4().lookAt(new THREE.Vector3(), finger, up);
 }
 
-/** Joint centres and radii, in the hand's own space. */
+/** Returns joint centres and radii in the hand's space. */
 function readJoints(source, frame) {
   const joints = new Map();
   for (const [name, joint] of source.hand) {
@@ -96,14 +96,14 @@ function flesh(joints) {
   });
 }
 
-/** A forearm behind the wrist, along the line of the hand. */
+/** Creates a forearm behind the wrist, in line with the hand. */
 function sleeve(joints) {
   const {point} = joints.get('wrist');
   const back = point.clone().sub(joints.get('middle-finger-phalanx-proximal').point).setLength(0.26);
   return hull([{point, radius: 0.027}, {point: point.clone().add(back), radius: 0.036}]);
 }
 
-/** The skin stretched over spheres. */
+/** Creates the convex hull of spheres. */
 function hull(spheres) {
   const points = spheres.flatMap(({point, radius}) => {
     const ball = new THREE.IcosahedronGeometry(radius, 3).getAttribute('position');

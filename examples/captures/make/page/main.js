@@ -1,8 +1,8 @@
 /**
- * The page: an emulated WebXR headset session in which scripted hands touch the scene.
+ * Runs an emulated WebXR headset session in which scripted hands touch the scene.
  *
- * It is driven from outside, one frame at a time, through what it exports. Simulated time advances only when
- * a frame is asked for, so the capture is the same however slow the machine is.
+ * Its exports drive it one frame at a time from outside. Simulated time advances only when
+ * a frame is requested, so the capture does not depend on the speed of the machine.
  */
 import * as THREE from 'three';
 import {XRDevice, metaQuest3} from 'iwer';
@@ -16,8 +16,8 @@ import {SCRIPT} from './scripts.js';
 import {Toucher} from './touch.js';
 
 const STEPS_PER_SECOND = 60;
-const REST_STEPS = 45; // in contact for so long, a hand has done what there is to see
-const SMALLEST_SHARE = 0.004; // of the frame; less of an object is not worth a mask
+const REST_STEPS = 45; // steps of contact after which a hand counts as resting
+const SMALLEST_SHARE = 0.004; // share of the frame below which an object gets no mask
 const AMBIENT_C = 23;
 
 export {DURATION as duration};
@@ -32,7 +32,7 @@ renderer.setPixelRatio(1);
 renderer.setSize(innerWidth, innerHeight);
 renderer.toneMapping = THREE.NeutralToneMapping;
 renderer.shadowMap.enabled = true;
-renderer.shadowMap.autoUpdate = false; // once a frame, not once a pass
+renderer.shadowMap.autoUpdate = false; // once per frame, not once per pass
 renderer.xr.enabled = true;
 renderer.xr.setReferenceSpaceType('local-floor');
 document.body.append(renderer.domElement);
@@ -72,25 +72,25 @@ function meet(source, frame) {
   hands.push({hand, toucher: new Toucher(hand.handedness, surfaces), tip: null});
 }
 
-/** The protocol `scene` message that opens the capture. */
+/** Returns the protocol `scene` message that opens the capture. */
 export function sceneMessage() {
   return {t_s: 0, type: 'scene', replace: true, ambient_c: AMBIENT_C, objects: objects.map(sceneEntry)};
 }
 
-/** Runs to the next frame: {messages, jpeg, mask}, both pictures in base64. */
+/** Advances to the next frame: {messages, jpeg, mask}, both pictures in base64. */
 export function next() {
   return new Promise((resolve, reject) => {
     asked = {resolve, reject, messages: []};
   });
 }
 
-/** Whether a hand has been in contact for a while and stays there. */
+/** Returns whether a hand has been resting in contact for a while. */
 function isResting(t) {
   const ahead = REST_STEPS / STEPS_PER_SECOND;
   return script.contacts.some(({from, to}) => t > from + ahead && t < to - ahead / 2);
 }
 
-/** One XR frame: one step of simulated time, and a picture when one is due. */
+/** Runs one XR frame: one step of simulated time, and a picture when one is due. */
 function advance(frame) {
   if (!asked) return;
   steps++;
@@ -133,7 +133,7 @@ async function record(picture, t, {messages, resolve}) {
   resolve({messages, jpeg: base64(jpeg), mask: seen ? base64(seen.mask) : null});
 }
 
-/** The object a hand is at and that the picture shows, or null. */
+/** Returns the object near a hand that the picture shows, or null. */
 function attended(picture) {
   const candidates = hands
     .flatMap(({toucher, tip}) => toucher.attention(tip))
@@ -145,7 +145,7 @@ function attended(picture) {
   return null;
 }
 
-/** Moves the emulated headset and hands to where the script has them at time t. */
+/** Moves the emulated headset and hands to their scripted poses at time t. */
 function pose(t) {
   const {position, target} = script.head(t);
   const look = new THREE.Matrix4().lookAt(position, target, new THREE.Vector3(0, 1, 0));

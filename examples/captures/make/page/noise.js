@@ -1,4 +1,4 @@
-/** Deterministic noise: the same picture on every run, on every machine. */
+/** Deterministic noise, so that every run on every machine draws the same picture. */
 
 /** Hash of a lattice point, 0..1. */
 function lattice(x, y, seed) {

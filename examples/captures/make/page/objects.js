@@ -1,19 +1,19 @@
 /**
- * The objects of the scene: what the scene states about each, what it truly is, and its shape.
+ * The objects of the scene: their description for the service, their true material, and their shape.
  *
- * Ids carry no meaning on purpose. `states` is all that HapticVLM is told; `truth` is for grading.
+ * Ids deliberately carry no meaning. `states` is the description sent to HapticVLM; `truth` is for grading.
  */
 import * as THREE from 'three';
 import * as shapes from './shapes.js';
 import * as textures from './textures.js';
 
 export const TABLE_TOP = 0.74;
-/** Where the plant's pot stands, and how high it is. */
+/** Position and height of the plant's pot. */
 export const PLANT = {x: -1.04, z: -0.36, height: 0.1};
 
 const {group, solid} = shapes;
 
-/** Every touchable object, built and placed: {object_id, name, truth, states, root}. */
+/** Creates and places all touchable objects: {object_id, name, truth, states, root}. */
 export function buildObjects() {
   return [
     {name: 'Oak_Table_02', truth: 'wood', root: table()},
@@ -39,13 +39,13 @@ export function buildObjects() {
   }));
 }
 
-/** The object's entry in a protocol `scene` message. */
+/** Returns the object's entry in a protocol `scene` message. */
 export function sceneEntry({object_id, name, states, root}) {
   const {shader, ...stated} = states;
   return {object_id, name, ...stated, ...(shader && {shader: shaderOf(root)})};
 }
 
-/** What an engine knows of a material without a picture: its factors times the mean of its maps. */
+/** Returns the shader parameters known without a picture: factors times the mean of the maps. */
 function shaderOf(root) {
   let material = null;
   root.traverse((node) => (material ??= node.material));
@@ -65,7 +65,7 @@ function at(x, z, root, turn = 0) {
   return root;
 }
 
-/** A standard material with the maps of a surface, repeated over the mesh. */
+/** Creates a standard material with the maps of a surface, repeated over the mesh. */
 function matte(surface, {repeat = [1, 1], bump = 1, ...rest} = {}) {
   const maps = {};
   for (const [slot, map] of Object.entries(surface)) {
@@ -230,7 +230,7 @@ function plasma() {
   return group(blob, light);
 }
 
-/** Leaves only: the pot they grow from is the room's. */
+/** Creates the leaves only; their pot is part of the room. */
 function plant() {
   const green = matte(textures.leaf(), {bump: 1, side: THREE.DoubleSide});
   const root = group();

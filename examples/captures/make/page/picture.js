@@ -1,5 +1,5 @@
 /**
- * The mono pictures of the scene from the head: a JPEG for the service and an id pass for the mask.
+ * Takes mono pictures of the scene from the head: a JPEG for the service and an id pass for the mask.
  *
  * Pictures are read back synchronously: an asynchronous read starves behind a software GPU's queue.
  */
@@ -51,14 +51,14 @@ export class Camera {
     return {image, ids};
   }
 
-  /** JPEG bytes of a picture, top row first. */
+  /** Returns the JPEG bytes of a picture, top row first. */
   async encode({image}) {
     this.#canvas.getContext('2d').putImageData(image, 0, 0);
     const blob = await this.#canvas.convertToBlob({type: 'image/jpeg', quality: SCRIPT.quality});
     return new Uint8Array(await blob.arrayBuffer());
   }
 
-  /** Where an object is seen: {mask, share, region}, mask one byte a pixel, or null. */
+  /** Returns the visible part of an object: {mask, share, region}, mask with one byte per pixel; or null. */
   find({ids}, object) {
     const mask = new Uint8Array(SIDE * SIDE);
     const box = {left: SIDE, top: SIDE, right: -1, bottom: -1};
@@ -88,7 +88,7 @@ export class Camera {
     return image;
   }
 
-  /** Paints every object in its label's colour and all else black while `render` runs. */
+  /** Paints every object in the colour of its label and everything else black while `render` runs. */
   #labelled(render) {
     const scene = this.#scene;
     const {background} = scene;

@@ -1,4 +1,4 @@
-/** The room round the objects: walls, floor, window with a garden behind it, lamp light. */
+/** The room around the objects: walls, floor, window with a garden behind it, lamp light. */
 import * as THREE from 'three';
 import {RoomEnvironment} from 'three/addons/environments/RoomEnvironment.js';
 import {PLANT, TABLE_TOP} from './objects.js';
@@ -6,14 +6,14 @@ import {fractal} from './noise.js';
 import {slab, solid, turned} from './shapes.js';
 import {moulded, timber} from './textures.js';
 
-/** A scene with the room, its light and the objects in it. */
+/** Creates a scene with the room, its light and the objects. */
 export function buildRoom(renderer, objects) {
   const scene = new THREE.Scene();
   const generator = new THREE.PMREMGenerator(renderer);
   scene.environment = generator.fromScene(new RoomEnvironment(), 0.03, 0.1, 100, {size: 64}).texture;
   scene.environmentIntensity = 0.55;
   scene.add(...walls(), ...windowParts(), ...lamps(), pictureFrame(), flowerPot());
-  // Metal and glass mirror this very room, not a generic studio.
+  // Metal and glass mirror this room instead of a generic studio.
   const mirrored = generator.fromScene(scene, 0, 0.05, 20, {size: 128, position: new THREE.Vector3(0, 1.05, 0)});
   for (const {root} of objects) {
     root.traverse((node) => {
@@ -71,7 +71,7 @@ function windowParts() {
   ];
 }
 
-/** Sky, hills and hedges, a little blurred as things far away are. */
+/** Draws sky, hills and hedges, slightly blurred as at a distance. */
 function garden() {
   const canvas = new OffscreenCanvas(512, 320);
   const pen = canvas.getContext('2d');

@@ -1,10 +1,10 @@
 /**
- * What is touched, in which order, and how many pictures are kept of it; `?script=NAME` chooses.
+ * The scripts of touches: their objects, order and pictures; `?script=NAME` selects one.
  *
- * `probe` is a point on the object, `toward` the finger's direction into it, `slide` how far it rubs,
- * `speed` how fast it lands (m/s), `hold` how long it takes (s), `stay` how long the finger then rests there (s), `lead` the extra time its way there
- * takes (s), `gaze` how close the head comes (m). `side` and `quality` are the JPEG's; a picture is
- * taken every `every` steps, and every `still` steps while a hand has rested on one thing for a while.
+ * `probe` is a point on the object, `toward` the finger's direction into it, `slide` the length of the stroke (m),
+ * `speed` the speed of impact (m/s), `hold` its duration (s), `stay` the time the finger then rests (s), `lead` the extra time of its approach
+ * (s), `gaze` the distance of the head (m). `side` and `quality` are those of the JPEG; a picture is
+ * taken every `every` steps, and every `still` steps while a hand has rested on one object for a while.
  */
 const EVERY_OBJECT = [
   {hand: 'right', name: 'Oak_Table_02', speed: 0.5,
@@ -41,7 +41,7 @@ const EVERY_OBJECT = [
    probe: [-1.0, 0.99, -0.25], toward: [0, -1, -0.4], slide: [0.015, 0.01, 0.04]},
 ];
 
-/** Fewer touches, the warm mug first and long enough for warmth to arrive; small, as it is in the package. */
+/** Fewer touches, beginning with the warm mug, long enough to feel warmth; small pictures for the package. */
 const DEMO = [
   {hand: 'left', name: 'TeaMug_01', speed: 0.25, hold: 1.2, stay: 2.9, gaze: 0.36, lead: 0.4,
    probe: [-0.25, 0.8, -0.01], toward: [0.1, -0.35, -1], slide: [0.006, 0.005, 0]},

@@ -1,21 +1,21 @@
 /**
- * What one hand touches: fingertip positions in, protocol `touch` messages out.
+ * Converts the fingertip positions of one hand to protocol `touch` messages.
  *
  * Contact is geometry: the fingertip sphere meets a surface. Force is a Kelvin-Voigt fingertip,
- * F = k * depth + c * closing speed. Nothing here knows the script that moves the hand.
+ * F = k * depth + c * closing speed. It is independent of the script that moves the hand.
  */
 import * as THREE from 'three';
 import {TIP_RADIUS} from './choreography.js';
 
 const APPROACH_RANGE = 0.12; // m
-const APPROACH_SPEED = 0.05; // m/s, slower is not heading anywhere
+const APPROACH_SPEED = 0.05; // m/s, slower is not an approach
 const RELEASE_GAP = 0.002; // m beyond the fingertip, so that contact does not chatter
 const SLIDE_SPEED = 0.02; // m/s along the surface
 const STRIKE_SPEED = 0.42; // m/s just before contact; below it a contact is a tap
 const RENEWAL = 0.05; // s between messages of a held phase
 const STIFFNESS = 380; // N/m, fingertip pulp
 const DAMPING = 6; // N s/m
-const NEAR = 0.15; // m, an object this close is worth a mask
+const NEAR = 0.15; // m, an object this close gets a mask
 
 export class Toucher {
   #hand;
@@ -31,7 +31,7 @@ export class Toucher {
     this.#surfaces = surfaces;
   }
 
-  /** Objects this hand is at, best first: in contact, approached, merely near. */
+  /** The objects near this hand, closest relation first: in contact, approached, near. */
   attention(tip) {
     const rank = {contact: 0, approach: 1};
     return this.#surfaces
@@ -44,7 +44,7 @@ export class Toucher {
       }));
   }
 
-  /** The messages of this step: the fingertip is at `tip` at time `t`, `dt` after the last. */
+  /** Returns the messages of this step: the fingertip is at `tip` at time `t`, `dt` after the last. */
   step(tip, t, dt) {
     const velocity = this.#previous ? tip.clone().sub(this.#previous).divideScalar(dt) : new THREE.Vector3();
     const impact = this.#velocity.length();
@@ -93,7 +93,7 @@ export class Toucher {
     return messages;
   }
 
-  /** The surface the fingertip will run into within the approach range, if any. */
+  /** Returns the surface that the fingertip will reach within the approach range, if any. */
   #ahead(tip, velocity) {
     if (velocity.length() < APPROACH_SPEED) return null;
     const ray = new THREE.Raycaster(tip, velocity.clone().normalize(), 0, APPROACH_RANGE + TIP_RADIUS);

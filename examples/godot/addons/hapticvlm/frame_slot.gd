@@ -1,11 +1,11 @@
 extends RefCounted
-## One picture is with the service at a time; the newest waits and takes the place of one that waits.
+## Sends one picture at a time to the service; a newer picture replaces one that waits.
 
-## Pictures that were not sent.
+## Number of pictures that were not sent.
 var lost := 0
 
 var _link: RefCounted
-var _sent_id := 0  # of the frame that the service has; 0: none
+var _sent_id := 0  # id of the unanswered frame; 0: none
 var _next := {}
 
 
@@ -21,7 +21,7 @@ func put(frame: Dictionary) -> void:
 		_send()
 
 
-## A message with this id has come: perhaps the answer that the next frame waits for.
+## Handles the id of a received message, which may answer the pending frame.
 func hear(id: int) -> void:
 	if _sent_id > 0 and id == _sent_id:
 		_sent_id = 0
@@ -35,5 +35,5 @@ func clear() -> void:
 
 func _send() -> void:
 	if _sent_id == 0 and not _next.is_empty():
-		_sent_id = _link.tell_packed("frame", _next)
+		_sent_id = _link.send_packed("frame", _next)
 		_next = {}

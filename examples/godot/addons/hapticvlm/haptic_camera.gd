@@ -1,20 +1,20 @@
 class_name HapticCamera
 extends Node
-## Shows the service pictures of objects that are touched and not yet known.
+## Sends pictures of touched objects that the service cannot identify by name.
 ##
-## A picture is taken from the scene's camera, turned to the object and zoomed until it fills the
-## frame; a second one of the object alone gives its mask. Both are drawn once, when needed. Meshes
-## of hands stand on a layer of their own and are left out.
+## A picture is taken from the position of the scene's camera, aimed at the object and zoomed until it fills the
+## frame; a second one of the object alone provides its mask. Both are drawn once, on demand. Meshes
+## of hands are on a separate layer and are omitted.
 
 const SIDE := 448  # px; the service reads it at half this size
 const QUALITY := 0.8
 const EVERY_S := 0.5
-const MOST := 5  # pictures of one object
-const MARGIN := 1.15  # of the object's size
+const MAX_PICTURES := 5  # of one object
+const MARGIN := 1.15  # relative to the object's size
 const HANDS_LAYER := 19
 const ALONE_LAYER := 20
 
-## Pictures that were sent.
+## Number of pictures sent.
 var taken := 0
 
 var _counts := {}  # object id -> pictures
@@ -44,7 +44,7 @@ func _process(_delta: float) -> void:
 			return
 
 
-## Take a picture of an object now and send it.
+## Takes and sends a picture of an object.
 func take(object: HapticObject) -> void:
 	var bounds := _bounds(object)
 	var eye := get_viewport().get_camera_3d()
@@ -69,7 +69,7 @@ func take(object: HapticObject) -> void:
 func _is_wanted(object: HapticObject) -> bool:
 	var decision: Dictionary = HapticService.current.decisions.get(object.object_id, {})
 	var is_unknown: bool = decision.get("material", "") == "unknown"
-	return object.shows_pictures and is_unknown and _counts.get(object.object_id, 0) < MOST
+	return object.shows_pictures and is_unknown and _counts.get(object.object_id, 0) < MAX_PICTURES
 
 
 func _viewport(layers: int) -> SubViewport:
@@ -124,7 +124,7 @@ func _send(object_id: String) -> void:
 	HapticService.current.show_frame(message)
 
 
-## The object's pixels as an 8-bit PNG; empty when it is not seen.
+## Returns the object's pixels as an 8-bit PNG; empty when it is hidden.
 func _mask(outline: Image) -> PackedByteArray:
 	outline.convert(Image.FORMAT_RGBA8)
 	if outline.is_invisible():

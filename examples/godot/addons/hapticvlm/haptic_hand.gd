@@ -1,34 +1,34 @@
 class_name HapticHand
 extends Area3D
-## The part of a hand that feels: a small area at a fingertip or a controller's front.
+## The touching part of a hand: a small area at a fingertip or the front of a controller.
 ##
-## Bodies that hold a HapticObject and touch this area are felt. Move the node however you like:
-## speed is measured from where it is, in the frame of what it touches, so that a hand resting on a
-## moving train is still.
+## Bodies with a HapticObject that touch this area are felt. The node may be moved in any way:
+## speed is computed from its positions, relative to the touched object, so that a hand resting on a
+## moving train has no speed.
 
-## A touch begins (`object` is a HapticObject), and the hand has let go of everything.
+## Emitted when a touch begins (`object` is a HapticObject), and when the hand has released everything.
 signal touched(object: HapticObject)
 signal released
 
-const RENEWAL_S := 0.05  # the service holds a touch for 0.25 s without news
-const SLIDE_MPS := 0.02  # slower is holding
+const RENEWAL_S := 0.05  # the service ends a touch after 0.25 s without a message
+const SLIDE_MPS := 0.02  # slower is a held contact
 const STRIKE_MPS := 0.42  # a contact slower than this is a tap
-const APPROACH_S := 0.5  # how far ahead an approach is seen
-const APPROACH_MPS := 0.05  # slower is not heading anywhere
+const APPROACH_S := 0.5  # look-ahead time of an approach
+const APPROACH_MPS := 0.05  # slower is not an approach
 const SMOOTHING_S := 0.03
 
 @export_enum("left", "right") var hand := "right"
-## How hard it presses, newton: set it from a trigger or from how deep the hand is.
+## Force in newtons: set it from a trigger or from the depth of penetration.
 @export_range(0.0, 50.0, 0.1, "suffix:N") var force_n := 1.5
-## The gesture of this hand when your scene knows it: press, carve ...; empty: by its speed.
+## The gesture of this hand if your scene knows it: press, carve ...; empty: chosen by speed.
 @export var interaction := ""
 
 var speed_mps := 0.0
-## What is felt now, or null.
+## The touched object, or null.
 var object: HapticObject
 
 var _inside: Array[HapticObject] = []  # the newest last
-var _was := Transform3D.IDENTITY  # the hand, in the frame of what it touches
+var _was := Transform3D.IDENTITY  # the hand, relative to the touched object
 var _frame_of: Node3D
 var _velocity := Vector3.ZERO  # in the world, for approaches
 var _at := Vector3.ZERO
@@ -56,7 +56,7 @@ func _physics_process(delta: float) -> void:
 	if HapticService.current == null or HapticService.now_s() - _sent_at < RENEWAL_S:
 		return
 	if object != null:
-		_say("slide" if speed_mps > SLIDE_MPS else "contact", {})
+		_send("slide" if speed_mps > SLIDE_MPS else "contact", {})
 	elif _velocity.length() > APPROACH_MPS:
 		_approach()
 
@@ -71,7 +71,7 @@ func _enter(body: Node3D) -> void:
 	if is_first:
 		_strike()
 	else:
-		_say("slide", {})
+		_send("slide", {})
 	touched.emit(met)
 
 
@@ -85,13 +85,13 @@ func _leave(body: Node3D) -> void:
 		_let_go()
 
 
-## The impact has the speed with which the hand came, not the one it has when it is stopped.
+## Uses the speed of the hand before the impact, not its speed after it.
 func _strike() -> void:
 	var impact := maxf(speed_mps, _velocity.length())
 	var gesture := interaction
 	if gesture.is_empty():
 		gesture = "strike" if impact > STRIKE_MPS else "tap"
-	_say("contact", {"interaction": gesture, "speed_mps": impact})
+	_send("contact", {"interaction": gesture, "speed_mps": impact})
 
 
 func _hold(met: HapticObject) -> void:
@@ -105,7 +105,7 @@ func _let_go() -> void:
 		return
 	object = null
 	_frame_of = null
-	_say("release", {})
+	_send("release", {})
 	released.emit()
 
 
@@ -122,10 +122,10 @@ func _approach() -> void:
 	var ahead: HapticObject = HapticObject.by_body[hit["collider"]]
 	var closing := -_velocity.dot(hit["normal"])
 	var fields := {"object_id": ahead.object_id, "distance_m": distance, "closing_mps": closing}
-	_say("approach", fields)
+	_send("approach", fields)
 
 
-func _say(phase: String, fields: Dictionary) -> void:
+func _send(phase: String, fields: Dictionary) -> void:
 	if HapticService.current == null:
 		return
 	_sent_at = HapticService.now_s()
@@ -147,7 +147,7 @@ func _measure(delta: float) -> void:
 	_was = here
 
 
-## Where the hand is in the frame of what it touches; turned and moved, not scaled.
+## Returns the hand relative to the touched object, with rotation and translation but no scale.
 func _here() -> Transform3D:
 	if _frame_of == null or not is_instance_valid(_frame_of):
 		return global_transform

@@ -1,14 +1,14 @@
 @tool
 class_name HapticObject
 extends Node
-## Makes its parent, a physics body or area, an object that hands feel.
+## Makes its parent, a physics body or area, an object that hands can feel.
 ##
-## What is left empty is not said: the service then finds the material by name, shader or picture.
+## Empty properties are not sent: the service then decides the material by name, shader or picture.
 
-## Every object, by the body that holds it.
+## All objects, by their body.
 static var by_body := {}
 
-## What the service reads the material from; empty: the parent's name.
+## The name from which the service derives the material; empty: the parent's name.
 @export var label := ""
 ## A material of the service (wood, glass, steel ...); empty: the service decides.
 @export var material := ""
@@ -19,16 +19,16 @@ static var by_body := {}
 @export_group("Vibrates by itself")
 @export_enum("As its name says", "Yes", "No") var hums := 0
 @export_range(15.0, 360.0, 0.1, "suffix:Hz") var hum_hz := 50.0
-## How strongly it is felt in a hand on it.
+## Strength of the vibration in a hand on it.
 @export_range(0.0, 1.0, 0.01) var hum_level := 0.3
-## The bodies that carry it: what hums is felt through them, too.
+## The bodies that carry it; its hum is also felt through them.
 @export var stands_on: Array[NodePath] = []
 @export_group("More")
-## Thickness of a thin thing in metres; 0: not stated.
+## Thickness of a thin object in metres; 0: not stated.
 @export_range(0.0, 10.0, 0.001, "suffix:m") var thickness_m := 0.0
-## Pictures may be taken of it when its material is not known otherwise.
+## Whether pictures of it may be taken when its material is unknown.
 @export var shows_pictures := true
-## Its name on the wire; empty: its path in the scene.
+## Its id for the service; empty: its path in the scene.
 @export var object_id := ""
 
 
@@ -41,7 +41,7 @@ func _enter_tree() -> void:
 	say()
 
 
-## Only now are the ids of all that it stands on known.
+## Runs after the ids of all carriers are known.
 func _ready() -> void:
 	if not Engine.is_editor_hint() and not stands_on.is_empty():
 		say()
@@ -58,16 +58,16 @@ func _exit_tree() -> void:
 func _get_configuration_warnings() -> PackedStringArray:
 	if get_parent() is CollisionObject3D:
 		return []
-	return ["Put this below a body with a collision shape: a StaticBody3D, a RigidBody3D ..."]
+	return ["Add this below a body with a collision shape: a StaticBody3D, a RigidBody3D ..."]
 
 
-## Tell the service of this object anew, after a change of its properties.
+## Sends this object to the service again after a change of its properties.
 func say() -> void:
 	if HapticService.current != null:
 		HapticService.current.add(_described())
 
 
-## The meshes that are seen of it.
+## Returns its visible meshes.
 func meshes() -> Array[MeshInstance3D]:
 	var found: Array[MeshInstance3D] = []
 	for node: Node in get_parent().find_children("*", "MeshInstance3D", true, false):
@@ -97,7 +97,7 @@ func _described() -> Dictionary:
 	return object
 
 
-## The ids of what carries it; the protocol takes 16.
+## Returns the ids of its carriers; the protocol allows 16.
 func _carriers() -> Array[String]:
 	var found: Array[String] = []
 	for path in stands_on:
@@ -107,7 +107,7 @@ func _carriers() -> Array[String]:
 	return found.slice(0, 16)
 
 
-## The parameters of the first standard material: metals are told by them.
+## Returns the parameters of the first standard material, which identify metals.
 func _shader() -> Dictionary:
 	for mesh in meshes():
 		if mesh.mesh == null or mesh.mesh.get_surface_count() == 0:
@@ -125,7 +125,7 @@ func _shader() -> Dictionary:
 	return {}
 
 
-## A path is the same at every start, which keeps what was decided; ids have 128 characters at most.
+## Shortens a path to 128 characters. Paths are the same at every start, so cached decisions remain valid.
 func _id_of(path: String) -> String:
 	var short := path.trim_prefix("/root/")
 	return short if short.to_utf8_buffer().size() <= 128 else short.sha256_text()

@@ -1,29 +1,29 @@
 class_name HapticPulses
 extends Node
-## Plays what a hand feels on what the user holds: an XR controller, a gamepad or a phone.
+## Plays the vibration of a hand on the user's device: an XR controller, a gamepad or a phone.
 ##
 ## Each `vibration` event is a plan of at most 100 ms that replaces the one before. Every frame
-## plays the strongest value since the frame before it: a short strike is not missed. After the
-## end of a plan there is silence: a lost link ends by itself.
+## plays the strongest value since the last frame, so that a short strike is not missed. After the
+## end of a plan there is silence, so the device stops when the link is lost.
 
 enum Output { XR_CONTROLLER, GAMEPAD, PHONE }
 
-const PULSE_S := 0.03  # two frames at 72 Hz: the next call takes over before it ends
+const PULSE_S := 0.03  # two frames at 72 Hz, so that the next call replaces it before it ends
 const WEAKEST := 0.02
 
 @export_enum("left", "right") var hand := "right"
 ## An XR_CONTROLLER is this node's parent, an XRController3D.
 @export var output := Output.XR_CONTROLLER
-## 1 plays what the service sends; more makes weak motors felt.
+## Factor applied to the vibration; values above 1 help weak motors.
 @export_range(0.0, 4.0, 0.05) var gain := 1.0
 ## The haptic action of your OpenXR action map.
 @export var action := "haptic"
-## Which gamepad, counted from 0.
+## Index of the gamepad, from 0.
 @export var gamepad := 0
 
-## What is played now, 0..1.
+## The amplitude being played, 0..1.
 var amplitude := 0.0
-## How often the motor was told to run.
+## Number of commands sent to the motor.
 var pulses := 0
 
 var _values := PackedFloat64Array()
@@ -47,7 +47,7 @@ func _process(_delta: float) -> void:
 		_play()
 
 
-## Why this output is silent, in one sentence; empty when it is not.
+## Returns the reason why this output is silent, in one sentence; empty if it is not.
 func silence() -> String:
 	var service := HapticService.current
 	if service == null:
@@ -55,9 +55,9 @@ func silence() -> String:
 	if gain == 0.0:
 		return "the gain is 0"
 	if output == Output.XR_CONTROLLER and not get_parent() is XRController3D:
-		return "put this node below an XRController3D"
+		return "add this node below an XRController3D"
 	if output == Output.GAMEPAD and gamepad not in Input.get_connected_joypads():
-		return "no gamepad %d is connected" % gamepad
+		return "gamepad %d is not connected" % gamepad
 	return service.silence()
 
 
@@ -70,7 +70,7 @@ func _receive(vibration: Dictionary) -> void:
 	_played_to = 0.0
 
 
-## The strongest value of the plan between the frame before and this one.
+## Returns the strongest value of the plan between the last frame and this one.
 func _strongest(at_s: float) -> float:
 	var first := floori(_played_to / _period_s)
 	var last := mini(floori(at_s / _period_s), _values.size() - 1)

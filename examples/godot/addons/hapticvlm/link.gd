@@ -1,29 +1,29 @@
 extends RefCounted
-## One WebSocket to the service, opened anew whenever it is lost. It carries maps of any meaning.
+## One WebSocket to the service that reconnects when it is lost. It transports messages without interpreting them.
 ##
-## Messages are JSON; those that carry a picture are MessagePack. `poll` is called once a frame and
-## never waits: what has arrived is handed on, what is sent goes into the socket's own buffer.
+## Messages are JSON; those with a picture are MessagePack. `poll` is called once per frame and
+## never blocks: it passes on received messages, and sent ones go to the socket's buffer.
 
 const MessagePack := preload("message_pack.gd")
 const PROTOCOL := {"major": 1, "minor": 1}
-const HERE := "ws://127.0.0.1:8790/"
+const LOCAL_URL := "ws://127.0.0.1:8790/"
 const FIRST_WAIT_S := 0.25  # before the first reconnect; doubled each time, with jitter
 const LONGEST_WAIT_S := 5.0
 const LONGEST_FRAME_S := 0.5
-const SILENCE_S := 5.0  # telemetry comes ten times a second: a link silent this long is lost
+const SILENCE_S := 5.0  # telemetry arrives ten times a second, so a link silent this long is lost
 
-## Called with each message, and with what its request was asked as ("" for events).
+## Called with each message and the label of its request ("" for events).
 var on_message: Callable
 var on_lost: Callable
 var is_open := false  # the service has answered `hello`
-var said := ""  # why the last link ended, in words
+var said := ""  # the reason why the last link ended
 
 var _socket: WebSocketPeer
 var _url := ""
 var _token := ""
-var _has_greeted := false
+var _has_sent_hello := false
 var _next_id := 1
-var _asked := {}  # request id -> what it was asked as, until it is answered
+var _asked := {}  # unanswered request id -> its label
 var _wait_s := FIRST_WAIT_S
 var _retry_at := 0.0
 var _silent_s := 0.0
@@ -36,34 +36,34 @@ func open(url: String, token: String) -> void:
 	_socket = WebSocketPeer.new()
 	_socket.outbound_buffer_size = 4 << 20
 	_socket.inbound_buffer_size = 1 << 20
-	_has_greeted = false
+	_has_sent_hello = false
 	_silent_s = 0.0
 	_polled_at = now_s()
 	if _socket.connect_to_url(url) != OK:
-		_lose("not the address of a WebSocket")
+		_lose("not a WebSocket address")
 
 
-## Where the service is, as the project says. A page that the service itself serves talks to that
-## service; all else to this machine.
+## Returns the address from the project settings. Otherwise a page served by the service connects to that
+## service, and everything else to this machine.
 static func address() -> String:
-	var given: String = ProjectSettings.get_setting("hapticvlm/url", "")
-	if not given.is_empty():
-		return given
+	var setting: String = ProjectSettings.get_setting("hapticvlm/url", "")
+	if not setting.is_empty():
+		return setting
 	if not OS.has_feature("web"):
-		return HERE
+		return LOCAL_URL
 	var location := JavaScriptBridge.get_interface("location")
 	if not str(location.pathname).begins_with("/scene/"):
-		return HERE
+		return LOCAL_URL
 	return "%s://%s/" % ["wss" if location.protocol == "https:" else "ws", location.host]
 
 
-## End the link, with a close that the service sees at once.
-func close(why: String) -> void:
+## Closes the link with a close frame, so that the service notices at once.
+func close(reason: String) -> void:
 	if _socket == null:
 		return
-	_socket.close(1000, why)
+	_socket.close(1000, reason)
 	_socket.poll()
-	_lose(why)
+	_lose(reason)
 
 
 func poll() -> void:
@@ -76,21 +76,21 @@ func poll() -> void:
 	if state == WebSocketPeer.STATE_CLOSED:
 		_lose(_socket.get_close_reason())
 	elif state == WebSocketPeer.STATE_OPEN:
-		_greet()
+		_send_hello()
 		_receive_all()
 	if _socket != null and _is_silent():
-		close("nothing heard for %d s" % SILENCE_S)
+		close("no message for %d s" % SILENCE_S)
 
 
-## Send a message; return its id. `asked` comes back with the answer.
-func tell(type: String, fields: Dictionary, asked := "") -> int:
+## Sends a message and returns its id. `asked` is passed on with the answer.
+func send(type: String, fields: Dictionary, asked := "") -> int:
 	var message := _numbered(type, fields, asked)
 	_socket.send_text(JSON.stringify(message, "", false, true))
 	return message["id"]
 
 
-## The same for a message that carries a picture.
-func tell_packed(type: String, fields: Dictionary) -> int:
+## Sends a message with a picture and returns its id.
+func send_packed(type: String, fields: Dictionary) -> int:
 	var message := _numbered(type, fields, "")
 	_socket.send(MessagePack.encode(message))
 	return message["id"]
@@ -107,18 +107,18 @@ func _numbered(type: String, fields: Dictionary, asked: String) -> Dictionary:
 	return fields.merged({"type": type, "id": id})
 
 
-func _greet() -> void:
-	if _has_greeted:
+func _send_hello() -> void:
+	if _has_sent_hello:
 		return
-	_has_greeted = true
+	_has_sent_hello = true
 	var client := {"name": "godot %s" % Engine.get_version_info()["string"], "version": "1.0.0"}
 	var hello := {"role": "scene", "protocol": PROTOCOL, "client": client}
 	if not _token.is_empty():
 		hello["token"] = _token
-	tell("hello", hello)
+	send("hello", hello)
 
 
-## A frame that took seconds, as the first ones do, is no silence of the service.
+## Measures silence without long frames, since the first frames can take seconds.
 func _is_silent() -> bool:
 	_silent_s += minf(LONGEST_FRAME_S, now_s() - _polled_at)
 	_polled_at = now_s()
@@ -146,12 +146,12 @@ func _receive(message: Dictionary) -> void:
 	on_message.call(message, asked)
 
 
-func _lose(why: String) -> void:
+func _lose(reason: String) -> void:
 	var was_open := is_open
 	is_open = false
 	_socket = null
 	_asked.clear()
-	said = why if said.is_empty() or not why.is_empty() else said
+	said = reason if said.is_empty() or not reason.is_empty() else said
 	_retry_at = now_s() + _wait_s * randf_range(0.5, 1.5)
 	_wait_s = minf(LONGEST_WAIT_S, 2.0 * _wait_s)
 	if was_open:

@@ -1,7 +1,7 @@
 extends RefCounted
-## Writes MessagePack, the encoding of messages that carry a picture (JSON has no bytes).
+## Encodes MessagePack for messages with a picture, because JSON cannot contain bytes.
 ##
-## Only what the protocol uses: maps with short text keys, lists, text, bytes, numbers, booleans.
+## Supports the types of the protocol: maps with string keys, lists, strings, bytes, numbers, booleans.
 
 
 static func encode(value: Variant) -> PackedByteArray:

@@ -1,9 +1,13 @@
-"""Frames on a serial line: COBS, CRC-16, and a cutter of any bytes into frames. Pure.
+"""Frames the messages of a serial line with COBS and CRC-16, and finds frames in any bytes. Pure.
 
-A frame is COBS(type, seq, payload, CRC-16/CCITT-FALSE, little endian) between two zeros
-(`firmware/PROTOCOL.md`). COBS removes every zero, so a zero ends a frame and nothing else does; the
-first one ends whatever noise began, so that noise costs no frame.
-Knows no message.
+A frame is COBS(type, seq, payload, CRC-16/CCITT-FALSE, little endian) between two zero bytes
+(`firmware/PROTOCOL.md`). COBS (consistent overhead byte stuffing) rewrites the content so that it
+holds no zero byte, at the cost of one byte in 254. A zero therefore always marks the end of a
+frame, and a reader that starts in the middle of one is in step again at the next zero. The zero
+before the frame ends whatever noise the line picked up while it was idle, so that noise does not
+destroy the frame behind it. The CRC detects what noise changes within a frame.
+
+This module does not know what a frame means.
 """
 
 from __future__ import annotations
@@ -17,12 +21,12 @@ MAX_WIRE = 2 + MAX_PAYLOAD + 2 + 2  # with type, seq, CRC, the COBS code byte an
 _CRC_START = 0xFFFF
 _CRC_BYTES = 2
 _HEAD_BYTES = 2
-_LONGEST_BLOCK = 0xFF - 1  # bytes that one code byte can count
+_MAX_BLOCK = 0xFF - 1  # bytes that one code byte can count
 
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """Type, sequence number (both 0..255) and payload; as received, it passed its CRC."""
+    """Type and sequence number (both 0..255) and payload; a received one has passed its CRC."""
 
     kind: int
     seq: int
@@ -30,7 +34,7 @@ class Frame:
 
 
 def frame(content: Frame) -> bytes:
-    """Write type, seq and payload as one frame between two zeros."""
+    """Encode type, seq and payload as one frame between two zeros."""
     raw = bytes((content.kind, content.seq)) + content.payload
     checked = raw + binascii.crc_hqx(raw, _CRC_START).to_bytes(_CRC_BYTES, "little")
     return b"\0" + stuff(checked) + b"\0"
@@ -40,16 +44,16 @@ def stuff(raw: bytes) -> bytes:
     """Remove every zero by COBS: each code byte counts the bytes up to the next zero."""
     stuffed = bytearray()
     for part in raw.split(b"\0"):
-        left = part
-        while len(left) >= _LONGEST_BLOCK:
-            stuffed += b"\xff" + left[:_LONGEST_BLOCK]
-            left = left[_LONGEST_BLOCK:]
-        stuffed += bytes((len(left) + 1,)) + left
+        rest = part
+        while len(rest) >= _MAX_BLOCK:
+            stuffed += b"\xff" + rest[:_MAX_BLOCK]
+            rest = rest[_MAX_BLOCK:]
+        stuffed += bytes((len(rest) + 1,)) + rest
     return bytes(stuffed)
 
 
 def unstuff(stuffed: bytes) -> bytes | None:
-    """Undo `stuff`; None for what COBS cannot have written."""
+    """Undo `stuff`; return None for bytes that COBS cannot produce."""
     raw = bytearray()
     at = 0
     while at < len(stuffed):
@@ -59,13 +63,13 @@ def unstuff(stuffed: bytes) -> bytes | None:
             return None
         raw += block
         at += code
-        if code <= _LONGEST_BLOCK and at < len(stuffed):
+        if code <= _MAX_BLOCK and at < len(stuffed):
             raw.append(0)
     return bytes(raw)
 
 
 class Deframer:
-    """Cuts a stream of any bytes into frames; what is none is dropped and counted in `bad`."""
+    """Cuts a stream of any bytes into frames; anything else is dropped and counted in `bad`."""
 
     def __init__(self) -> None:
         self.bad = 0
@@ -73,21 +77,21 @@ class Deframer:
         self._is_too_long = False
 
     def feed(self, data: bytes) -> list[Frame]:
-        """Add bytes as they come; return the frames they end. Keeps less than MAX_WIRE."""
+        """Add received bytes and return the frames they complete; buffers less than MAX_WIRE."""
         *ended, rest = data.split(b"\0")
         frames = []
         for part in ended:
             self._append(part)
-            found = self._end()
-            if found is not None:
-                frames.append(found)
+            received = self._end()
+            if received is not None:
+                frames.append(received)
         self._append(rest)
         return frames
 
     def _append(self, part: bytes) -> None:
-        # A line that sends anything but zeros must not fill the memory: what cannot be a frame any
-        # more is dropped at once and counted when its end comes. The next zero begins a new frame,
-        # so a single bad byte costs one frame and never two.
+        # A line that never sends a zero must not fill the memory. Bytes that are too many for a
+        # frame are dropped at once and counted when their end comes. The next zero starts a new
+        # frame, so a single bad byte costs one frame and never two.
         if len(self._pending) + len(part) >= MAX_WIRE:
             self._is_too_long = True
             self._pending.clear()
@@ -101,9 +105,9 @@ class Deframer:
         self._is_too_long = False
         if not stuffed and not was_too_long:
             return None
-        found = None if was_too_long else _check(unstuff(stuffed))
-        self.bad += found is None
-        return found
+        received = None if was_too_long else _check(unstuff(stuffed))
+        self.bad += received is None
+        return received
 
 
 def _check(raw: bytes | None) -> Frame | None:

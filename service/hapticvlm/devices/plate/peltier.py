@@ -1,7 +1,15 @@
-"""The plate on a serial line: one thread reads and writes the port, nobody else waits for it.
+"""Drives a plate on a serial line: one thread reads and writes the port, and nobody waits for it.
 
-The protocol is `plate_session.py`'s business; this is the port around it, which may vanish at any
-time and is opened again with growing pauses. Opening resets most boards (DTR): expected.
+The protocol is in `session.py`; this module owns the port around it. The port may vanish at any
+time and is opened again with growing pauses. Opening it resets most boards (through DTR), which is
+expected and harmless: a board starts with its bridge open.
+
+Two threads meet here. The gateway's event loop commands, rests and asks for the reading. The
+plate's own thread reads and writes the port, and each read may block for READ_S. Both use the
+session, a plain state machine, under one lock. The lock is held while something is computed and
+never over a read or a write, so the event loop waits for microseconds. If the serial driver hangs,
+it holds up the plate's thread alone. If this process dies, the time to live of the last setpoint
+ends on the board, which then switches off by itself.
 """
 
 from __future__ import annotations
@@ -22,19 +30,28 @@ from hapticvlm.devices.plate.session import PlateSession
 from hapticvlm.processes.priority import request_priority
 from hapticvlm.rendering.heat.limits import PlateReading
 
-HANDSHAKE_S = 5.0  # the slowest boot loader took 1.4 s to the first telemetry
+HANDSHAKE_S = 5.0  # the slowest boot loader takes 1.4 s to the first telemetry
 READ_BYTES = 256
-PAUSES_S = (0.25, 0.5, 1.0, 2.0, 5.0)  # before each try to open the port again, then the last
-SIGN_OFF_S = 0.5
-TURN_S = 0.018  # of a simulated board: a tick, less what a clock may be off
+REOPEN_PAUSES_S = (
+    0.25,
+    0.5,
+    1.0,
+    2.0,
+    5.0,
+)  # before each try to open the port again, then the last
+SIGN_OFF_S = 0.5  # for the board to acknowledge the last off
+TURN_S = 0.018  # between polls of a simulated board: a tick, less what a clock may be off
 JOIN_S = 2.0
-PRIORITY = 15  # above the gateway's loop, whose orders it sends, below the audio's
+PRIORITY = 15  # above the gateway's loop, whose orders this thread sends, below the audio thread's
 
 logger = logging.getLogger(__name__)
 
 
 class Peltier:
-    """A plate behind a port: `start` it, or `connect` and then call `poll` in lock-step."""
+    """A plate behind a serial port, for use from any thread.
+
+    Call `start` to have a thread follow the port, or `connect` and then `poll` in lock-step.
+    """
 
     def __init__(
         self,
@@ -45,9 +62,10 @@ class Peltier:
         simulated: bool = False,
         realtime: bool = False,
     ) -> None:
-        """`address` is a port, a pyserial URL or `auto`; `clock` is the one `now` comes from.
+        """Open nothing yet. `address` is a port, a pyserial URL or `auto`.
 
-        With `realtime` the thread asks for that priority: a stop must not wait for a busy loop.
+        `clock` returns seconds and is the clock of every `now`. With `realtime` the thread asks for
+        real-time priority, so that a stop does not wait for a busy event loop.
         """
         self.simulated = simulated
         self.name = "simulated plate" if simulated else address
@@ -57,54 +75,48 @@ class Peltier:
         self._open_port = open_port
         self._clock = clock
         self._session = PlateSession()
-        # Two threads meet here. The gateway's event loop commands, rests and asks for the reading;
-        # the plate's own thread reads and writes the port, which may block for READ_S. Both go
-        # through the session, a plain state machine, under this lock, which is held for computing
-        # only and never over a read or a write: the loop waits for microseconds. A stop does not
-        # wait for the read either, `off` cancels it. If this process dies, nothing here matters:
-        # the setpoint's own time to live ends on the board.
-        self._lock = threading.Lock()
+        self._lock = threading.Lock()  # guards the session, and taking the port away
         self._port: Port | None = None
         self._polled_at = -math.inf
-        self._trouble = ""  # why the port was closed last
-        self._place: PortInfo | None = None
+        self._failure = ""  # reason why the port was closed last
+        self._port_info: PortInfo | None = None
         self._closing = threading.Event()
         self._thread: threading.Thread | None = None
 
     @property
     def counts(self) -> dict[str, int]:
-        """What did not fit on the line, here and on the board."""
+        """Number of each kind of irregularity on the line, here and on the board, by name."""
         with self._lock:
             return self._session.counts
 
     def start(self) -> None:
-        """Connect, then follow the port in a thread until closed. Raises DeviceError."""
+        """Connect, then follow the port in a thread until `close`. Raises DeviceError."""
         self.connect()
         self._thread = threading.Thread(target=self._run, name="plate", daemon=True)
         self._thread.start()
 
     def connect(self) -> None:
-        """Open the port and wait for the board's answer. Raises DeviceError, naming each port."""
+        """Open the port and wait until the board answers. Raises DeviceError, naming each port."""
         failures = []
-        for place in ports.candidate_ports(self._address):
+        for port_info in ports.candidate_ports(self._address):
             try:
-                self._open(place)
+                self._open(port_info)
                 self._handshake()
             except DeviceError as error:
-                failures.append(f"{place.text}: {error}")
+                failures.append(f"{port_info.text}: {error}")
                 continue
             return
         raise DeviceError(f"no plate answered; {'; '.join(failures)}")
 
     def poll(self) -> None:
-        """Read once, for at most READ_S, then write what is due; a failing port is closed."""
+        """Read once, for at most READ_S, then write what is due; a port that fails is closed."""
         if self._port is None:
             return
         try:
-            # The read blocks for READ_S at most and outside the lock: a serial adapter that hangs
-            # in the kernel holds up this thread and nobody else. Everything between is computed
-            # under the lock, and what it gives is written outside again. What is commanded and
-            # is to be sent at once ends the read; where a port cannot do that it is sent after it.
+            # Read and write happen outside the lock, so that a serial adapter that hangs in the
+            # kernel holds up this thread and nobody else. The session computes under the lock. A
+            # command that must be sent at once ends the read (`_end_read`); where the port cannot
+            # end a read, the command is sent after it.
             data = self._port.read(READ_BYTES)
             now = self._polled_at = self._clock()
             with self._lock:
@@ -117,10 +129,10 @@ class Peltier:
             self._disconnect(str(error))
             return
         if is_gone:
-            self._disconnect("nothing understandable came")
+            self._disconnect("no valid message came; is it a plate? If so: hapticvlm plate flash")
 
     def command(self, setpoint_c: float, ttl_s: float, now: float) -> None:
-        """Hold `setpoint_c` for `ttl_s`; sent by the thread without waiting for its read to end."""
+        """Hold `setpoint_c` (degC) for `ttl_s`; the thread ends its read to send it at once."""
         with self._lock:
             if self._session.command(setpoint_c, ttl_s, now):
                 self._end_read()
@@ -132,27 +144,28 @@ class Peltier:
             self._end_read()
 
     def off(self, now: float) -> None:  # noqa: ARG002 - the board's clock decides
-        """Open the bridge at once; sent by the thread without waiting for its read to end."""
+        """Open the bridge at once; the thread ends its read to send it."""
         with self._lock:
             self._session.off()
             self._end_read()
 
     def advance(self, now: float) -> PlateReading:
-        """Return the plate's last reading; nothing measured if that is too long ago."""
+        """Return the plate's last reading; temperatures are None when it is too old."""
         with self._lock:
-            # The thread of a simulated board shares the interpreter with the event loop, and what
-            # it computes holds up a touch. So it lives on when the loop looks at it, which is just
-            # after a touch, and not at moments of its own.
+            # The thread of a simulated board shares the interpreter with the event loop, and its
+            # computing would delay a touch. So the board is advanced when the loop asks for the
+            # reading, which is just after a touch, and not at moments of its own.
             if self.simulated and self._session.is_moving and now - self._polled_at >= TURN_S:
                 self._end_read()
             return self._session.reading(now)
 
-    def clear(self, named: str, patience_s: float = 1.0) -> None:
-        """Unlatch one fault, by name or number; waits for the answer, so not on an event loop.
+    def clear(self, fault: str, patience_s: float = 1.0) -> None:
+        """Unlatch one fault, given its name or number, and wait for the answer.
 
-        Raises DeviceError if the board refuses or does not answer, ValueError for no such fault.
+        Blocks for up to `patience_s`, so do not call it on an event loop. Raises DeviceError if the
+        board refuses or does not answer, ValueError if there is no such fault.
         """
-        number = faults.numbered(named)
+        number = faults.number_of(fault)
         with self._lock:
             self._session.clear(number)
         answer = self._await_answer(patience_s)
@@ -162,30 +175,35 @@ class Peltier:
             raise DeviceError(f"its cause is still there. {faults.FIRMWARE[number].text}")
         if answer is not Answer.OK:
             reply = "nothing" if answer is None else answer.name.lower()
-            raise DeviceError(f"the board answered {reply} to clear {number}")
+            raise DeviceError(f"the board answered {reply} to clear {number}; try again")
 
     def close(self) -> None:
-        """Switch the plate off and close the port; waits for a fraction of a second."""
+        """Switch the plate off and close the port; blocks for a fraction of a second."""
         if self._closing.is_set():
             return
         self._closing.set()
         if self._thread is not None:
             self._thread.join(JOIN_S)
             if self._thread.is_alive():
-                logger.error("%s: the port is stuck; the board's lease ends the heat", self.name)
+                logger.error(
+                    "%s: the port does not respond within %g s and stays open; the lease on the "
+                    "board ends the heat",
+                    self.name,
+                    JOIN_S,
+                )
                 return
         self._sign_off()
 
     def _end_read(self) -> None:
-        """Let the thread send at once what it would send when its read ends; under the lock."""
+        """End the thread's read, so that it sends what is due at once; call it under the lock."""
         cancel = getattr(self._port, "cancel_read", None)  # pyserial's socket:// has none
         if cancel is not None:
             with contextlib.suppress(OSError):
                 cancel()
 
-    def _open(self, place: PortInfo) -> None:
-        self._port = self._open_port(place.url)
-        self._place = place
+    def _open(self, port_info: PortInfo) -> None:
+        self._port = self._open_port(port_info.url)
+        self._port_info = port_info
         with self._lock:
             self._session.opened(self._clock())
 
@@ -199,25 +217,25 @@ class Peltier:
             if self._session.is_ready and self._session.telemetry is not None:
                 self._name()
                 return
-        trouble = self._session.refusal or self._trouble or f"no answer within {HANDSHAKE_S:g} s"
-        self._disconnect(trouble)
+        failure = self._session.refusal or self._failure or f"no answer within {HANDSHAKE_S:g} s"
+        self._disconnect(failure)
         self._session = PlateSession()
-        raise DeviceError(trouble)
+        raise DeviceError(failure)
 
     def _name(self) -> None:
         board = self._session.board
-        if self.simulated or self._place is None or board is None:
+        if self.simulated or self._port_info is None or board is None:
             return
         version = f"{board.firmware_major}.{board.firmware_minor}.{board.firmware_patch}"
         self.firmware = f"{version} (board {board.board_id})"
-        self.name = f"plate on {self._place.url}, firmware {version}, board {board.board_id}"
+        self.name = f"plate on {self._port_info.url}, firmware {version}, board {board.board_id}"
 
-    def _disconnect(self, trouble: str) -> None:
-        self._trouble = trouble
-        with self._lock:  # nobody cancels a read of what is being closed
-            # The port is taken away under the lock and closed outside it: closing may block in the
-            # driver of an adapter that was pulled out, and `off` must find either a port that is
-            # open or none.
+    def _disconnect(self, failure: str) -> None:
+        self._failure = failure
+        with self._lock:
+            # The port is taken away under the lock, so that `off` finds either an open port or
+            # none and never ends a read of a port that is being closed. It is closed outside the
+            # lock, because closing may block in the driver of an adapter that was pulled out.
             port = self._port
             self._port = None
             self._session.lost()
@@ -228,24 +246,26 @@ class Peltier:
     def _run(self) -> None:
         if self._realtime:
             request_priority(PRIORITY)
-        tries = 0
+        attempts = 0
         while not self._closing.is_set():
             if self._port is not None:
                 self.poll()
-                # A port that opens is no plate yet: another device may answer there, or a boot
-                # loader. So the pauses grow until a board has answered, and only then begin anew.
-                tries = 0 if self._session.is_ready else tries
-            elif not self._closing.wait(PAUSES_S[min(tries, len(PAUSES_S) - 1)]):
-                self._reopen(tries)
-                tries += 1
+                # An open port is not yet a plate: another device may be there, or a boot loader. So
+                # the pauses grow until a board has answered, and only then start again from the
+                # first.
+                attempts = 0 if self._session.is_ready else attempts
+            elif not self._closing.wait(REOPEN_PAUSES_S[min(attempts, len(REOPEN_PAUSES_S) - 1)]):
+                self._reopen(attempts)
+                attempts += 1
 
-    def _reopen(self, tries: int) -> None:
-        """Try one port that may be the same plate; which one goes round."""
-        known = None if self._place is None else self._place.usb
+    def _reopen(self, attempts: int) -> None:
+        """Try one of the ports with the same USB identity, a different one at each attempt."""
+        known = None if self._port_info is None else self._port_info.usb
         try:
-            found = [place for place in ports.candidate_ports(self._address) if place.usb == known]
-            if found:
-                self._open(found[tries % len(found)])
+            candidates = ports.candidate_ports(self._address)
+            same = [port_info for port_info in candidates if port_info.usb == known]
+            if same:
+                self._open(same[attempts % len(same)])
         except (DeviceError, OSError) as error:
             logger.debug("plate: %s", error)
 

@@ -1,4 +1,8 @@
-"""Serial ports: which may lead to a plate, and how one is opened. The only home of pyserial."""
+"""Lists the serial ports that may lead to a plate, and opens them. Only this module uses pyserial.
+
+A port is chosen by its USB identity (vendor, product, serial number), so that a plate that is
+plugged in again is recognised although the system may give it another name.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +18,7 @@ AUTO = "auto"
 READ_S = 0.02
 WRITE_S = 0.2
 
-# USB vendors of boards and of the serial chips on their copies; our list.
+# USB vendor ids of boards, and of the serial chips on boards that copy them; our list.
 _VENDORS = {
     0x2341: "Arduino",
     0x2A03: "Arduino",
@@ -27,13 +31,13 @@ _WORDS = ("arduino", "ch340", "usb serial", "usb-serial", "cp210", "ft232")
 
 
 class Port(Protocol):
-    """What is used of a pyserial port: bulk reads that end after READ_S, writes, close."""
+    """The part of a pyserial port that is used: reads that end after READ_S, writes, close."""
 
     def read(self, size: int, /) -> bytes:
-        """Return up to `size` bytes, after READ_S what there is."""
+        """Return `size` bytes, or those that arrived within READ_S."""
 
     def write(self, data: bytes, /) -> int | None:
-        """Write all of it, or raise after WRITE_S."""
+        """Write all of `data`, or raise OSError after WRITE_S."""
 
     def close(self) -> None:
         """Close the port."""
@@ -41,7 +45,7 @@ class Port(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class PortInfo:
-    """A port by name or pyserial URL, its description by the system, its USB identity if any."""
+    """A port: its name or pyserial URL, the system's description, and its USB identity if any."""
 
     url: str
     label: str
@@ -49,41 +53,41 @@ class PortInfo:
 
     @property
     def text(self) -> str:
-        """How a person finds it."""
+        """Name and description, as shown to a person."""
         return f"{self.url} ({self.label})" if self.label else self.url
 
 
 def candidate_ports(address: str) -> list[PortInfo]:
-    """Return the port asked for, or with `auto` those that may lead to a plate, likeliest first.
+    """Return the port at `address`; for `auto`, every port that may lead to a plate.
 
-    Raises DeviceError, naming every port there is, when `auto` finds none.
+    Raises DeviceError, naming every port of this machine, when `auto` finds none.
     """
     if address != AUTO:
         return [PortInfo(address, "")]
-    seen = _seen()
-    likely = [place for place, is_likely in seen if is_likely]
+    present = _present()
+    likely = [port_info for port_info, is_likely in present if is_likely]
     if not likely:
         raise DeviceError(
-            f"no port looks like a plate; ports seen: {_listed([place for place, _ in seen])}; "
+            f"no port looks like a plate; ports seen: {_listed([info for info, _ in present])}; "
             "plug the plate in, or name its port"
         )
     return likely
 
 
 def open_port(url: str) -> Port:
-    """Open a port by name or pyserial URL for this program alone. Raises DeviceError."""
+    """Open a port, by name or pyserial URL, for this program alone. Raises DeviceError."""
     import serial
 
     try:
-        found: Port = serial.serial_for_url(
-            url, baudrate=BAUD, timeout=READ_S, write_timeout=WRITE_S, **_alone(url)
+        port: Port = serial.serial_for_url(
+            url, baudrate=BAUD, timeout=READ_S, write_timeout=WRITE_S, **_exclusive(url)
         )
     except (serial.SerialException, OSError, ValueError) as error:
         raise DeviceError(f"can't be opened: {_reason(error)}") from None
-    return found
+    return port
 
 
-def _alone(url: str) -> dict[str, Any]:
+def _exclusive(url: str) -> dict[str, Any]:
     return {} if "://" in url else {"exclusive": True}
 
 
@@ -94,13 +98,13 @@ def _reason(error: Exception) -> str:
     return os.strerror(number) if number else str(error)
 
 
-def _seen() -> list[tuple[PortInfo, bool]]:
+def _present() -> list[tuple[PortInfo, bool]]:
     from serial.tools import list_ports
 
-    return [(_place(info), _is_likely(info)) for info in sorted(list_ports.comports())]
+    return [(_port_info(info), _is_likely(info)) for info in sorted(list_ports.comports())]
 
 
-def _place(info: Any) -> PortInfo:  # noqa: ANN401 - pyserial has no types
+def _port_info(info: Any) -> PortInfo:  # noqa: ANN401 - pyserial has no types
     label = info.description if info.description not in (None, "n/a") else ""
     if info.vid is None:
         return PortInfo(info.device, label)
@@ -116,5 +120,5 @@ def _is_likely(info: Any) -> bool:  # noqa: ANN401
     return info.vid in _VENDORS or any(word in words for word in _WORDS)
 
 
-def _listed(found: list[PortInfo]) -> str:
-    return ", ".join(place.text for place in found) or "none"
+def _listed(ports: list[PortInfo]) -> str:
+    return ", ".join(port_info.text for port_info in ports) or "none"

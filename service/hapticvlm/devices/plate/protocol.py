@@ -1,7 +1,7 @@
-"""The messages between host and plate, one frame each. Pure.
+"""Encodes and decodes the messages between host and plate, one frame each. Pure.
 
-Written from `firmware/PROTOCOL.md`; a test compares the numbers with the firmware's own header.
-Integers are little endian. Knows no port, no clock and no plate.
+The messages are those of `firmware/PROTOCOL.md`; a test compares the numbers with the firmware's
+own header. Integers are little endian. This module knows no port, clock or plate.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ MAJOR = 1
 MINOR = 2
 BAUD = 250_000  # exact on a 16 MHz ATmega328P
 MAX_TTL_MS = 1000
-NO_READING = -(2**31)
-LIMITED_BY_CURRENT = 1 << 2  # in `limited`
+NO_READING = -(2**31)  # on the wire; None in a Telemetry
+LIMITED_BY_CURRENT = 1 << 2  # bit in `Telemetry.limited`
 
 
 class Answer(IntEnum):
-    """The answer in an ACK."""
+    """Result of a request, as an ACK reports it."""
 
     OK = 0
     UNKNOWN = 1
@@ -40,7 +40,7 @@ class Answer(IntEnum):
 
 
 class State(IntEnum):
-    """What the board is doing."""
+    """Activity of the board: off, holding a setpoint, returning to neutral, or faulted."""
 
     OFF = 0
     HOLDING = 1
@@ -49,12 +49,12 @@ class State(IntEnum):
 
 
 class LineError(HapticVLMError):
-    """A frame passed its CRC and is still no message of this protocol."""
+    """A frame passed its CRC but is not a message of this protocol."""
 
 
 @dataclass(frozen=True, slots=True)
 class Hello:
-    """Host: open the conversation."""
+    """Host: start a session with this protocol version."""
 
     major: int
     minor: int
@@ -70,7 +70,7 @@ class Setpoint:
 
 @dataclass(frozen=True, slots=True)
 class Off:
-    """Host: bridge off at once."""
+    """Host: open the bridge at once."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,14 +80,14 @@ class Rest:
 
 @dataclass(frozen=True, slots=True)
 class Clear:
-    """Host: unlatch one fault."""
+    """Host: unlatch one fault, by its number."""
 
     fault: int
 
 
 @dataclass(frozen=True, slots=True)
 class HelloReply:
-    """Board: who it is and what it accepts."""
+    """Board: its versions, identity and limits; units are in the names (mc: milli-degC)."""
 
     major: int
     minor: int
@@ -108,17 +108,17 @@ class HelloReply:
 
     @property
     def refusal(self) -> str | None:
-        """Why this board can't be used, if it can't."""
+        """Reason why this board cannot be used, with what to do; None if it can."""
         if self.major == MAJOR:
             return None
-        cure = "flash the firmware of this release" if self.major < MAJOR else "upgrade it"
+        remedy = "flash the firmware of this release" if self.major < MAJOR else "upgrade it"
         return (
             f"the board speaks plate protocol {self.major}.{self.minor}, this hapticvlm "
-            f"{MAJOR}.{MINOR}: {cure}"
+            f"{MAJOR}.{MINOR}: {remedy}"
         )
 
     def drive(self, duty: int) -> tuple[float, float]:
-        """Return the share of full drive, -1..1, and the current in A that a duty stands for."""
+        """Convert a duty to the share of full drive, -1 (cool) to 1 (heat), and the current, A."""
         cap = self.cool_cap
         limit_ma = self.cool_limit_ma
         if duty > 0:
@@ -130,7 +130,7 @@ class HelloReply:
 
 @dataclass(frozen=True, slots=True)
 class Telemetry:
-    """Board: its state, 20 times a second; None is no reading. Units as on the wire."""
+    """Board: its state, 20 times a second; None means no reading. Units are those of the wire."""
 
     uptime_ms: int
     state: int
@@ -149,17 +149,17 @@ class Telemetry:
 
     @classmethod
     def read(cls, values: Iterable[int]) -> Self:
-        """Make one from the integers of its payload, in order."""
+        """Build it from the integers of its payload, in order."""
         names = [field.name for field in fields(cls)]
-        found: dict[str, Any] = dict(zip(names, values, strict=True))
+        arguments: dict[str, Any] = dict(zip(names, values, strict=True))
         for name in _READINGS:
-            found[name] = None if found[name] == NO_READING else found[name]
-        return cls(**found)
+            arguments[name] = None if arguments[name] == NO_READING else arguments[name]
+        return cls(**arguments)
 
 
 @dataclass(frozen=True, slots=True)
 class Ack:
-    """Board: what became of one frame."""
+    """Board: the result of one frame of the host, identified by its type and seq."""
 
     of_kind: int
     of_seq: int
@@ -167,7 +167,7 @@ class Ack:
 
     @property
     def answer(self) -> Answer:
-        """The code; one of a newer firmware counts as unknown."""
+        """The code as an Answer; a code of a newer firmware counts as UNKNOWN."""
         return Answer(self.code) if self.code <= max(Answer) else Answer.UNKNOWN
 
 
@@ -193,7 +193,7 @@ def kind_of(message: Message) -> int:
 
 
 def encode(message: Message, seq: int) -> bytes:
-    """Write a message as one frame with its ending zero; `seq` counts modulo 256."""
+    """Encode a message as one frame between two zeros; `seq` counts modulo 256."""
     kind = kind_of(message)
     values = (getattr(message, field.name) for field in fields(message))
     numbers = [NO_READING if value is None else value for value in values]
@@ -201,13 +201,13 @@ def encode(message: Message, seq: int) -> bytes:
 
 
 def decode(received: Frame) -> Message:
-    """Read the message in a frame. Raises LineError for an unknown type or a wrong size."""
+    """Decode the message in a frame. Raises LineError for an unknown type or a wrong size."""
     if received.kind not in _LAYOUTS:
-        raise LineError(f"no message has type {received.kind:#04x}")
+        raise LineError(f"unknown message type {received.kind:#04x}")
     message, layout = _LAYOUTS[received.kind]
     if len(received.payload) != layout.size:
         raise LineError(
-            f"{message.__name__} has {len(received.payload)} bytes instead of {layout.size}"
+            f"{message.__name__} has {len(received.payload)} bytes; it must have {layout.size}"
         )
     values = layout.unpack(received.payload)
     return Telemetry.read(values) if message is Telemetry else message(*values)

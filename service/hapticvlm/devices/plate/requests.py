@@ -1,9 +1,12 @@
-"""What the host asks of the board: a setpoint with its lease, and orders that must arrive. Pure.
+"""Decides what the host sends to the board: setpoints with their lease, and orders. Pure.
 
-A setpoint is sent with what is left of its time to live. After a loss, a reset of the board or a
-fault the drive is held: only a fresh command takes effect, one that follows a rest or a pause in
-commanding. A caller that just goes on drives nothing. Orders (rest, off, clear) are sent again
-until the board acknowledges.
+A setpoint carries the time that is left of its lease (time to live) and needs no acknowledgement,
+since it is renewed all the time. An order (rest, off, clear) is repeated until the board
+acknowledges it or MAX_TRIES are used up.
+
+After a lost port, a reset of the board or a fault the drive is blocked. Only a fresh command
+unblocks it: one that follows a rest, or a pause in commanding of FRESH_AFTER_S. A caller that
+merely continues drives nothing, because the touch it renews began before the fault.
 """
 
 from __future__ import annotations
@@ -14,20 +17,19 @@ from hapticvlm.devices.plate import protocol as plate_protocol
 from hapticvlm.devices.plate.protocol import Ack, Answer, Message, Off, Rest
 from hapticvlm.rendering.heat import limits as plate_limits
 
-# a changed setpoint is sent at most, the same one at least as often
-CHANGE_S = 0.04
-RENEW_S = 0.1
-PAUSE_S = 0.5  # longer than the service's own lease: a caller that paused this long has released it
-ANSWER_S = 0.15
-TRIES = 5
+CHANGE_INTERVAL_S = 0.04  # at least, between setpoints that differ
+RENEW_INTERVAL_S = 0.1  # between equal setpoints, to renew the lease
+FRESH_AFTER_S = 0.5  # longer than the service's own lease, so such a pause means a release
+ACK_TIMEOUT_S = 0.15  # before an order is sent again
+MAX_TRIES = 5
 
 
 class Orders:
-    """The newest order, and the sequence number of everything the host sends."""
+    """Repeats the newest order until it is acknowledged, and numbers everything the host sends."""
 
     def __init__(self) -> None:
         self.answer: Answer | None = None  # to the newest order
-        self.lost = 0
+        self.lost = 0  # orders that were never acknowledged
         self._seq = 0
         self._message: Message | None = None
         self._message_seq = self._tries = 0
@@ -35,18 +37,18 @@ class Orders:
 
     @property
     def is_waiting(self) -> bool:
-        """Whether the newest order is not answered yet."""
+        """Whether the newest order is not acknowledged yet."""
         return self._message is not None
 
     def encode(self, message: Message) -> bytes:
-        """Write a message under the next sequence number."""
+        """Encode a message with the next sequence number."""
         return plate_protocol.encode(message, self._next_seq())
 
     def put(self, message: Message) -> None:
-        """Order something; it replaces an older order, but no rest replaces an unanswered off."""
-        # One order waits for its acknowledgement, the newest. But a rest drives the plate to
-        # neutral, and who ordered off may have seen that its sensor lies: that order outlives a
-        # later rest.
+        """Replace the current order by this one, unless it is a rest and an off is unanswered."""
+        # Only the newest order waits for its acknowledgement, with one exception. A rest drives the
+        # plate back to neutral, and the caller that ordered off may have seen that a sensor reads
+        # wrong, so driving at all would be dangerous: an unanswered off outlives a later rest.
         if isinstance(message, Rest) and isinstance(self._message, Off):
             return
         self._message, self._message_seq = message, self._next_seq()
@@ -55,19 +57,19 @@ class Orders:
         self.answer = None
 
     def drop(self) -> None:
-        """Forget the order."""
+        """Drop the current order."""
         self._message = None
 
     def drop_rest(self) -> None:
-        """Forget an unanswered rest: a newer command must not be undone by its repetition."""
+        """Drop an unanswered rest, since its repetition would undo a newer command."""
         if isinstance(self._message, Rest):
             self._message = None
 
     def due(self, now: float) -> bytes:
-        """Return the order to send now, or nothing; one that never arrives is counted in `lost`."""
-        if self._message is None or now - self._sent_at < ANSWER_S:
+        """Return the frame to send now, or b""; an order that used up its tries counts as lost."""
+        if self._message is None or now - self._sent_at < ACK_TIMEOUT_S:
             return b""
-        if self._tries >= TRIES:
+        if self._tries >= MAX_TRIES:
             self.lost += 1
             self._message = None
             return b""
@@ -76,7 +78,7 @@ class Orders:
         return plate_protocol.encode(self._message, self._message_seq)
 
     def acknowledge(self, ack: Ack) -> None:
-        """Receive an acknowledgement; one of another order changes nothing."""
+        """Record an acknowledgement; one of an older order changes nothing."""
         message = self._message
         if message is None or ack.of_seq != self._message_seq:
             return
@@ -90,52 +92,56 @@ class Orders:
 
 
 class Drive:
-    """One setpoint with its lease."""
+    """Holds one setpoint with its lease, and decides whether a command may drive the plate."""
 
     def __init__(self) -> None:
-        self.ignored = 0
+        self.ignored = 0  # commands that had no effect because the drive was blocked
         self._setpoint_mc: int | None = None
         self._sent_mc: int | None = None
-        self._until = self._sent_at = self._commanded_at = -math.inf
-        self._is_held = False
+        self._expires_at = self._sent_at = self._commanded_at = -math.inf
+        self._is_blocked = False
         self.is_driving = False  # a setpoint was sent and its lease has not ended
 
     def command(self, setpoint_c: float, ttl_s: float, now: float, *, may_drive: bool) -> bool:
-        """Accept a setpoint, limited to the band, for `ttl_s`; return whether it takes effect."""
+        """Accept a setpoint in degC, limited to the band, for `ttl_s`.
+
+        Returns whether it takes effect: not while `may_drive` is false, nor for a caller that
+        merely continues after that.
+        """
         if not 0.0 < ttl_s < math.inf:
             return False
-        # After a fault or a reset the plate must not go on by itself: the hand may have left, the
-        # cause may be there still. A touch that is still renewed looks like any other command, so
-        # what tells a new one is a pause, longer than any lease. A caller that never pauses is
-        # ignored and counted.
-        goes_on = abs(now - self._commanded_at) <= PAUSE_S
+        # After a fault or a reset the plate must not resume by itself: the hand may have left, and
+        # the cause may still be there. A renewal of the old touch looks like any other command, so
+        # a new touch is recognised by the pause before it, which is longer than any lease. Commands
+        # of a caller that never pauses are ignored and counted.
+        is_renewal = abs(now - self._commanded_at) <= FRESH_AFTER_S
         self._commanded_at = now
-        self._is_held = not may_drive or (self._is_held and goes_on)
-        if self._is_held:
+        self._is_blocked = not may_drive or (self._is_blocked and is_renewal)
+        if self._is_blocked:
             self.ignored += 1
             return False
         self._setpoint_mc = round(plate_limits.within_range(setpoint_c).setpoint_c * 1000.0)
-        self._until = now + ttl_s
+        self._expires_at = now + ttl_s
         return True
 
     def rest(self) -> None:
-        """End the lease; the next command is a fresh one."""
+        """End the lease; the next command counts as fresh."""
         self._release()
         self._commanded_at = -math.inf
 
-    def hold(self) -> None:
-        """End the lease; a caller that goes on commanding drives nothing."""
+    def block(self) -> None:
+        """End the lease and ignore commands until a fresh one arrives."""
         self._release()
-        self._is_held = True
+        self._is_blocked = True
 
     def is_due(self, now: float) -> bool:
         """Whether there is a setpoint to send now."""
-        pause_s = RENEW_S if self._setpoint_mc == self._sent_mc else CHANGE_S
+        pause_s = RENEW_INTERVAL_S if self._setpoint_mc == self._sent_mc else CHANGE_INTERVAL_S
         return self._setpoint_mc is not None and now - self._sent_at >= pause_s
 
     def due(self, now: float) -> plate_protocol.Setpoint | None:
-        """Return the setpoint to send now, if any; a lease that has run out ends here."""
-        left_s = self._until - now
+        """Return the setpoint to send now, or None; an expired lease ends here."""
+        left_s = self._expires_at - now
         if self._setpoint_mc is None or left_s <= 0.0:
             self._release()
             return None
@@ -150,4 +156,4 @@ class Drive:
     def _release(self) -> None:
         self._setpoint_mc = self._sent_mc = None
         self.is_driving = False
-        self._until = self._sent_at = -math.inf
+        self._expires_at = self._sent_at = -math.inf

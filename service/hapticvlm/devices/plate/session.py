@@ -1,13 +1,19 @@
-"""The host's half of the plate's protocol: bytes and `now` in, bytes and readings out. Sans-I/O.
+"""Speaks the host's half of the plate's protocol: bytes and `now` in, bytes and readings out.
 
-The owner of the port calls `opened`, `receive` and `lost`, and writes what `outgoing` returns, many
-times a second. Nothing is driven before the board has answered a HELLO of our major version. A
-setpoint is sent with what is left of its lease and never after it. After a loss, a reset of the
-board or a fault nothing is driven until a fresh command arrives (`requests.py`). Bytes that do not
-fit the protocol are counted; no input raises an error.
+Sans-I/O: the owner of the port calls `opened`, `receive` and `lost`, and writes what `outgoing`
+returns, many times a second. It also serialises the calls, since nothing here takes a lock.
 
-Two more things are watched here because the board cannot: whether its clock runs at the right rate
-(`BoardClock`), and the dose over resets of a board that forgets it (`Dose`).
+The plate is driven only after the board has answered a HELLO with our major version. Every setpoint
+carries the time that is left of its lease, and none is sent after the lease has ended. So if the
+host hangs or dies, the board stops by itself within that time. After a lost port, a reset of the
+board or a fault the drive is blocked until a fresh command arrives (`requests.py`). Faults latch in
+the firmware until they are cleared by name; the faults that the host finds (unplugged, silent,
+wrong version, not following, wrong clock) go when their cause goes. Bytes that do not fit the
+protocol are counted; no input raises an error.
+
+Two more things are watched here because the board cannot watch them: whether its own clock runs at
+the right rate (`BoardClock`), and the dose of the skin when a reset has erased the board's count
+(`Dose`).
 """
 
 from __future__ import annotations
@@ -24,98 +30,23 @@ from hapticvlm.devices.plate.requests import Drive, Orders
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.heat.limits import PlateReading
 
-WINDOW_S = 10.0
-LARGEST_DRIFT = 0.05  # ceramic resonators are within 0.5 %; our choice
-WRONG_WINDOWS = 2
-_UPTIME_WRAPS_MS = 2**32
-REST_S = 900.0  # without heat until a new session's heat may begin: our choice, as long as one
-HELLO_S = 0.25  # between HELLOs; a boot loader eats the first ones
-RX_TIMEOUT_S = 0.5  # ten telemetries missed while listening
-POLL_TIMEOUT_S = 2.0  # without listening: whoever reads the port is stuck
+HELLO_S = 0.25  # between HELLOs; a boot loader swallows the first ones
+RX_TIMEOUT_S = 0.5  # without telemetry while the port is read: ten messages are missing
+POLL_TIMEOUT_S = 2.0  # without a read of the port: the thread that reads it is stuck
 TRACKING_TIMEOUT_S = 0.8  # of setpoints that the board does not follow: a fault within a second
-REOPEN_AFTER_S = 3.0  # longer than a boot loader: then the port is worth opening again
-_UPTIME_WRAPS = 2**32
-
-
-@dataclass(slots=True)
-class BoardClock:
-    """What one board's uptime says, from a reset on."""
-
-    is_wrong: bool = False
-    _started: tuple[int, float] | None = None
-    _window_at: float = 0.0
-    _least_late_s: float = 0.0
-    _before: tuple[float, float] | None = None  # middle of the last window, its least delay
-    _wrong_windows: int = 0
-
-    def note(self, uptime_ms: int, now: float) -> None:
-        """Receive an uptime that arrived at `now`."""
-        if self._started is None:
-            self._started = (uptime_ms, now)
-            self._window_at = now
-            self._least_late_s = 0.0
-            return
-        first_ms, begun = self._started
-        late_s = (now - begun) - ((uptime_ms - first_ms) % _UPTIME_WRAPS_MS) / 1000.0
-        if now - self._window_at >= WINDOW_S:
-            self._judge(now)
-            self._window_at = now
-            self._least_late_s = late_s
-        self._least_late_s = min(self._least_late_s, late_s)
-
-    def _judge(self, now: float) -> None:
-        before = self._before
-        self._before = (now, self._least_late_s)
-        if before is None:
-            return
-        then, was_late_s = before
-        # Lateness is what the line, the operating system and this process add: it is never negative
-        # and changes from one telemetry to the next. The least of a window is nearly free of it. A
-        # clock that runs at the right rate keeps that least value, one that runs wrong moves it by
-        # the same share in every window.
-        drift = abs(self._least_late_s - was_late_s) / (now - then)
-        self._wrong_windows = self._wrong_windows + 1 if drift > LARGEST_DRIFT else 0
-        self.is_wrong = self._wrong_windows >= WRONG_WINDOWS
-
-
-@dataclass(slots=True)
-class Dose:
-    """Thermal dose in CEM43 minutes and heat in seconds, as the board reports them and before."""
-
-    _reported: tuple[float, float] = (0.0, 0.0)
-    _carried: tuple[float, float] = (0.0, 0.0)
-    _rested_since: float | None = None
-    _is_restarted: bool = False
-
-    @property
-    def total(self) -> tuple[float, float]:
-        """Dose and heat of the whole session."""
-        return self._reported[0] + self._carried[0], self._reported[1] + self._carried[1]
-
-    def update(self, dose_cem43: float, heated_s: float, now: float) -> None:
-        """Update from the board's report; the report of its earlier run is dropped after a rest."""
-        # A board that was reset by its watchdog keeps its dose in memory that survives, one that
-        # lost its supply counts from zero. Both report one number. So after a reset what was known
-        # before is added, unless the board's own count already contains it.
-        is_remembered = dose_cem43 >= self._carried[0] and heated_s >= self._carried[1]
-        if self._is_restarted and is_remembered:
-            self._carried = (0.0, 0.0)
-        self._is_restarted = False
-        if heated_s > self._reported[1] or self._rested_since is None:
-            self._rested_since = now
-        elif now - self._rested_since >= REST_S:
-            self._carried = (0.0, 0.0)
-        self._reported = dose_cem43, heated_s
-
-    def restart(self) -> None:
-        """Keep what was reported so far: the board was reset and may count from zero."""
-        self._carried = self.total
-        self._reported = (0.0, 0.0)
-        self._is_restarted = True
+REOPEN_AFTER_S = 3.0  # without any message; longer than a boot loader takes
+REST_S = 900.0  # without heat before the dose starts from zero: our choice, as long as a session
+CLOCK_WINDOW_S = 10.0  # over which the board's clock is compared with ours
+MAX_DRIFT = 0.05  # share of time; ceramic resonators are within 0.5 %; our choice
+MAX_WRONG_WINDOWS = 2  # in a row before the clock counts as wrong
+_UPTIME_WRAPS_MS = 2**32
 
 
 class PlateSession:
-    """One plate over any number of ports and resets. Not thread-safe."""
+    """One plate, over any number of openings of its port and resets of its board.
+
+    Not thread-safe: the caller holds a lock around every call (`peltier.py`).
+    """
 
     def __init__(self) -> None:
         self.board: HelloReply | None = None
@@ -126,7 +57,7 @@ class PlateSession:
         self._drive = Drive()
         self._orders = Orders()
         self._is_open = self._was_open = False
-        self._received_at = self._listened_at = self._hello_at = -math.inf
+        self._received_at = self._polled_at = self._hello_at = -math.inf
         self._uptime_ms: int | None = None
         self._unfollowed_since: float | None = None
         self._is_unfollowed = False
@@ -139,7 +70,7 @@ class PlateSession:
 
     @property
     def refusal(self) -> str | None:
-        """Why this board can't be used, if it can't."""
+        """Reason why this board cannot be used, with what to do; None if it can."""
         return None if self.board is None else self.board.refusal
 
     @property
@@ -154,12 +85,12 @@ class PlateSession:
 
     @property
     def answer(self) -> Answer | None:
-        """The board's answer to the newest order; None if there is none (yet)."""
+        """The board's answer to the newest order; None until it has answered."""
         return self._orders.answer
 
     @property
     def counts(self) -> dict[str, int]:
-        """Everything that did not fit, here and on the board."""
+        """Number of dropped frames, ignored commands, resets and losses, here and on the board."""
         telemetry = self.telemetry
         return {
             **self._counts,
@@ -171,34 +102,37 @@ class PlateSession:
         }
 
     def opened(self, now: float) -> None:
-        """Begin on a port that was just opened; the board may be resetting (DTR)."""
+        """Start the handshake on a port that was just opened.
+
+        Opening a port pulls its DTR line, which resets most boards; that reset is not counted.
+        """
         if self._was_open:
             self._counts["reconnects"] += 1
-            self._drive.hold()
+            self._drive.block()
         self._is_open = self._was_open = True
         self._counts["bad_frames"] += self._deframer.bad
         self._deframer = Deframer()
-        self._received_at = self._listened_at = now
+        self._received_at = self._polled_at = now
         self._forget()
 
     def lost(self) -> None:
-        """Forget the port and what was commanded."""
+        """Block the drive, since the port is gone; the lease on the board ends the heat."""
         if self._is_open:
             self._counts["losses"] += 1
-            self._drive.hold()
+            self._drive.block()
         self._is_open = False
         self._forget()
 
     def ended(self) -> None:
-        """Report nothing more of a port that was closed on purpose."""
+        """Stop reporting the port as unplugged: it was closed on purpose."""
         self._was_open = False
 
     def is_gone(self, now: float) -> bool:
-        """Return whether an open port has been useless for so long that it is worth closing."""
+        """Return whether an open port delivered no message for so long that it must be reopened."""
         return self._is_open and now - self._received_at > REOPEN_AFTER_S
 
     def command(self, setpoint_c: float, ttl_s: float, now: float) -> bool:
-        """Hold `setpoint_c`, limited to the band, for `ttl_s`, if this is a fresh command.
+        """Hold `setpoint_c` (degC), limited to the band, for `ttl_s`, unless the drive is blocked.
 
         Returns whether there is something to send at once.
         """
@@ -210,20 +144,20 @@ class PlateSession:
         return self._drive.is_due(now)
 
     def rest(self) -> None:
-        """Return to neutral, then off."""
+        """End the lease: the board returns to neutral, then switches off."""
         self._order(plate_protocol.Rest())
 
     def off(self) -> None:
-        """Switch the bridge off at once."""
+        """Open the bridge at once."""
         self._order(plate_protocol.Off())
 
     def clear(self, fault: int) -> None:
-        """Ask the board to unlatch one fault; `answer` is its reply."""
+        """Ask the board to unlatch one fault, by its number; `answer` is its reply."""
         self._order(plate_protocol.Clear(fault))
 
     def receive(self, data: bytes, now: float) -> None:
-        """Receive the bytes that came from the port, which may be none."""
-        self._listened_at = now
+        """Handle the bytes read from the port; call it after every read, also one without bytes."""
+        self._polled_at = now
         for received in self._deframer.feed(data):
             self._handle(received, now)
 
@@ -238,7 +172,7 @@ class PlateSession:
         return self._orders.due(now) + renewed
 
     def reading(self, now: float) -> PlateReading:
-        """Return the plate's last reading, with nothing measured when that is too long ago."""
+        """Return the plate's last reading; temperatures are None when the telemetry is too old."""
         telemetry = self.telemetry if self._is_fresh(now) else None
         dose_cem43, heated_s = self._dose.total
         setpoint_mc = None if telemetry is None else telemetry.setpoint_mc
@@ -259,23 +193,27 @@ class PlateSession:
         )
 
     def _is_fresh(self, now: float) -> bool:
-        """Return whether telemetry is recent, counted only while the port was read."""
-        is_recent = self._listened_at - self._received_at <= RX_TIMEOUT_S
-        return self._is_open and is_recent and now - self._listened_at <= POLL_TIMEOUT_S
+        """Return whether the last telemetry still counts.
+
+        A silent board and a stuck reader are told apart: RX_TIMEOUT_S counts up to the last read of
+        the port, and POLL_TIMEOUT_S counts from it.
+        """
+        is_recent = self._polled_at - self._received_at <= RX_TIMEOUT_S
+        return self._is_open and is_recent and now - self._polled_at <= POLL_TIMEOUT_S
 
     def _faults(self, now: float) -> tuple[str, ...]:
-        found = () if self.telemetry is None else faults.names(self.telemetry.faults)
+        names = () if self.telemetry is None else faults.names(self.telemetry.faults)
         if not self._was_open:
-            return found
+            return names
         if not self._is_open:
-            return (*found, faults.UNPLUGGED.name)
+            return (*names, faults.UNPLUGGED.name)
         if self.refusal is not None:
-            return (*found, faults.VERSION.name)
+            return (*names, faults.VERSION.name)
         if self._clock.is_wrong:
-            found = (*found, faults.CLOCK_WRONG.name)
+            names = (*names, faults.CLOCK_WRONG.name)
         if self._is_unfollowed:
-            found = (*found, faults.NOT_FOLLOWED.name)
-        return found if self._is_fresh(now) else (*found, faults.SILENT.name)
+            names = (*names, faults.NOT_FOLLOWED.name)
+        return names if self._is_fresh(now) else (*names, faults.SILENT.name)
 
     def _order(self, message: Message) -> None:
         self._drive.rest()
@@ -315,14 +253,14 @@ class PlateSession:
 
     def _follow(self, telemetry: Telemetry, now: float) -> None:
         if self._uptime_ms is not None and _went_back(self._uptime_ms, telemetry.uptime_ms):
-            # An uptime that went back is a reset. What was commanded before is void, the lease on
-            # the board has ended with its memory. The dose of the skin has not: the board may count
-            # from zero, so what it had reported is carried over here.
+            # The uptime went back, so the board was reset. Earlier commands are void, since the
+            # lease on the board was lost with its memory. The dose of the skin is not void: the
+            # board may count from zero now, so what it had reported is carried over here.
             self._dose.restart()
-            if self.telemetry is not None:  # else the port was just opened: expected
+            if self.telemetry is not None:  # otherwise opening the port caused the reset
                 self._restarted()
         if telemetry.faults:
-            self._drive.hold()
+            self._drive.block()
         self._watch_clock(telemetry, now)
         self._watch_following(telemetry, now)
         self._uptime_ms = telemetry.uptime_ms
@@ -330,15 +268,15 @@ class PlateSession:
         self._dose.update(telemetry.dose_mcem43 / 1000.0, float(telemetry.heated_s), now)
 
     def _watch_clock(self, telemetry: Telemetry, now: float) -> None:
-        """Switch the board off when its clock goes wrong: it would count leases and dose wrong."""
+        """Switch the board off when its clock goes wrong: it would miscount leases and dose."""
         was_wrong = self._clock.is_wrong
         self._clock.note(telemetry.uptime_ms, now)
         if self._clock.is_wrong and not was_wrong:
-            self._drive.hold()
+            self._drive.block()
             self.off()
 
     def _watch_following(self, telemetry: Telemetry, now: float) -> None:
-        """Find that the board does not hold although it was sent setpoints all the time."""
+        """Detect a board that holds no temperature although setpoints keep being sent to it."""
         if telemetry.state == State.HOLDING:
             self._unfollowed_since = None
             self._is_unfollowed = False
@@ -347,9 +285,10 @@ class PlateSession:
         elif self._unfollowed_since is None:
             self._unfollowed_since = now
         elif now - self._unfollowed_since > TRACKING_TIMEOUT_S:
-            # The board acknowledged nothing wrong, and yet does not drive: its supply is off, its
-            # cut-out open, or the module came loose. It cannot know, the host can: setpoints went
-            # out for longer than the slowest board takes to hold one.
+            # The board reports no fault and yet does not drive: noise on the line destroys the
+            # setpoints, or a wire to the board is broken. The board cannot know that setpoints were
+            # sent. The host does: it has sent them for longer than the slowest board takes to hold
+            # one.
             self._is_unfollowed = True
 
     def _acknowledge(self, ack: Ack) -> None:
@@ -360,8 +299,94 @@ class PlateSession:
 
     def _restarted(self) -> None:
         self._counts["board_resets"] += 1
-        self._drive.hold()
+        self._drive.block()
         self._forget()
+
+
+@dataclass(slots=True)
+class BoardClock:
+    """Compares the rate of a board's clock with ours, from one reset of the board to the next.
+
+    The board counts leases and dose with its own clock, so a clock that runs slow would heat a hand
+    for longer than the host allowed.
+    """
+
+    is_wrong: bool = False
+    _first: tuple[int, float] | None = None  # the first uptime in ms, and when it arrived
+    _window_at: float = 0.0
+    _min_delay_s: float = 0.0  # smallest delay in the current window
+    _previous: tuple[float, float] | None = None  # end of the last window, its smallest delay
+    _wrong_windows: int = 0
+
+    def note(self, uptime_ms: int, now: float) -> None:
+        """Compare an uptime in ms, which wraps at 2^32, with the time in s at which it arrived."""
+        if self._first is None:
+            self._first = (uptime_ms, now)
+            self._window_at = now
+            self._min_delay_s = 0.0
+            return
+        first_ms, begun = self._first
+        delay_s = (now - begun) - ((uptime_ms - first_ms) % _UPTIME_WRAPS_MS) / 1000.0
+        if now - self._window_at >= CLOCK_WINDOW_S:
+            self._judge(now)
+            self._window_at = now
+            self._min_delay_s = delay_s
+        self._min_delay_s = min(self._min_delay_s, delay_s)
+
+    def _judge(self, now: float) -> None:
+        previous = self._previous
+        self._previous = (now, self._min_delay_s)
+        if previous is None:
+            return
+        then, previous_delay_s = previous
+        # The line, the operating system and this process delay each telemetry by a different time,
+        # which is never negative. The smallest delay of a window is nearly free of that jitter. If
+        # the board's clock runs at the right rate, the smallest delay stays the same from window to
+        # window; if it runs fast or slow, the smallest delay moves by the same share of each
+        # window.
+        drift = abs(self._min_delay_s - previous_delay_s) / (now - then)
+        self._wrong_windows = self._wrong_windows + 1 if drift > MAX_DRIFT else 0
+        self.is_wrong = self._wrong_windows >= MAX_WRONG_WINDOWS
+
+
+@dataclass(slots=True)
+class Dose:
+    """Adds up the thermal dose (CEM43, minutes) and the heated time (s) over resets of the board.
+
+    The dose belongs to the skin, which does not forget when a board restarts (docs/physics.md 3.1).
+    """
+
+    _reported: tuple[float, float] = (0.0, 0.0)  # by the board since its last reset
+    _carried: tuple[float, float] = (0.0, 0.0)  # from before that reset
+    _rested_since: float | None = None
+    _is_restarted: bool = False
+
+    @property
+    def total(self) -> tuple[float, float]:
+        """Dose (CEM43, minutes) and heated time (s) of the whole session."""
+        return self._reported[0] + self._carried[0], self._reported[1] + self._carried[1]
+
+    def update(self, dose_cem43: float, heated_s: float, now: float) -> None:
+        """Record the board's report; a rest of REST_S ends what is carried over from before."""
+        # A reset by the watchdog leaves the board's dose in memory that survives a reset; after a
+        # loss of supply the board counts from zero. The telemetry does not say which of the two
+        # happened. So the dose from before the reset is added, unless the board's own count is at
+        # least as high and therefore contains it already.
+        is_remembered = dose_cem43 >= self._carried[0] and heated_s >= self._carried[1]
+        if self._is_restarted and is_remembered:
+            self._carried = (0.0, 0.0)
+        self._is_restarted = False
+        if heated_s > self._reported[1] or self._rested_since is None:
+            self._rested_since = now
+        elif now - self._rested_since >= REST_S:
+            self._carried = (0.0, 0.0)
+        self._reported = dose_cem43, heated_s
+
+    def restart(self) -> None:
+        """Carry over what was reported so far: the board was reset and may count from zero."""
+        self._carried = self.total
+        self._reported = (0.0, 0.0)
+        self._is_restarted = True
 
 
 def _celsius(milli: int | None) -> float | None:
@@ -369,4 +394,4 @@ def _celsius(milli: int | None) -> float | None:
 
 
 def _went_back(before_ms: int, now_ms: int) -> bool:
-    return (now_ms - before_ms) % _UPTIME_WRAPS >= _UPTIME_WRAPS // 2
+    return (now_ms - before_ms) % _UPTIME_WRAPS_MS >= _UPTIME_WRAPS_MS // 2

@@ -1,15 +1,20 @@
-"""The project's one plant model: a Peltier element between a face with a palm on it and a sink.
+"""Simulates the plant: a Peltier element between a face with a palm on it and a heat sink. Pure.
 
-The plant is a lumped TEC1-03108 (Lineykin and Ben-Yaakov; docs/physics.md 2.1) between a face and
-a sink, with a palm on the face. With current I > 0 heating the face, temperatures in kelvin,
+This is the only plant model of the project; the simulated plate and every firmware test use it. The
+element is a lumped TEC1-03108 (Lineykin and Ben-Yaakov; docs/physics.md 2.1). For a current I, with
+I > 0 heating the face, and temperatures in kelvin,
 
     Cf dTf/dt = a I Tf + I^2 R / 2 + K (Ts - Tf) + heat from the skin
     Cs dTs/dt = -a I Ts + I^2 R / 2 + K (Tf - Ts) + (ambient - Ts) / sink resistance
 
-and the skin is graded cells down to a core at 35 degC. Steps are backward Euler, sub-stepped to
-10 ms: the current multiplies a temperature, so no fixed matrix serves; face and fine skin are too
-stiff for an explicit step (physics.md 1.4); an implicit one is stable, does not ring and stays
-within 0.02 degC of a ten times finer one. Pellet dynamics below 0.3 s are left out.
+a I T is the heat that the Peltier effect pumps, I^2 R / 2 the half of the ohmic heat that reaches
+each side, and K conducts heat back through the element. The skin is a row of cells, thin at the
+surface and thicker with depth, down to a core at 35 degC.
+
+Each step is backward Euler with sub-steps of at most 10 ms. The current multiplies a temperature,
+so the matrix differs for every current. Face and thin cells are too stiff for an explicit step
+(physics.md 1.4); an implicit step is stable, does not ring and stays within 0.02 degC of one that
+is ten times finer. The dynamics of the pellets, faster than 0.3 s, are not modelled.
 """
 
 from __future__ import annotations
@@ -23,29 +28,28 @@ from numpy.typing import NDArray
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.heat.contact import SKIN
 
-# V/K, ohm, W/K (physics.md 2.1)
-SEEBECK = 0.01267
-RESISTANCE = 0.367
-CONDUCTANCE = 0.173
-# physics.md 2.1; sink with 2 K/W: 100 s
+# physics.md 2.1
+SEEBECK = 0.01267  # V/K
+RESISTANCE = 0.367  # ohm
+CONDUCTANCE = 0.173  # W/K
 FACE_J_PER_K = 1.0
-SINK_J_PER_K = 50.0
+SINK_J_PER_K = 50.0  # with 2 K/W a time constant of 100 s
 AREA_M2 = 4e-4  # 20 x 20 mm
-PALM_RESISTANCE = 2e-4  # m2 K/W, palm lying well on the ceramic face: what harms it most
+PALM_RESISTANCE = 2e-4  # m2 K/W, a palm in good contact with the face, the worst case for a fault
 AMBIENT_C = 23.0
 SINK_K_PER_W = 2.0
 CORE_C = 35.0
 _CELLS_M = 5e-5 * 1.55 ** np.arange(8.0)  # 2.9 mm in all: reproduces physics.md 2.2 and 2.3
 _LONGEST_STEP_S = 0.01
 _KELVIN = 273.15
-_FEW_STEPS = 8  # more are cheaper by a matrix power
+_MAX_LOOPED_STEPS = 8  # more steps are cheaper by a matrix power
 
 _Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
 class Module:
-    """The Peltier element and what it is bonded to: V/K, ohm, W/K, J/K, J/K."""
+    """The Peltier element with its face and sink: V/K, ohm, W/K, J/K, J/K."""
 
     seebeck: float = SEEBECK
     resistance: float = RESISTANCE
@@ -55,7 +59,11 @@ class Module:
 
 
 class Plant:
-    """Face, sink and skin of one plate; `palm_resistance` may be inf for no hand."""
+    """Temperatures of face, sink and skin of one plate, advanced in time.
+
+    `ambient_c`, `plate_c` and `sink_c` are in degC; `palm_resistance` is in m2 K/W, inf for no
+    hand. Without `sink_c` the sink starts at ambient temperature.
+    """
 
     def __init__(
         self,
@@ -74,11 +82,11 @@ class Plant:
         skin_j_per_k = _CELLS_M * (SKIN.density * SKIN.heat_capacity * AREA_M2)
         self._capacity = np.concatenate(([module.sink_j_per_k, module.face_j_per_k], skin_j_per_k))
         self._room = ambient_c, sink_k_per_w
-        self._kept: tuple[float, float, _Floats, _Floats] | None = None
+        self._last_step: tuple[float, float, _Floats, _Floats] | None = None
         self.touch(palm_resistance)
 
     def touch(self, palm_resistance: float) -> None:
-        """Set the palm on the face; inf for none."""
+        """Lay a palm on the face, with this resistance in m2 K/W; inf lifts it."""
         first = _CELLS_M[0] / 2.0 / SKIN.conductivity
         self._surface_share = first / (palm_resistance + first)  # of face minus first cell
         self._flow, self._source = _network(
@@ -87,7 +95,7 @@ class Plant:
         ambient_c, sink_k_per_w = self._room
         self._flow[0, 0] -= 1.0 / sink_k_per_w
         self._source[0] += ambient_c / sink_k_per_w
-        self._kept = None
+        self._last_step = None
 
     @property
     def plate_c(self) -> float:
@@ -107,26 +115,26 @@ class Plant:
         return float(cell_c + self._surface_share * (face_c - cell_c))
 
     def step(self, current_a: float, dt_s: float) -> None:
-        """Advance by `dt_s` at a constant current, heating the face when positive."""
+        """Advance by `dt_s` at a constant current in A; a positive current heats the face."""
         if not dt_s > 0.0:
             return
         count = math.ceil(dt_s / _LONGEST_STEP_S)
-        onwards, offset = self._solved(current_a, dt_s, count)
-        self._state_c = _after(self._state_c, onwards, offset, count)
+        transition, offset = self._solved(current_a, dt_s, count)
+        self._state_c = _after(self._state_c, transition, offset, count)
 
     def _solved(self, current_a: float, dt_s: float, count: int) -> tuple[_Floats, _Floats]:
-        """Return what one sub-step does: state -> onwards @ state + offset; (n, n), (n,).
+        """Return the transition (n, n) and offset (n,) of a sub-step: transition @ state + offset.
 
-        An inverse is most of a step's cost, and a plate at rest asks for the same one 50 times a
-        second for hours, in the process that answers touches: so the last one is kept.
+        The inverse is most of the cost of a step. A plate at rest needs the same one 50 times a
+        second for hours, in the process that answers touches, so the last one is cached.
         """
-        # Implicit steps: the skin's thinnest cell would force an explicit step below a millisecond,
-        # an implicit one stays stable at the 20 ms of the control loop. What that costs is one
-        # system of equations for each current and step, in which pumped heat stands beside the
-        # flows.
-        kept = self._kept
-        if kept is not None and kept[:2] == (current_a, dt_s):
-            return kept[2:]
+        # The skin's thinnest cell would force an explicit step below a millisecond, while an
+        # implicit step is stable at the 20 ms of the control loop. In return it solves one system
+        # of equations for each current and step length: flows and pumped heat are its coefficients,
+        # and ohmic heat, ambient and core are its right-hand side.
+        last = self._last_step
+        if last is not None and last[:2] == (current_a, dt_s):
+            return last[2:]
         pumped = self._module.seebeck * current_a
         joule = current_a**2 * self._module.resistance / 2.0
         stored = self._capacity * (count / dt_s)
@@ -138,29 +146,32 @@ class Plant:
         source[0] += joule - pumped * _KELVIN
         source[1] += joule + pumped * _KELVIN
         inverse = np.linalg.inv(system)
-        onwards, offset = inverse * stored, inverse @ source
-        self._kept = current_a, dt_s, onwards, offset
-        return onwards, offset
+        transition, offset = inverse * stored, inverse @ source
+        self._last_step = current_a, dt_s, transition, offset
+        return transition, offset
 
 
-def _after(state_c: _Floats, onwards: _Floats, offset: _Floats, count: int) -> _Floats:
-    """Apply state -> onwards @ state + offset so many times; (n,), (n, n), (n,) -> (n,)."""
-    if count <= _FEW_STEPS:
+def _after(state_c: _Floats, transition: _Floats, offset: _Floats, count: int) -> _Floats:
+    """Apply state -> transition @ state + offset `count` times; (n,), (n, n), (n,) -> (n,)."""
+    if count <= _MAX_LOOPED_STEPS:
         for _ in range(count):
-            state_c = onwards @ state_c + offset
+            state_c = transition @ state_c + offset
         return state_c
-    # Many equal steps are one power of a matrix: state and a constant 1 go in, so that the offset
-    # is part of it. A minute of a plate at rest then costs as much as a dozen steps.
+    # Many equal steps are one power of a matrix. The state is extended by a constant 1, which makes
+    # the offset a column of that matrix. A minute of a plate at rest then costs a dozen products.
     size = len(offset)
     whole = np.eye(size + 1)
-    whole[:size, :size], whole[:size, size] = onwards, offset
+    whole[:size, :size], whole[:size, size] = transition, offset
     whole = np.linalg.matrix_power(whole, count)
     result: _Floats = whole[:size, :size] @ state_c + whole[:size, size]
     return result
 
 
 def _network(palm_w_per_k: float, conductance: float) -> tuple[_Floats, _Floats]:
-    """Conductances between sink, face and cells, (n, n) in W/K, and heat from the core, (n,)."""
+    """Return the conductances between sink, face and cells, (n, n) in W/K, and the heat sources.
+
+    The sources (n,) are in W; here only the core at CORE_C is one.
+    """
     inner = AREA_M2 * SKIN.conductivity / ((_CELLS_M[:-1] + _CELLS_M[1:]) / 2.0)
     links = np.concatenate(([conductance, palm_w_per_k], inner))
     flow = np.diag(links, 1) + np.diag(links, -1)

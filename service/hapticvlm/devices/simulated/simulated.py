@@ -1,4 +1,9 @@
-"""A Peltier plate without hardware: control and guards as a firmware has, on the plant model."""
+"""Simulates a Peltier plate without hardware: controller and guards on the plant model.
+
+The guards are those of the firmware's that a simulated plate can need: the lease, the limits of the
+setpoint, and trips that latch. A latched fault opens the bridge and stays until it is cleared by
+name, also when its cause is gone.
+"""
 
 from __future__ import annotations
 
@@ -12,24 +17,25 @@ from hapticvlm.rendering.heat import limits as plate_limits
 from hapticvlm.rendering.heat.contact import PLATE_RESISTANCE
 from hapticvlm.rendering.heat.limits import PlateReading, sink_share
 
-# heat stuck on stays below 43 degC at 23 (docs/physics.md 3.3)
-HEAT_LIMIT_A = 0.75
+HEAT_LIMIT_A = 0.75  # stuck on in a room of 23 degC it stays below 43 degC (docs/physics.md 3.3)
 COOL_LIMIT_A = 2.0
-# A/K and A/(K s)
-_HEAT_GAINS = (1.5, 0.6)
+_HEAT_GAINS = (1.5, 0.6)  # A/K and A/(K s) (physics.md 2.4)
 _COOL_GAINS = (2.5, 1.5)
-_FORWARD_A_S_K = 0.26  # the face holds 1 J/K, an ampere moves 3.86 W
-_FORWARD_FROM_C_S = 4.0  # a touch of something cold; slower courses do without
+_FORWARD_A_S_K = 0.26  # the face stores 1 J/K, and an ampere moves 3.86 W
+_FORWARD_FROM_C_S = 4.0  # a touch of something cold; slower changes need no feed-forward
 _FORWARD_S = 0.06  # over which the slope is averaged
-_LEAD_C = 0.4  # how far the target may be ahead of a plate at its current limit
+_LEAD_C = 0.4  # by which the target may lead a plate that is at its current limit
 TICK_S = 0.02
-_LONGEST_GAP_S = 5.0  # s of a longer silence are lived through, the rest is not
-_ARRIVED_C = 0.3
+_LONGEST_GAP_S = 5.0  # of a longer gap only so much is simulated
+_ARRIVED_C = 0.3  # from neutral: the return is over
 _LONGEST_RETURN_S = 10.0
 
 
 class SimulatedPlate:
-    """A plate on the plant, with the guards a firmware has: lease, limits, trips that latch."""
+    """A plate on the plant model, with lease, limits and latching trips; see `Plate`.
+
+    `stuck_sensor_c` replaces what the plate's sensor reads, to simulate a broken one.
+    """
 
     simulated = True
     name = "simulated plate"
@@ -43,8 +49,8 @@ class SimulatedPlate:
         self._plant = Plant(ambient_c, SINK_K_PER_W, palm_resistance)
         self._stuck_sensor_c = stuck_sensor_c
         self._now: float | None = None
-        self._asked_c = NEUTRAL_C
-        self._left_s = 0.0
+        self._commanded_c = NEUTRAL_C
+        self._lease_s = 0.0
         self._returning_s: float | None = None  # since the return to neutral began
         self._on = False
         self._target_c = NEUTRAL_C
@@ -58,14 +64,14 @@ class SimulatedPlate:
         self._faults: tuple[str, ...] = ()
 
     def command(self, setpoint_c: float, ttl_s: float, now: float) -> None:
-        """Hold `setpoint_c`, limited, for `ttl_s`; without effect while a fault is latched."""
+        """Hold `setpoint_c` (degC), limited, for `ttl_s`; no effect while a fault is latched."""
         self.advance(now)
         if self._faults or not 0.0 < ttl_s < math.inf:
             return
         if not self._on:
             self._target_c = plate_limits.within_range(self._sensed_c()).setpoint_c
-        self._asked_c = plate_limits.within_range(setpoint_c).setpoint_c
-        self._left_s = ttl_s
+        self._commanded_c = plate_limits.within_range(setpoint_c).setpoint_c
+        self._lease_s = ttl_s
         self._returning_s = None
         self._on = True
 
@@ -80,7 +86,7 @@ class SimulatedPlate:
         self.close()
 
     def advance(self, now: float) -> PlateReading:
-        """Live up to `now`; a clock that jumps back ends the lease, a long gap is cut short."""
+        """Simulate up to `now`; a clock that jumps back ends the lease, a long gap is cut short."""
         elapsed_s = 0.0 if self._now is None else now - self._now
         if math.isfinite(now):
             self._now = now
@@ -89,12 +95,12 @@ class SimulatedPlate:
             elapsed_s = _LONGEST_GAP_S if elapsed_s > 0.0 else 0.0
         ticks = math.ceil(elapsed_s / TICK_S - 1e-6)
         for _ in range(ticks):
-            self._tick(round(elapsed_s / ticks, 9))  # the same step is solved once
+            self._tick(round(elapsed_s / ticks, 9))  # rounded, so that equal steps share a solution
         return self._reading()
 
     @property
     def state(self) -> State:
-        """What the plate is doing."""
+        """Activity of the plate."""
         if self._faults:
             return State.FAULTED
         if not self._on:
@@ -103,22 +109,22 @@ class SimulatedPlate:
 
     @property
     def faults(self) -> tuple[str, ...]:
-        """Latched faults, in the order they came."""
+        """Names of the latched faults, in the order in which they occurred."""
         return self._faults
 
     @property
     def current_a(self) -> float:
-        """Current through the module, positive when it heats."""
+        """Current through the module in A, positive when it heats."""
         return self._current_a
 
     @property
     def skin_c(self) -> float:
-        """Temperature of the simulated palm's surface, degC; no real plate knows it."""
+        """Temperature of the simulated palm's surface, degC; a real plate does not know it."""
         return self._plant.skin_c
 
     @property
     def counts(self) -> dict[str, int]:
-        """Nothing goes wrong that could be counted."""
+        """Empty: a simulated plate has no line that could lose anything."""
         return {}
 
     def touch(self, palm_resistance: float) -> None:
@@ -126,32 +132,35 @@ class SimulatedPlate:
         self._plant.touch(palm_resistance)
 
     def clear(self, fault: str) -> bool:
-        """Unlatch one fault unless its cause is still there; the plate stays off."""
+        """Unlatch one fault and return True, or False if its cause is still there.
+
+        The plate stays off until the next command.
+        """
         if fault in self._causes():
             return False
         self._faults = tuple(name for name in self._faults if name != fault)
         return True
 
     def close(self) -> None:
-        """Open the bridge for good; only a new command closes it again."""
-        self._left_s = 0.0
+        """Open the bridge; only a new command closes it again."""
+        self._lease_s = 0.0
         self._open()
 
     def _tick(self, dt_s: float) -> None:
-        self._left_s -= dt_s
-        if self._left_s < 0.0:
+        self._lease_s -= dt_s
+        if self._lease_s < 0.0:
             self._lapse()
         self._trip()
         self._finish_return(dt_s)
         if self._on:
             reading = self._reading()
-            limited = plate_limits.limit(self._asked_c, self._target_c, dt_s, reading)
+            limited = plate_limits.limit(self._commanded_c, self._target_c, dt_s, reading)
             slope_c_s = (limited.setpoint_c - self._target_c) / dt_s
             self._slope_c_s += min(dt_s / _FORWARD_S, 1.0) * (slope_c_s - self._slope_c_s)
-            # A target that ran on while the current is at its limit would be far ahead of the
-            # plate. When it turned, the plate would go on in the old direction until it met the
-            # target again, and a hand that left something cold would go on being cooled. So the
-            # target waits for the plate.
+            # While the current is at its limit the plate cannot keep up, and the target would run
+            # far ahead of it. When the target turned back, the plate would continue in the old
+            # direction until the two met: a hand that released something cold would be cooled
+            # further. So the target waits for the plate.
             if not self._must_wait(limited.setpoint_c):
                 self._target_c = limited.setpoint_c
             self._control(self._sensed_c(), dt_s)
@@ -159,8 +168,8 @@ class SimulatedPlate:
         self._account(dt_s)
 
     def _lapse(self) -> None:
-        self._asked_c = NEUTRAL_C
-        self._left_s = 0.0
+        self._commanded_c = NEUTRAL_C
+        self._lease_s = 0.0
         if self._on and self._returning_s is None:
             self._returning_s = 0.0
 
@@ -178,44 +187,46 @@ class SimulatedPlate:
             self._open()
 
     def _causes(self) -> tuple[str, ...]:
-        found = (
+        conditions = (
             ("over_temperature", self._sensed_c() >= plate_limits.PLATE_TRIP_HIGH_C),
             ("under_temperature", self._sensed_c() <= plate_limits.PLATE_TRIP_LOW_C),
             ("sink_hot", self._plant.sink_c >= plate_limits.SINK_TRIP_C),
         )
-        return tuple(name for name, is_so in found if is_so)
+        return tuple(name for name, is_met in conditions if is_met)
 
     def _open(self) -> None:
         self._on = False
         self._returning_s = None
-        self._asked_c = NEUTRAL_C
+        self._commanded_c = NEUTRAL_C
         self._current_a = self._integral_a = 0.0
         self._saturated = 0
         self._target_c = NEUTRAL_C
         self._slope_c_s = 0.0
 
     def _must_wait(self, target_c: float) -> bool:
-        """Return whether a target that the current cannot reach would run ahead of the plate."""
+        """Return whether this target would run too far ahead of a plate at its current limit."""
         side = self._saturated
         ahead_c = side * (self._target_c - self._sensed_c())
         return side * (target_c - self._target_c) > 0.0 and ahead_c > _LEAD_C
 
     def _control(self, sensed_c: float, dt_s: float) -> None:
-        """PI with gains per direction; the integral waits while more of it would change nothing.
+        """Set the current by a PI controller with gains per direction, feed-forward and limits.
 
-        What the face alone needs to cool so fast is fed forward.
-        The hotter the sink, the less it may be cooled, as more current would warm the plate.
+        The feed-forward is the current that a cooling face needs for its heat capacity alone. The
+        hotter the sink, the lower the limit of cooling, because on a hot sink more current would
+        warm the plate (physics.md 2.3).
         """
         error_c = self._target_c - sensed_c
-        # A module heats better than it cools: its own loss warms both faces. So the gains differ by
-        # direction, and the integral stands still while the current is at its limit and more of it
-        # would push in the same direction, or it would overshoot by what it had saved up.
+        # A module heats better than it cools, because its ohmic loss warms both faces. So the gains
+        # differ by direction. The integral stops while the current is at its limit and would push
+        # further in the same direction (anti-windup); otherwise the plate would overshoot by what
+        # the integral had stored.
         proportional, integral = _COOL_GAINS if self._current_a < 0.0 else _HEAT_GAINS
-        wanted_a = proportional * error_c + self._integral_a + self._forward_a()
-        most_cool_a = COOL_LIMIT_A * (1.0 - sink_share(self._plant.sink_c))
-        self._current_a = min(max(wanted_a, -most_cool_a), HEAT_LIMIT_A)
-        self._saturated = (wanted_a > self._current_a) - (wanted_a < self._current_a)
-        if not self._saturated or (error_c > 0.0) != (wanted_a > 0.0):
+        unlimited_a = proportional * error_c + self._integral_a + self._forward_a()
+        max_cool_a = COOL_LIMIT_A * (1.0 - sink_share(self._plant.sink_c))
+        self._current_a = min(max(unlimited_a, -max_cool_a), HEAT_LIMIT_A)
+        self._saturated = (unlimited_a > self._current_a) - (unlimited_a < self._current_a)
+        if not self._saturated or (error_c > 0.0) != (unlimited_a > 0.0):
             self._integral_a += integral * error_c * dt_s
 
     def _forward_a(self) -> float:
@@ -223,7 +234,9 @@ class SimulatedPlate:
 
     def _account(self, dt_s: float) -> None:
         skin_c = self._plant.skin_c
-        halving = 0.5 if skin_c >= 43.0 else 0.25  # CEM43 (physics.md 3.1)
+        # CEM43 counts minutes at 43 degC: each degree above 43 halves the time to the same damage,
+        # each degree below multiplies it by 4 (physics.md 3.1).
+        halving = 0.5 if skin_c >= 43.0 else 0.25
         self._dose_cem43 += dt_s / 60.0 * halving ** (43.0 - skin_c)
         if self._on and self._target_c > NEUTRAL_C + THERMAL_FLOOR_C:
             self._heated_s += dt_s

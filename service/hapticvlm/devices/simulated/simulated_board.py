@@ -1,7 +1,8 @@
-"""A board without hardware: the simulated plate behind the bytes that a real one speaks.
+"""Simulates a board: the simulated plate behind the bytes of the serial protocol.
 
-It answers as `firmware/PROTOCOL.md` states, so the plate's own class drives it like a real one. It
-has the simulated plate's guards, fewer than the firmware's, which is tested as a compiled binary.
+It answers as `firmware/PROTOCOL.md` states, so that `Peltier` drives it like a real board. It has
+the guards of the simulated plate, which are fewer than the firmware's; the firmware itself is
+tested as a compiled binary.
 """
 
 from __future__ import annotations
@@ -34,13 +35,13 @@ from hapticvlm.devices.simulated.simulated import (
 from hapticvlm.rendering.heat import limits as plate_limits
 
 TELEMETRY_HZ = 20
-FULL_SCALE_A = 3.0  # of the assumed driver, as PROTOCOL.md
+FULL_SCALE_A = 3.0  # of the assumed driver, as in PROTOCOL.md
 _POWER_ON = 1 << 0
-_UNSENT_BYTES = 4096  # a host that does not read loses the rest
+_UNSENT_BYTES = 4096  # a host that does not read loses what is beyond
 
 
 class SimulatedBoard:
-    """Bytes in, bytes out; time passes only in `exchange`."""
+    """Receives and returns the bytes of the line; time passes only in `exchange`."""
 
     def __init__(
         self, plate: SimulatedPlate | None = None, *, major: int = plate_protocol.MAJOR
@@ -49,40 +50,39 @@ class SimulatedBoard:
         self._major = major
         self._deframer = Deframer()
         self._started_at: float | None = None
-        self._lived_to = 0.0
+        self._advanced_to = 0.0
         self._reported_at = 0.0
         self._seq = self._refused = 0
-        self._is_greeted = False
+        self._has_handshake = False
 
     @property
-    def is_greeted(self) -> bool:
-        """Whether the host is known: nothing but telemetry comes then, unless it is asked."""
-        return self._is_greeted
+    def has_handshake(self) -> bool:
+        """Whether the host's HELLO was accepted; from then on it sends telemetry and replies."""
+        return self._has_handshake
 
     def exchange(self, data: bytes, now: float) -> bytes:
-        """Receive what the host sent, advance to `now` and return what is to be sent."""
+        """Handle the host's bytes, advance to `now` and return the bytes to send."""
         if self._started_at is None:
-            self._started_at = self._reported_at = self._lived_to = now
+            self._started_at = self._reported_at = self._advanced_to = now
         frames = self._deframer.feed(data)
-        self._live(now, is_at_rest=not frames and self.plate.state is plate_protocol.State.OFF)
+        self._advance(now, is_at_rest=not frames and self.plate.state is plate_protocol.State.OFF)
         out = b"".join(self._handle(received) for received in frames)
         if now - self._reported_at >= 1.0 / TELEMETRY_HZ:
             self._reported_at = now
             out += self._encode(self._telemetry(now))
         return out
 
-    def _live(self, now: float, *, is_at_rest: bool) -> None:
-        """Let the plate live up to now; at rest in whole steps of its control loop.
+    def _advance(self, now: float, *, is_at_rest: bool) -> None:
+        """Advance the plate to `now`, at rest only in whole steps of its control loop.
 
-        The host comes at any moment, and a plate that lives up to each of them has another system
-        of equations to solve each time. At rest nobody sees the difference, and equal steps are
-        solved once.
+        The host calls at any moment, and each step length has its own system of equations to solve.
+        At rest nobody notices a difference of less than a step, and equal steps are solved once.
         """
-        if is_at_rest and self._lived_to <= now < math.inf:
-            self._lived_to += math.floor((now - self._lived_to) / TICK_S) * TICK_S
+        if is_at_rest and self._advanced_to <= now < math.inf:
+            self._advanced_to += math.floor((now - self._advanced_to) / TICK_S) * TICK_S
         else:
-            self._lived_to = now
-        self.plate.advance(self._lived_to)
+            self._advanced_to = now
+        self.plate.advance(self._advanced_to)
 
     def _handle(self, received: Frame) -> bytes:
         try:
@@ -104,22 +104,22 @@ class SimulatedBoard:
             case plate_protocol.Off():
                 self.plate.close()
             case plate_protocol.Rest():
-                self.plate.rest(self._lived_to)
+                self.plate.rest(self._advanced_to)
             case Clear():
-                return self._clear(message.fault) if self._is_greeted else Answer.NEEDS_HELLO
+                return self._clear(message.fault) if self._has_handshake else Answer.NEEDS_HELLO
             case _:
                 return Answer.UNKNOWN
         return Answer.OK
 
     def _handshake(self, message: Hello) -> Answer:
-        self._is_greeted = message.major == self._major
-        if self._is_greeted:
+        self._has_handshake = message.major == self._major
+        if self._has_handshake:
             return Answer.OK
         self.plate.close()
         return Answer.VERSION
 
     def _hold(self, message: Setpoint) -> Answer:
-        if not self._is_greeted:
+        if not self._has_handshake:
             return Answer.NEEDS_HELLO
         setpoint_c = message.setpoint_mc / 1000.0
         if not plate_limits.SETPOINT_MIN_C <= setpoint_c <= plate_limits.SETPOINT_MAX_C:
@@ -128,7 +128,7 @@ class SimulatedBoard:
             return Answer.TTL
         if self.plate.state is plate_protocol.State.FAULTED:
             return Answer.FAULTED
-        self.plate.command(setpoint_c, message.ttl_ms / 1000.0, self._lived_to)
+        self.plate.command(setpoint_c, message.ttl_ms / 1000.0, self._advanced_to)
         return Answer.OK
 
     def _clear(self, number: int) -> Answer:
@@ -166,14 +166,14 @@ class SimulatedBoard:
         )
 
     def _telemetry(self, now: float) -> Telemetry:
-        reading = self.plate.advance(self._lived_to)
+        reading = self.plate.advance(self._advanced_to)
         state = self.plate.state
         is_driving = state in (plate_protocol.State.HOLDING, plate_protocol.State.RETURNING)
         plate_mc = None if reading.plate_c is None else round(reading.plate_c * 1000)
         return Telemetry(
             uptime_ms=round((now - (self._started_at or 0.0)) * 1000) % 2**32,
             state=state,
-            faults=sum(1 << faults.numbered(name) for name in reading.faults),
+            faults=sum(1 << faults.number_of(name) for name in reading.faults),
             plate_mc=plate_mc,
             plate2_mc=plate_mc,
             sink_mc=None if reading.sink_c is None else round(reading.sink_c * 1000),
@@ -189,7 +189,7 @@ class SimulatedBoard:
 
 
 class SimulatedPort:
-    """A board at the end of a line without a line; `wait` lets the clock's time pass."""
+    """A port with a simulated board behind it; `wait` passes time in s on the clock."""
 
     def __init__(
         self,
@@ -204,34 +204,34 @@ class SimulatedPort:
         self._pending = b""
 
     def read(self, size: int) -> bytes:
-        """Wait as a real port does, then return what the board sent meanwhile."""
+        """Wait as a real port does, then return up to `size` bytes that the board sent."""
         if not self._cancelled.is_set():
             self._wait(self.longest_read_s())
         self._cancelled.clear()
         self._exchange(b"")
-        found = self._pending[:size]
+        received = self._pending[:size]
         self._pending = self._pending[size:]
-        return found
+        return received
 
     def longest_read_s(self) -> float:
-        """Return how long a read may wait, s.
+        """Return the longest time in s for which a read may wait.
 
-        A board that is greeted says nothing before its next telemetry but to an order, which ends
-        the read. The fewer turns its thread has, the fewer touches meet one.
+        After the handshake the board sends nothing before its next telemetry, except for replies to
+        orders, and an order ends the read. A thread that wakes less often delays fewer touches.
         """
-        return 1.0 / TELEMETRY_HZ if self._board.is_greeted else READ_S
+        return 1.0 / TELEMETRY_HZ if self._board.has_handshake else READ_S
 
     def write(self, data: bytes) -> int:
-        """Pass bytes to the board."""
+        """Pass bytes to the board and return how many."""
         self._exchange(data)
         return len(data)
 
     def cancel_read(self) -> None:
-        """End the read that goes on, or else the next one."""
+        """End the current read, or the next one if there is none."""
         self._cancelled.set()
 
     def close(self) -> None:
-        """Leave the board alone; it goes on by itself."""
+        """Do nothing; the board continues by itself."""
 
     def _exchange(self, data: bytes) -> None:
         self._pending += self._board.exchange(data, self._clock())
@@ -239,7 +239,7 @@ class SimulatedPort:
 
 
 def simulated_plate(*, realtime: bool = False) -> Peltier:
-    """Return a plate of the real class on a simulated board; start it like any other."""
+    """Return a `Peltier` on a simulated board; start it like one on a real board."""
     board = SimulatedBoard()
     return Peltier(
         "simulated",

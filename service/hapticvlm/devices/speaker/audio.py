@@ -1,13 +1,19 @@
-"""The audio engine: its own process, its stream always open, and all sound I/O.
+"""Runs the audio engine in a process of its own, with its stream always open; reads sound files.
 
-Renders vibration block by block from the commands in the shared ring, so that a touch is done when
-its command is in the ring. Everything a command starts ends by itself when its lease lapses, also
-when the gateway hangs; when the gateway dies the engine fades and exits. The simulated speaker is a
-virtual clock on absolute deadlines that plays into nothing; both write a WAV when asked. A real
-output that goes is opened again when it is back, and what was commanded meanwhile is not played.
+The engine renders vibration block by block from the commands in the shared ring, so the gateway's
+part of a touch is done when its command is in the ring. Everything that a command starts carries a
+lease and ends when the lease ends, so a gateway that hangs leaves nothing on. When the gateway
+dies, its end of the control pipe closes, and the engine fades out and exits.
 
-The callback renders. A thread that renders a block ahead, for the callback only to copy, was tried
-on PulseAudio at 128 samples: sound came 3 ms later, with as many gaps.
+The simulated speaker is a virtual clock on absolute deadlines that plays to no device; it and a
+real output write a WAV file when one is requested. A real output that disappears is opened again
+when it is back, and commands from the time between are dropped.
+
+Threads of this process: the main thread waits on the control pipe and watches the output; the
+audio system's thread (or the virtual clock's) renders in its callback; a third one writes the WAV
+file. The callback renders the block itself. A thread that renders one block ahead, so that the
+callback would only copy, plays each touch 3 ms later on PulseAudio at 128 samples and has as many
+gaps.
 """
 
 from __future__ import annotations
@@ -40,16 +46,20 @@ if TYPE_CHECKING:
     from hapticvlm.devices.speaker.ring import Shared
 
 MAX_CHANNELS = 2
-MAX_WAITING_BLOCKS = 20_000
-_CURE = "`hapticvlm doctor` lists the outputs; without --speaker none is needed"
+MAX_QUEUED_BLOCKS = 20_000
+_REMEDY = "`hapticvlm doctor` lists the outputs; without --speaker none is needed"
 
 logger = logging.getLogger(__name__)
 
 
 def run_engine(shared: Shared, settings: AudioSettings, control: Connection) -> None:
-    """Entry point of the engine process; ends on a message or when the gateway is gone."""
+    """Run the engine process until a message or the end of the control pipe asks it to stop.
+
+    The first message that it sends on `control` is a `Started`, with the output's name or the
+    reason why it cannot play.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, _leave)
+    signal.signal(signal.SIGTERM, _raise_terminated)
     ring = Ring(shared, tuple(material.name for material in settings.materials))
     table_cache.load(CACHE)
     engine = Engine(ring, settings)
@@ -57,15 +67,17 @@ def run_engine(shared: Shared, settings: AudioSettings, control: Connection) -> 
     try:
         wav = WavFile(settings.wav, settings.columns) if settings.wav else None
     except (OSError, RuntimeError) as error:  # soundfile's own error is a RuntimeError
-        Started(error=f"cannot write --wav {settings.wav}: {error}").send(control)
+        message = f"cannot write --wav {settings.wav}: {error}; choose another file"
+        Started(error=message).send(control)
         return
     if wav is not None:
-        engine.tee = wav.append
+        engine.on_block = wav.append
     engine.level = settings.level
-    # The first block costs far more than the others: tables are filled and code is met for the
-    # first time. It is rendered here and thrown away, before an output waits for it. Then the
-    # garbage collector is switched off, since its pause would be a gap that a palm feels, and
-    # what `fill` makes is freed without it. Last, what is in use is kept from being paged out.
+    # The first block costs far more than the others, because tables are filled and code runs for
+    # the first time. It is rendered here and dropped, before an output waits for it. Then the
+    # garbage collector is switched off: its pause would be a gap that a palm feels, and `fill`
+    # creates no reference cycles, so its memory is freed without it. Last, the memory in use is
+    # locked, because a page fault in the callback would be a gap as well.
     engine.fill(settings.block)
     gc.collect()
     gc.disable()
@@ -77,35 +89,36 @@ def run_engine(shared: Shared, settings: AudioSettings, control: Connection) -> 
     try:
         name = player.start()
     except Exception as error:  # noqa: BLE001 - the gateway must learn why, whatever the driver threw
-        text = f"cannot open audio output {settings.output!r}: {error}; {_CURE}"
-        Started(error=text).send(control)
+        message = f"cannot open audio output {settings.output!r}: {error}; {_REMEDY}"
+        Started(error=message).send(control)
         return
     if settings.realtime:
-        request_priority()  # or it could be put aside while the audio thread waits for it
+        request_priority()  # otherwise it could be preempted while the audio thread waits for it
     Started((name,)).send(control)
-    with suppress(EOFError, OSError, _Leave):
-        while not control.poll(player.watch_s):
-            player.attend(time.monotonic())
+    with suppress(EOFError, OSError, _Terminated):
+        while not control.poll(player.poll_interval_s):
+            player.poll_output(time.monotonic())
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
-    engine.leave()
+    engine.fade_out()
     time.sleep(FADE_S)
     player.stop()
     if wav is not None:
         wav.close()
 
 
-class _Leave(Exception):
-    """Asked to end by a signal: fade first."""
+class _Terminated(Exception):
+    """Raised in the main thread on SIGTERM, so that the engine fades out before it exits."""
 
 
-def _leave(*_: object) -> None:
-    raise _Leave
+def _raise_terminated(*_: object) -> None:
+    raise _Terminated
 
 
 class WavFile:
-    """Writes what was played, sample-exact (32-bit float), from a thread of its own.
+    """Writes the samples that were played to a file, from a thread of its own.
 
-    Two channels are the left and the right hand, one is both.
+    The format is 32-bit float at RATE_HZ. Two channels are the left and the right hand; one
+    channel is the mix of both.
     """
 
     def __init__(self, path: Path, channels: int = 1) -> None:
@@ -114,20 +127,20 @@ class WavFile:
         self._file = soundfile.SoundFile(
             path, "w", samplerate=RATE_HZ, channels=channels, format="WAV", subtype="FLOAT"
         )
-        self._waiting: deque[NDArray[np.float32]] = deque(maxlen=MAX_WAITING_BLOCKS)
+        self._queue: deque[NDArray[np.float32]] = deque(maxlen=MAX_QUEUED_BLOCKS)
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._write, name="wav writer", daemon=True)
         self._thread.start()
 
     def append(self, block: NDArray[np.float32]) -> None:
-        """Queue one block; never blocks."""
-        # Called from the audio thread, so the file is written by another. A deque's append is
-        # atomic and takes no lock; beyond its bound the oldest block goes, so a disk that hangs
-        # costs a part of the file and no memory.
-        self._waiting.append(block)
+        """Queue one block, (N,) or (N, 2) float32; never blocks."""
+        # The audio thread calls this, so another thread writes the file. Appending to a deque is
+        # atomic and takes no lock. When the queue is full the oldest block is dropped, so a disk
+        # that hangs costs a part of the file, but no memory and no gap in the sound.
+        self._queue.append(block)
 
     def close(self) -> None:
-        """Write what is queued and finish the file."""
+        """Write the queued blocks and finish the file; waits for at most 5 s."""
         self._closing.set()
         self._thread.join(5.0)
         self._file.close()
@@ -137,16 +150,20 @@ class WavFile:
             while not self._closing.wait(0.2):
                 self._drain()
             self._drain()
-        except (OSError, RuntimeError) as error:  # the disk is full; what is played goes on
-            logger.error("the WAV file ends here: %s", error)
+        except (OSError, RuntimeError) as error:  # the disk is full, for example
+            logger.error("writing the WAV file failed, it ends here; playing continues: %s", error)
 
     def _drain(self) -> None:
-        while self._waiting:
-            self._file.write(self._waiting.popleft())
+        while self._queue:
+            self._file.write(self._queue.popleft())
 
 
 def read_wav(path: Path, longest_s: float) -> tuple[NDArray[np.float64], int]:
-    """Read a sound file: samples (N, channels) and their rate, Hz. Raises OSError, ValueError."""
+    """Read a sound file of at most `longest_s` seconds and MAX_CHANNELS channels.
+
+    Returns its samples, (N, channels) float64 with full scale at 1, and its rate in Hz. Raises
+    OSError if it cannot be read, ValueError if it is not such a sound file.
+    """
     import soundfile
 
     if not path.is_file():
@@ -160,7 +177,7 @@ def read_wav(path: Path, longest_s: float) -> tuple[NDArray[np.float64], int]:
                 raise ValueError(f"{path}: lasts {seconds:.3g} s; cut it to {longest_s:g} s")
             return file.read(dtype="float64", always_2d=True), int(file.samplerate)
     except soundfile.SoundFileError as error:
-        raise ValueError(f"{path}: not a sound file that can be read: {error}") from None
+        raise ValueError(f"{path}: not a readable sound file: {error}; use a WAV file") from None
 
 
 def write_wav(path: Path, samples: NDArray[np.float32]) -> None:

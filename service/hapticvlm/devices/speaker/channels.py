@@ -1,8 +1,8 @@
-"""Which channels of an audio output move which hand. Pure.
+"""Maps each hand to a channel of an audio output. Pure.
 
-Without them an output is one speaker under one palm, and both hands are mixed into it. With them
-each hand is rendered by itself, for two exciters, a pair of gloves, or a controller whose grips are
-voice coils; whatever else the output's channels drive stays silent.
+Without such a map an output is one speaker under one palm, and both hands are mixed into it. With a
+map each hand is rendered by itself, for two exciters, a pair of gloves, or a controller whose grips
+are voice coils. All other channels of the output stay silent.
 """
 
 from __future__ import annotations
@@ -13,21 +13,21 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-MOST = 8
-# Where each channel of an output stands, by how many it has, as audio systems count them (and a
-# WAVE file does): without it they take the third of four for the centre, and mix it into the front.
-# 2, 3 front left and right, 4 centre, 5 low frequencies, 6, 7 rear, 11, 12 side (miniaudio's
-# numbers).
+MAX_CHANNEL = 8
+DUALSENSE = "dualsense"
+
+# Positions of the channels of an output, by the number of its channels, in the order of WAVE files.
+# Without them audio systems take the third of four channels for the centre and mix it into the
+# front. The numbers are miniaudio's: 2 and 3 are front left and right, 4 centre, 5 low frequencies,
+# 6 and 7 rear, 11 and 12 side.
 POSITIONS = {
     2: (2, 3),
     4: (2, 3, 6, 7),
     6: (2, 3, 4, 5, 6, 7),
     8: (2, 3, 4, 5, 6, 7, 11, 12),
 }
-_FORM = re.compile(r"left=(\d{1,2}),right=(\d{1,2})")
-_FIRMS = ("wireless controller", "dualsense")  # what systems call a PS5 controller's sound
-
-DUALSENSE = "dualsense"
+_SYNTAX = re.compile(r"left=(\d{1,2}),right=(\d{1,2})")
+_DUALSENSE_NAMES = ("wireless controller", "dualsense")  # of a PS5 controller's sound output
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,35 +38,35 @@ class Channels:
     right: int
 
     @property
-    def least(self) -> int:
-        """How many channels an output must have; the others are opened, too, and stay silent."""
+    def min_count(self) -> int:
+        """Number of channels that an output must have at least."""
         return max(self.left, self.right)
 
     def spread(self, hands: NDArray[np.float32], count: int) -> NDArray[np.float32]:
-        """Put the hands, (N, 2), onto `count` channels, (N, count), the others silent."""
+        """Copy both hands, (N, 2) float32, into `count` channels, (N, count); others are 0."""
         spread = np.zeros((len(hands), count), np.float32)
         spread[:, self.left - 1] = hands[:, 0]
         spread[:, self.right - 1] = hands[:, 1]
         return spread
 
 
-# A DualSense on USB is a sound card of four channels at 48 kHz. The first two are its headset's,
-# the others move the voice coils of the left and the right grip.
-OF_DUALSENSE = Channels(3, 4)
+# A DualSense on USB is a sound card with four channels at 48 kHz. The first two belong to its
+# headset; the third and fourth move the voice coils of the left and the right grip.
+DUALSENSE_CHANNELS = Channels(3, 4)
 
 
-def read_channels(text: str) -> Channels:
-    """Read left=N,right=M. Raises ValueError."""
-    found = _FORM.fullmatch(text.replace(" ", ""))
-    left, right = (int(number) for number in found.groups()) if found else (0, 0)
-    if not (1 <= left <= MOST and 1 <= right <= MOST and left != right):
+def read_channels(value: str) -> Channels:
+    """Parse the value of --channels, left=N,right=M. Raises ValueError."""
+    match = _SYNTAX.fullmatch(value.replace(" ", ""))
+    left, right = (int(number) for number in match.groups()) if match else (0, 0)
+    if not (1 <= left <= MAX_CHANNEL and 1 <= right <= MAX_CHANNEL and left != right):
         raise ValueError(
-            f"--channels {text}: give two different channels of the output, 1 to {MOST}, for "
-            "example left=1,right=2"
+            f"--channels {value}: give two different channels of the output, 1 to {MAX_CHANNEL}, "
+            "for example left=1,right=2"
         )
     return Channels(left, right)
 
 
 def is_dualsense(name: str) -> bool:
-    """Return whether an output of this name is a PS5 controller."""
-    return any(part in name.lower() for part in _FIRMS)
+    """Return whether the output with this name is a PS5 controller."""
+    return any(part in name.lower() for part in _DUALSENSE_NAMES)

@@ -1,8 +1,8 @@
-"""What the engine process plays: its settings, and blocks rendered from the ring's commands.
+"""Renders blocks of vibration from the orders in the ring.
 
-`fill` is all that an audio callback calls; who calls it is not known here. One palm speaker gets
-both hands mixed. An output with a channel for each hand gets them apart: two mixers, each of which
-is given the orders of one hand.
+An audio callback calls `Engine.fill` and nothing else; this module does not know the output behind
+the callback. A palm speaker gets the mix of both hands from one mixer. An output with a channel for
+each hand gets two mixers, and each receives the orders of one hand.
 """
 
 from __future__ import annotations
@@ -25,17 +25,19 @@ from hapticvlm.rendering.vibration.vibration import RATE_HZ
 from hapticvlm.rendering.vibration.voices import Command, Voices
 
 FADE_S = 0.05
-REPORTED_SILENCE_S = 0.02  # of silence are reported at once
+REPORTED_SILENCE_S = 0.02  # silence is reported in pieces of this length
 
 
 @dataclass(frozen=True, slots=True)
 class AudioSettings:
-    """How the engine plays: `output` is "simulated", "default", "jack" or part of a name.
+    """Settings of the engine, which do not change while it runs.
 
-    `level` (0..1) is the most of full scale that reaches the output, whatever gain a scene sets.
-    `materials` are those it can render, in the order in which the ring counts them; `patterns` are
-    recordings that stand in for some of them, `correction` is what a measured speaker needs.
-    `channels` are those of the hands, None where both share one speaker.
+    `output` is "simulated", "default", "jack" or a part of an output's name, `block` the number of
+    samples per callback. `gain` (0..1) is the scene's, which it may change later; `level` (0..1) is
+    the share of full scale that reaches the output at most, whatever the gain. `materials` are
+    those that can be rendered, in the order in which the ring numbers them. `patterns` are
+    recordings that replace some of them, and `correction` compensates a measured speaker.
+    `channels` maps the hands to channels; None means that both share one speaker.
     """
 
     output: str = "simulated"
@@ -51,35 +53,39 @@ class AudioSettings:
 
     @property
     def columns(self) -> int:
-        """Of what is rendered: one for both hands, or one for each."""
+        """Number of columns of a block: one for both hands, or one for each hand."""
         return 1 if self.channels is None else 2
 
     def voices(self) -> tuple[Voices, ...]:
-        """Make the mixer of both hands, or one for each hand."""
+        """Create one mixer for both hands, or one for each hand."""
         table = {material.name: material for material in self.materials}
         playback = Playback(correction=self.correction)
         return tuple(
-            Voices(self.gain, table, playback, self.patterns, is_warm=number == 0)
+            Voices(self.gain, table, playback, self.patterns, fills_caches=number == 0)
             for number in range(self.columns)
         )
 
 
 class Engine:
-    """Turns ring commands into blocks; `fill` is all the audio callback calls."""
+    """Turns the orders in the ring into blocks; the audio callback calls `fill` and nothing else.
+
+    One thread at a time uses an engine: the audio thread while an output is open, and the thread
+    that watches the output while none is (`beat`, `rest_unplayed`).
+    """
 
     def __init__(self, ring: Ring, settings: AudioSettings = AudioSettings()) -> None:
         self._ring = ring
         self._mixers = settings.voices()
         self._is_leaving = False
-        # A restarted engine begins behind all that was ever commanded: a touch of a second ago must
+        # A restarted engine begins after the newest order, because a touch from a second ago must
         # not be played now.
         self._newest = ring.newest
         self._rested = ring.newest
         self._lost = 0
         self._samples = 0
         self._is_idle = False
-        self._seen = (-1, -1)
-        self._stood = 0
+        self._seen_numbers = (-1, -1)
+        self._applied_state = 0
         self._silence = np.zeros(0, np.float32)
         self._unreported = 0
         self._scrubbed = 0
@@ -87,26 +93,26 @@ class Engine:
         self.underruns = 0
         self.realtime = False
         self.has_output = True
-        self.tee: Callable[[NDArray[np.float32]], None] | None = None
+        self.on_block: Callable[[NDArray[np.float32]], None] | None = None
 
     def fill(self, count: int) -> NDArray[np.float32]:
-        """Return the next samples, float32 within [-1, 1]: (count,), or a column a hand."""
-        # This runs in the audio system's own thread, which must be done before the output runs dry.
-        # So nothing here waits: no lock, no file, no allocation that grows. Everything it knows
-        # comes out of the ring, and what it says goes back into it.
+        """Return the next samples, float32 in [-1, 1]: (count,), or (count, 2), a column a hand."""
+        # This runs in the audio system's own thread, which must finish before the output runs dry.
+        # So nothing here waits: it takes no lock, opens no file and makes no allocation that grows.
+        # It reads orders from the ring and writes its status to the ring, and both never block.
         #
-        # An engine plays silence for most of a day, 375 blocks a second, and carrying out nothing,
-        # mixing nothing and reporting it costs as much as a hand. So once all that was ordered is
-        # done and nothing sounds, it looks at two numbers and hands out the same zeros. It wakes
-        # within the block in which an order comes, as if it had never slept.
-        if self._is_idle and self._ring.numbers == self._seen:
+        # For most of a day the engine plays silence, 375 blocks a second, and the whole cycle of
+        # reading, mixing and reporting nothing would cost as much as a hand. So when every order is
+        # carried out and nothing sounds, it compares two numbers and returns the same zeros again.
+        # It wakes within the block in which an order arrives, so this adds no delay.
+        if self._is_idle and self._ring.numbers == self._seen_numbers:
             return self._sleep(count)
         now = time.monotonic()
         self._report_silence(now)
-        self._seen = self._ring.numbers
+        self._seen_numbers = self._ring.numbers
         for number, written_at, order in self._ring.take(self._newest):
             self._newest = number
-            if order is None:
+            if order is None:  # it was overwritten before the engine read it
                 self._lost += 1
                 continue
             if not self._is_leaving:
@@ -114,17 +120,19 @@ class Engine:
             if isinstance(order, RestAll):
                 self._rested = number
             self._ring.note_delay(number, now - written_at)
-        # Gain and "rest everything" must hold even if the orders that said so were overwritten in a
-        # full ring: they stand beside it, and are compared every block.
+        # The gain and "rest everything" must take effect even if their orders were overwritten in a
+        # full ring. So they are also kept beside the ring, and compared in every block.
         self._follow_persistent()
         block = self._bounded(self._render(count, now))
         self._samples += count
-        if self.tee is not None:
-            self.tee(block)
-        shown = block if block.ndim == 1 else np.clip(block.sum(axis=1), -1.0, 1.0)
-        self._ring.report(self._status(now), shown)
-        is_done = (self._newest, self._stood) == self._seen
-        self._is_idle = is_done and not self._level and all(it.is_silent for it in self._mixers)
+        if self.on_block is not None:
+            self.on_block(block)
+        mono = block if block.ndim == 1 else np.clip(block.sum(axis=1), -1.0, 1.0)
+        self._ring.report(self._status(now), mono)
+        is_done = (self._newest, self._applied_state) == self._seen_numbers
+        self._is_idle = (
+            is_done and not self._level and all(mixer.is_silent for mixer in self._mixers)
+        )
         return block
 
     def _render(self, count: int, now: float) -> NDArray[np.float32]:
@@ -133,7 +141,7 @@ class Engine:
 
     @property
     def _level(self) -> float:
-        """Rms of the last block, of both hands together."""
+        """Rms of the last block, both hands together, 0..1."""
         return math.hypot(*(mixer.level for mixer in self._mixers))
 
     def _mixer(self, hand: int) -> Voices:
@@ -144,15 +152,15 @@ class Engine:
             mixer.rest()
 
     def _sleep(self, count: int) -> NDArray[np.float32]:
-        """Return `count` zeros, the same each time, and report now and then."""
+        """Return `count` zeros, the same array each time, and report every REPORTED_SILENCE_S."""
         if len(self._silence) != count:
             hands = len(self._mixers)
             self._silence = np.zeros(count if hands == 1 else (count, hands), np.float32)
             self._silence.flags.writeable = False
         self._samples += count
         self._unreported += count
-        if self.tee is not None:
-            self.tee(self._silence)
+        if self.on_block is not None:
+            self.on_block(self._silence)
         if self._unreported >= REPORTED_SILENCE_S * RATE_HZ:
             self._report_silence(time.monotonic())
         return self._silence
@@ -163,25 +171,25 @@ class Engine:
             self._unreported = 0
 
     def beat(self) -> None:
-        """Report without playing: the engine is well although nothing asks it for samples."""
+        """Report without playing: the engine is alive although no output requests samples."""
         self._ring.report(self._status(time.monotonic()), np.empty(0, np.float32))
 
     def rest_unplayed(self) -> None:
-        """End what sounds while nothing plays, and pass over what is commanded meanwhile."""
-        self._seen = self._ring.numbers
+        """End all sounds while there is no output, and drop the orders that arrive meanwhile."""
+        self._seen_numbers = self._ring.numbers
         for number, _, _ in self._ring.take(self._newest):
             self._newest = number
         self._follow_persistent()
         self._rest()
         self._render(round(FADE_S * RATE_HZ), time.monotonic())
 
-    def leave(self) -> None:
-        """Fade everything and carry out nothing from now on."""
+    def fade_out(self) -> None:
+        """Fade everything and ignore all orders from now on."""
         self._is_leaving = True
         self._rest()
 
     def _bounded(self, block: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return the block at the output's level; one that is not finite is silence, counted."""
+        """Return the block at the output's level; one with NaN or inf becomes silence, counted."""
         if not math.isfinite(float(np.vdot(block, block))):
             self._scrubbed += 1
             return np.zeros_like(block)
@@ -189,20 +197,20 @@ class Engine:
         return np.clip(block, np.float32(-1.0), np.float32(1.0))
 
     def _follow_persistent(self) -> None:
-        """Apply the gain, and rest if the order to do so was lost with others."""
-        if self._stood == self._seen[1]:
+        """Apply the persistent state: the gain, and a rest whose order was lost."""
+        if self._applied_state == self._seen_numbers[1]:
             return
         state = self._ring.persistent()
         if state is None:
-            return  # half written: it is looked for again in the next block
+            return  # it is being written: the next block reads it
         for mixer in self._mixers:
             mixer.gain = state.gain
         if self._rested < state.rested:
             if state.rested > self._newest:
-                return  # the order itself is still to come
+                return  # the order itself is still in the ring
             self._rested = state.rested
             self._rest()
-        self._stood = self._seen[1]
+        self._applied_state = self._seen_numbers[1]
 
     def _apply(self, order: Order) -> None:
         match order:

@@ -1,6 +1,7 @@
-"""Which audio outputs this machine lists, asked in a process of its own.
+"""Lists the audio outputs of this machine, from a process of its own.
 
-A sound system can hang for ever, and ALSA writes to the terminal: neither may reach the caller.
+A sound system can hang for ever, and ALSA writes to the terminal. In a separate process the first
+ends at a timeout, and the second goes into a pipe.
 """
 
 from __future__ import annotations
@@ -10,10 +11,9 @@ import subprocess
 import sys
 
 AUDIO_S = 3.5
-# In a process of its own: a sound system can hang for ever, and ALSA writes to the terminal.
-_LIST = (
+_PROGRAM = (
     "import json; from hapticvlm.devices.speaker.output import playbacks; "
-    "print(json.dumps([found['name'] for found in playbacks()]))"
+    "print(json.dumps([output['name'] for output in playbacks()]))"
 )
 
 
@@ -26,13 +26,13 @@ def has_output() -> bool:
 
 
 def output_names() -> list[str]:
-    """Return the names of this machine's outputs. Raises TimeoutExpired."""
-    done = subprocess.run(
-        [sys.executable, "-c", _LIST],
+    """Return the names of this machine's outputs. Raises TimeoutExpired after AUDIO_S."""
+    result = subprocess.run(
+        [sys.executable, "-c", _PROGRAM],
         capture_output=True,
         text=True,
         timeout=AUDIO_S,
         check=False,
     )
-    found: list[str] = json.loads(done.stdout) if done.returncode == 0 else []
-    return found
+    names: list[str] = json.loads(result.stdout) if result.returncode == 0 else []
+    return names

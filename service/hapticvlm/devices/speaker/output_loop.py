@@ -1,7 +1,7 @@
-"""What keeps the audio engine playing: a virtual clock, or a real output that may go and come back.
+"""Keeps the audio engine playing on a virtual clock, or on a real output that may come and go.
 
-Each has the same three verbs for the engine's process: start, attend (every `watch_s`) and stop.
-What is played they do not know.
+Both have the same three methods for the engine's process: `start`, `poll_output` (called every
+`poll_interval_s`) and `stop`. Neither knows what is played.
 """
 
 from __future__ import annotations
@@ -15,14 +15,17 @@ from hapticvlm.devices.speaker.output import Output, OutputError
 from hapticvlm.processes.priority import request_priority
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 
-WATCH_S = 0.05
+POLL_INTERVAL_S = 0.05
 RETRY_S = 1.0
 
 
 class VirtualClock:
-    """Plays into nothing, a block at a time on absolute deadlines, from a thread of its own."""
+    """Requests one block after the other on absolute deadlines and drops them.
 
-    watch_s = None
+    It runs in a thread of its own, as the callback of a real output does.
+    """
+
+    poll_interval_s = None
 
     def __init__(self, engine: Engine, settings: AudioSettings) -> None:
         self._engine = engine
@@ -35,8 +38,8 @@ class VirtualClock:
         self._thread.start()
         return "simulated speaker"
 
-    def attend(self, now: float) -> None:
-        """Nothing to watch: a thread that ended no longer beats."""
+    def poll_output(self, now: float) -> None:
+        """Do nothing: if the thread ends, the engine's beats stop and the gateway notices."""
 
     def stop(self) -> None:
         """Stop playing."""
@@ -52,22 +55,22 @@ class VirtualClock:
         while not self._stopped.is_set():
             engine.fill(block)
             deadline += period
-            # Deadlines are absolute, so a block that was late does not delay those behind it, and
-            # the clock does not drift by what each block took. One that is late by more than a
-            # block is an underrun; then time begins anew, since playing the missed blocks in a
-            # burst would put every later touch out of its time.
-            ahead = deadline - time.monotonic()
-            if ahead > 0:
-                time.sleep(ahead)
-            elif ahead < -period:
+            # Deadlines are absolute, so a late block does not delay the ones after it, and the
+            # clock does not drift by the time that rendering takes. A block that is late by more
+            # than its own length is an underrun. Then the deadlines start again from now, because
+            # playing the missed blocks in a burst would shift every later touch.
+            remaining_s = deadline - time.monotonic()
+            if remaining_s > 0:
+                time.sleep(remaining_s)
+            elif remaining_s < -period:
                 engine.underruns += 1
                 deadline = time.monotonic()
 
 
 class Player:
-    """Keeps an engine playing on a real output, also when that goes and comes back."""
+    """Keeps an engine playing on a real output, and reopens the output when it was lost."""
 
-    watch_s = WATCH_S
+    poll_interval_s = POLL_INTERVAL_S
 
     def __init__(self, engine: Engine, settings: AudioSettings) -> None:
         self._engine = engine
@@ -80,18 +83,18 @@ class Player:
         """Open the output and return its name. Raises OutputError."""
         output = Output(self._engine.fill, self._settings.realtime, hands=self._settings.channels)
         output.open(self._settings.output, self._settings.block)
-        output.settle(self._engine.beat)
+        output.wait_until_steady(self._engine.beat)
         self._output = output
         self._engine.has_output = True
         return output.name
 
-    def attend(self, now: float) -> None:
-        """Watch the output: rest while it is gone, try it again every RETRY_S."""
-        if now - self._watched_at > 5 * WATCH_S:
-            self._awake_since = now  # a machine that slept has not lost its output
+    def poll_output(self, now: float) -> None:
+        """Watch the output: rest while it is lost, and retry it every RETRY_S."""
+        if now - self._watched_at > 5 * POLL_INTERVAL_S:
+            self._awake_since = now  # this process slept, so the output may have slept too
         self._watched_at = now
         if self._output is None:
-            self._try_again(now)
+            self._reopen(now)
         else:
             self._follow(self._output, now)
         self._engine.beat()
@@ -107,16 +110,16 @@ class Player:
         self._engine.realtime = output.has_priority
         self._engine.underruns = self._underruns_before + output.underruns
         if output.is_lost(now, self._awake_since):
-            # An output that is gone says nothing and calls nothing: closing it is up to us. The
-            # engine goes on. What is ordered meanwhile is passed over (`rest_unplayed`), so that
-            # nothing old is played when an output comes back.
+            # A lost output reports nothing and requests nothing, so we have to close it. The engine
+            # itself continues. Orders that arrive until the output is back are dropped
+            # (`rest_unplayed`), so that no old touch is played then.
             self._underruns_before = self._engine.underruns
             output.close()
             self._output = None
             self._engine.has_output = False
             self._retry_at = now
 
-    def _try_again(self, now: float) -> None:
+    def _reopen(self, now: float) -> None:
         self._engine.rest_unplayed()
         if now < self._retry_at:
             return

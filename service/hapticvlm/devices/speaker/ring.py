@@ -1,11 +1,23 @@
-"""The shared memory between gateway and audio engine: orders in, a status out.
+"""Shares memory between gateway and audio engine without a lock: orders go in, a status comes out.
 
-Orders go through a ring. One writer and one reader stand on each side, and no lock. Records and
-statuses are numbered and end in a checksum, and the number of the newest is stored after it, so the
-reader never acts on a half-written one, also where a processor reorders writes: a record that is
-not complete yet is left for the next block. Statuses alternate between two slots, since `pack_into`
-clears its target first: a writer that is suspended in the middle leaves the status before it
-intact. A reader that falls a whole ring behind counts what it lost.
+The gateway is the only writer of orders and of the persistent state, and the engine their only
+reader. For the status, the delays and the samples it is the other way round. Each part of the
+memory therefore has one writer, and no lock is needed. A lock would be wrong here: a gateway that
+is preempted while it holds one would silence the speaker.
+
+Memory ordering. Every record begins with its own number and ends in a checksum. The writer stores
+the record first and the number of the newest record last, at the start of the memory. A reader that
+sees the new number therefore expects a complete record. A processor such as ARM may still show the
+two stores in the other order, and a writer may be suspended between them; then the record's number
+or checksum does not fit, and the reader leaves the record for its next block, 2.7 ms later. So a
+half-written record is never acted on, on any processor.
+
+Statuses and persistent states alternate between two slots, since `pack_into` clears its target
+first: a writer that is suspended in the middle of a write leaves the record before it intact.
+
+If the engine is late or dead, the gateway does not wait: the oldest orders are overwritten. A
+reader that falls a whole ring behind counts the orders it lost. If the gateway dies, the leases of
+the last orders end in the engine.
 """
 
 from __future__ import annotations
@@ -30,17 +42,13 @@ if TYPE_CHECKING:
     Shared = ctypes.Array[ctypes.c_ubyte]
 
 SLOTS = 256
-DELAYS = 1024
+DELAYS = 1024  # newest orders whose delay is kept
 SAMPLES = 48_000  # the newest second
-TRIES = 100
-# The block of memory, from its start:
-#   three numbers of 8 bytes: the newest command, the newest status, the newest persistent state
-#   two slots for a status, a second of delays, a second of samples
-#   SLOTS records of commands, then two slots for the persistent state
-# Every record begins with its own number and ends in a checksum. The number at the start of the
-# block is stored last, so a reader that sees it looks for a record that should be whole; where the
-# processor stores in another order, or the writer was put aside in the middle, number or checksum
-# do not fit and the reader tries again at its next block, 2.7 ms later.
+MAX_READ_ATTEMPTS = 100
+# Layout of the memory, from its start:
+#   three numbers of 8 bytes: of the newest order, the newest status, the newest persistent state
+#   two slots for a status, DELAYS delays, a second of samples
+#   SLOTS records of orders, then two slots for the persistent state
 _RECORD = struct.Struct("<QBBBBhxxffffdQfffd")
 _STATUS = struct.Struct("<QdfQQQQQ??")
 _PERSISTENT = struct.Struct("<QdQ")
@@ -66,26 +74,26 @@ _NOTHING = (0.0, 0.0, 0.0, 0.0, 0.0, 0, 0.0, 0.0, 0.0)
 
 @dataclass(frozen=True, slots=True)
 class Release:
-    """Fade one hand."""
+    """Order to fade one hand: 0 is the left, 1 the right one."""
 
     hand: int
 
 
 @dataclass(frozen=True, slots=True)
 class RestAll:
-    """Fade everything."""
+    """Order to fade everything."""
 
 
 @dataclass(frozen=True, slots=True)
 class PersistentState:
-    """What holds until it is changed, however many orders were lost; newest value only.
+    """State that holds until it is changed, even if orders are lost; only the newest counts.
 
-    `gain` is 0..1; `rested` numbers the newest order to rest everything, 0 = none.
+    `gain` is 0..1; `rested` is the number of the newest order to rest everything, 0 for none.
     """
 
-    # Orders may be lost: a gateway that outruns a stopped engine writes over the oldest. For a blow
-    # that is right, a late one is worse than none. A gain or a stop must not be lost, so both stand
-    # beside the ring as a state, which the engine compares with what it has done.
+    # Orders may be lost, because a gateway that outruns a stopped engine overwrites the oldest. For
+    # an impact that is right: a late one is worse than none. A gain or a stop must not be lost. So
+    # both are stored beside the ring, and the engine compares them with what it has carried out.
     gain: float
     rested: int
 
@@ -95,7 +103,12 @@ Order = Command | Release | RestAll
 
 @dataclass(frozen=True, slots=True)
 class EngineStatus:
-    """What the engine reports each block; times are seconds on the monotonic clock."""
+    """Report of the engine for each block; times are seconds on the monotonic clock.
+
+    `level` is the rms of the block, 0..1. `lost` counts overwritten orders, `scrubbed` blocks and
+    voices that were dropped because they were not finite, `samples` those ever played. `newest` is
+    the number of the newest order carried out.
+    """
 
     beat_at: float
     level: float
@@ -112,9 +125,9 @@ _UNREPORTED = EngineStatus(0.0, 0.0, 0, 0, 0, 0, 0, realtime=False)
 
 
 class Ring:
-    """Both ends' view of one shared block of memory.
+    """The view of the shared memory that both ends use.
 
-    Materials travel as places in `materials`, so both ends are made with the same names.
+    A material travels as its index in `materials`, so both ends must be given the same names.
     """
 
     def __init__(self, shared: Shared, materials: Sequence[str] = tuple(MATERIALS)) -> None:
@@ -137,39 +150,36 @@ class Ring:
 
     @property
     def newest(self) -> int:
-        """Number of the newest command written; 0 = none."""
+        """Number of the newest order written; 0 for none."""
         return self._number(_NEWEST)
 
     @property
     def numbers(self) -> tuple[int, int]:
-        """Numbers of the newest command and of the newest persistent state written."""
+        """Numbers of the newest order and of the newest persistent state written."""
         return self._number(_NEWEST), self._number(_NEWEST_PERSISTENT)
 
     def put(self, order: Order, now: float) -> int:
         """Write one order (gateway side) and return its number.
 
-        Never waits: if the engine is dead or late, old records are written over, and the engine
-        that reads on (or the new one, which begins behind them) counts what it has lost.
+        Never waits: if the engine is late or dead, old records are overwritten. A late engine then
+        counts the orders it lost; a new engine begins after them.
         """
         number = self.newest + 1
         fields = _fields(order, self._materials)
         self._write(_RECORD.pack(number, *fields, now), _record_at(number))
-        # The record first, its number last: a reader that sees the number finds the record. Nothing
-        # here forbids the processor to show the two stores in the other order, which ARM may do;
-        # then number or checksum do not fit yet, and the engine looks again in its next block. A
-        # lock would forbid it, too, but a gateway that is put aside while it holds one would
-        # silence the speaker.
+        # The record is stored first and its number last (memory ordering: see the head of the
+        # file). There is no barrier between the two stores; the checksum makes up for it.
         self._view[_NEWEST : _NEWEST + 8] = _NUMBER.pack(number)
         return number
 
     def set_persistent(self, state: PersistentState) -> None:
-        """Replace what holds until it is changed (gateway side)."""
+        """Replace the persistent state (gateway side)."""
         number = self._number(_NEWEST_PERSISTENT) + 1
         self._write(_PERSISTENT.pack(number, state.gain, state.rested), _persistent_at(number))
         self._view[_NEWEST_PERSISTENT : _NEWEST_PERSISTENT + 8] = _NUMBER.pack(number)
 
     def persistent(self) -> PersistentState | None:
-        """Return what holds, None if nothing was written or it is being written (engine side)."""
+        """Return the persistent state, or None while there is no complete one (engine side)."""
         number = self._number(_NEWEST_PERSISTENT)
         fields = self._read(_PERSISTENT, _persistent_at(number)) if number else None
         if fields is None or fields[0] != number:
@@ -177,27 +187,30 @@ class Ring:
         return PersistentState(fields[1], fields[2])
 
     def take(self, after: int) -> Iterator[tuple[int, float, Order | None]]:
-        """Yield (number, written_at, order) newer than `after`; order None = lost (engine side)."""
+        """Yield (number, written_at, order) of the orders after number `after` (engine side).
+
+        `written_at` is in s on the monotonic clock; an order that was lost is None.
+        """
         newest = self.newest
         for number in range(after + 1, newest + 1):
-            # The writer may be at this very slot for the next command: one less than a whole ring
-            # behind is as far as a record can be trusted.
+            # The writer may be about to overwrite the oldest slot with the next order, so a record
+            # is trusted only if it lies less than a whole ring behind.
             if newest - number >= SLOTS - 1:
                 yield number, 0.0, None
                 continue
             record = self._read(_RECORD, _record_at(number))
             if record is None or record[0] != number:
-                # Not whole yet. What comes after it is newer, so nothing is passed over: the next
-                # block begins here again.
+                # The record is not complete yet. The orders after it are newer and must not
+                # overtake it, so the next block continues from this record.
                 return
             yield number, record[-1], _order(record[1:-1], self._materials)
 
     def report(self, status: EngineStatus, block: NDArray[np.float32]) -> None:
-        """Publish status and the newest block of samples (engine side)."""
+        """Publish a status and the newest block of samples, (N,) float32 (engine side)."""
         at = (status.samples - block.size) % SAMPLES
-        fits = min(block.size, SAMPLES - at)
-        self._samples[at : at + fits] = block[:fits]
-        self._samples[: block.size - fits] = block[fits:]
+        to_the_edge = min(block.size, SAMPLES - at)
+        self._samples[at : at + to_the_edge] = block[:to_the_edge]
+        self._samples[: block.size - to_the_edge] = block[to_the_edge:]
         number = self._number(_NEWEST_STATUS) + 1
         data = _STATUS.pack(
             number,
@@ -215,35 +228,36 @@ class Ring:
         self._view[_NEWEST_STATUS : _NEWEST_STATUS + 8] = _NUMBER.pack(number)
 
     def note_delay(self, number: int, delay_s: float) -> None:
-        """Record how long command `number` waited for its first block (engine side)."""
+        """Record the time in s that order `number` waited for its first block (engine side)."""
         self._delays[number % DELAYS] = delay_s
 
     def status(self) -> EngineStatus:
         """Read the engine's newest status (gateway side)."""
-        # The engine writes a status every block into the other of two slots. While one is read, it
-        # can at most be overwritten by the one after the next, which a second look finds; if the
-        # engine died in the middle of a write, the last whole status stands for ever.
-        for _ in range(TRIES):
+        # The engine writes each status into the other of two slots. A slot that is being read can
+        # only be overwritten by the status after the next; then the checksum or the number does not
+        # fit, and the next attempt reads the newer one. If the engine died in the middle of a
+        # write, the last complete status stays.
+        for _ in range(MAX_READ_ATTEMPTS):
             number = self._number(_NEWEST_STATUS)
             fields = self._read(_STATUS, _status_at(number)) if number else None
-            is_it = fields is not None and fields[0] == number  # else one not yet announced
-            if fields is not None and is_it:
+            is_announced = fields is not None and fields[0] == number
+            if fields is not None and is_announced:
                 self._status = EngineStatus(*fields[1:])
-            if is_it or not number:
+            if is_announced or not number:
                 break
         return self._status
 
     def delays(self, first: int, last: int) -> NDArray[np.float32]:
-        """Return the delays in s of commands first..last, as far as still kept."""
+        """Return the delays in s of the orders first..last, (N,); at most the newest DELAYS."""
         numbers = np.arange(max(first, last - DELAYS + 1), last + 1)
         return np.array(self._delays[numbers % DELAYS])
 
     def waveform(self, count: int) -> NDArray[np.float32]:
-        """Return the newest `count` (<= SAMPLES) samples played."""
+        """Return the newest `count` (<= SAMPLES) samples played, (count,)."""
         return self.waveform_until(count)[1]
 
     def waveform_until(self, count: int) -> tuple[int, NDArray[np.float32]]:
-        """Return how many samples were played since the start, and the newest `count` of them."""
+        """Return the number of samples played since the start, and the newest `count` of them."""
         end = self.status().samples
         at = (end - count) % SAMPLES
         to_the_edge = self._samples[at : at + count]
@@ -258,7 +272,7 @@ class Ring:
         _SUM.pack_into(self._view, at + len(data), zlib.crc32(data))
 
     def _read(self, form: struct.Struct, at: int) -> tuple[Any, ...] | None:
-        """Return the fields at this place; None if they are not whole."""
+        """Return the fields at this offset; None if the record is not complete."""
         end = at + form.size
         data = bytes(self._view[at:end])
         is_whole = zlib.crc32(data) == _SUM.unpack_from(self._view, end)[0]

@@ -1,10 +1,13 @@
-"""The gateway's end of the palm speaker: starts the audio engine, writes commands, watches it.
+"""Starts the audio engine, writes commands into its ring and supervises it: the gateway's end.
 
-A dead engine is restarted and reported; meanwhile commands go into a ring nobody reads, and the new
-engine starts behind them, so nothing late is played. It starts with the gain the old one had. An
-output that is unplugged is reported when it goes; the engine lives on and plays when it is back. An
-engine is called silent only by a watch that was awake itself: a machine that slept, or was too busy
-to run either, has no dead engine.
+A dead engine is restarted and reported. Until then commands go into a ring that nobody reads, and
+the new engine begins after them, so nothing is played late; it starts with the gain of the old one.
+An output that is unplugged is reported once; the engine keeps running and plays again when the
+output is back.
+
+The engine proves that it is alive by a beat in every status. An engine without a beat for SILENT_S
+counts as hung, but only if this process was awake during that time: on a machine that slept, or was
+too busy to run either process, the old beat says nothing about the engine.
 """
 
 from __future__ import annotations
@@ -34,14 +37,17 @@ from hapticvlm.rendering.vibration.voices import Command
 
 logger = logging.getLogger(__name__)
 
-SILENT_S = 1.0
-ASLEEP_S = 0.25  # the gateway watches ten times a second
+SILENT_S = 1.0  # without a beat until the engine counts as hung
+MAX_WATCH_GAP_S = 0.25  # the gateway watches ten times a second; after a longer gap it was asleep
 FADE_AND_CLOSE_S = 5.0
-STRETCH = 128  # samples
+WINDOW_SAMPLES = 128  # over which `loudest` takes the rms: 2.7 ms
 
 
 class Speaker:
-    """One audio engine process and its ring; start it, then command it."""
+    """One audio engine process and its ring; call `start`, then command it.
+
+    Only the gateway's event loop calls it. No method but `start` and `close` blocks.
+    """
 
     def __init__(self, settings: AudioSettings) -> None:
         self._settings = settings
@@ -49,7 +55,7 @@ class Speaker:
         self._underruns_before = 0
         self._rested = 0
         self._had_output = True
-        self._levelled = 0
+        self._measured_until = 0
         self._watched_at = float("-inf")
         self._awake_since = float("-inf")
         self._child = Child("audio engine", run_engine, self._arguments, self._begin)
@@ -57,12 +63,12 @@ class Speaker:
 
     @property
     def settings(self) -> AudioSettings:
-        """How the engine plays now."""
+        """Settings of the engine, with the gain that is in force."""
         return self._settings
 
     @property
     def simulated(self) -> bool:
-        """Whether nothing is really played."""
+        """Whether the samples go to no device."""
         return self._settings.output == "simulated"
 
     @property
@@ -72,25 +78,25 @@ class Speaker:
 
     @property
     def restarts(self) -> int:
-        """How often the engine had to be restarted."""
+        """Number of restarts of the engine."""
         return self._child.restarts
 
     @property
     def plays(self) -> bool:
-        """Whether the engine is up and has its output; what is commanded before is not played."""
+        """Whether the engine runs and has its output; commands before that are not played."""
         return self._child.ready_at is not None and not self._lacks_output
 
     @property
     def faults(self) -> tuple[str, ...]:
-        """Names of what is wrong with the output now."""
+        """Names of the output's current faults."""
         return (SPEAKER_GONE.name,) if self._lacks_output else ()
 
     def begin(self) -> None:
-        """Let the engine start, and do not wait for it; `start` does."""
+        """Begin to start the engine without waiting for it; `start` waits."""
         self._child.begin()
 
     def start(self) -> None:
-        """Start the engine and wait until it plays; raises DeviceError if it can't."""
+        """Start the engine and wait until it plays. Raises DeviceError, saying why it cannot."""
         try:
             self._child.start()
         except ChildError as error:
@@ -106,9 +112,9 @@ class Speaker:
 
     def rest(self) -> None:
         """Fade everything."""
-        # The order to rest goes both ways: through the ring, where it takes its place among the
-        # commands, and into the state beside it, which survives a ring that was written over. The
-        # number ties them: the engine rests once, and a command behind the order is played.
+        # The order to rest goes both ways: through the ring, where it keeps its place among the
+        # commands, and into the persistent state, which survives an overwritten ring. Both carry
+        # the number of the order, so the engine rests once, and a later command is played.
         self._rested = self._ring.put(RestAll(), time.monotonic())
         self._ring.set_persistent(PersistentState(self._settings.gain, self._rested))
 
@@ -128,42 +134,46 @@ class Speaker:
 
     @property
     def underruns(self) -> int:
-        """Underruns of this and earlier engines."""
+        """Number of underruns of this engine and all earlier ones."""
         return self._underruns_before + self._ring.status().underruns
 
     def delays(self, first: int, last: int) -> NDArray[np.float32]:
-        """Return how long commands first..last waited for their block, s."""
+        """Return the time in s that commands first..last waited for their block, (N,)."""
         return self._ring.delays(first, last)
 
     def loudest(self) -> float:
-        """Return the rms of the loudest 2.7 ms since this was last called (1 s at most)."""
-        since = self._levelled
-        self._levelled = self._ring.status().samples
-        played = self._ring.waveform(min(max(0, self._levelled - since), SAMPLES))
-        stretches = played[: played.size // STRETCH * STRETCH].reshape(-1, STRETCH)
-        squares = np.einsum("ij,ij->i", stretches, stretches)
-        return float(np.sqrt(np.max(squares, initial=0.0) / STRETCH))
+        """Return the rms (0..1) of the loudest 2.7 ms since the last call, at most 1 s ago."""
+        since = self._measured_until
+        self._measured_until = self._ring.status().samples
+        played = self._ring.waveform(min(max(0, self._measured_until - since), SAMPLES))
+        whole = played[: played.size // WINDOW_SAMPLES * WINDOW_SAMPLES]
+        windows = whole.reshape(-1, WINDOW_SAMPLES)
+        squares = np.einsum("ij,ij->i", windows, windows)
+        return float(np.sqrt(np.max(squares, initial=0.0) / WINDOW_SAMPLES))
 
     def waveform(self, count: int) -> NDArray[np.float32]:
-        """Return the newest samples played."""
+        """Return the newest `count` samples played, (count,)."""
         return self._ring.waveform(count)
 
     def waveform_until(self, count: int) -> tuple[int, NDArray[np.float32]]:
-        """Return how many samples were ever played, and the newest of them."""
+        """Return the number of samples ever played, and the newest `count` of them."""
         return self._ring.waveform_until(count)
 
     def supervise(self, now: float) -> str | None:
-        """Restart a dead or silent engine; return what happened to it, or to its output."""
-        # Whoever watches may itself have slept (a laptop's lid, a machine too busy to run us). Then
-        # the engine's last beat is old although nothing is wrong with it. So an engine counts as
-        # silent only after SILENT_S of a watch that was awake all the time.
-        if now - self._watched_at > ASLEEP_S:
+        """Restart a dead or hung engine; return what happened to it or its output, else None.
+
+        Call it about ten times a second; `now` is on the monotonic clock, s.
+        """
+        # This process may have slept itself (a closed lid, a machine too busy to run it). Then the
+        # engine's last beat is old although nothing is wrong with the engine. So the time without a
+        # beat is counted only from when this process was awake.
+        if now - self._watched_at > MAX_WATCH_GAP_S:
             self._awake_since = now
         self._watched_at = now
         alive_at = max(self._ring.status().beat_at, self._child.ready_at or now)
         is_well = now - max(alive_at, self._awake_since) <= SILENT_S
-        # Read before `supervise`, which may replace the engine: the new one counts from 0, and what
-        # the old one had counted must not vanish from the figures.
+        # Read this before `supervise`, which may replace the engine: the new one counts from 0, and
+        # the count of the old one must not be lost.
         underruns = self.underruns
         trouble = self._child.supervise(now, is_well=is_well)
         if trouble is None:
@@ -177,12 +187,12 @@ class Speaker:
 
     @property
     def _lacks_output(self) -> bool:
-        """Whether the engine reports that its output is gone; one that never beat does not."""
+        """Whether the engine reports that its output is gone; false before its first beat."""
         status = self._ring.status()
         return status.beat_at > 0.0 and not status.has_output
 
     def _watch_output(self) -> str | None:
-        """Return that the output went, if it has just gone."""
+        """Return a message if the output has just disappeared."""
         had_output = self._had_output
         has_output = not self._lacks_output
         self._had_output = has_output
@@ -195,9 +205,9 @@ class Speaker:
     def _arguments(self) -> tuple[Any, ...]:
         settings = self._settings
         wav = self._settings.wav
-        if wav is not None and self._child.restarts:  # what the engine before wrote stays
-            again = wav.with_stem(f"{wav.stem}-{self._child.restarts + 1}")
-            settings = dataclasses.replace(settings, wav=again)
+        if wav is not None and self._child.restarts:  # keep the file of the engine before
+            next_wav = wav.with_stem(f"{wav.stem}-{self._child.restarts + 1}")
+            settings = dataclasses.replace(settings, wav=next_wav)
         return self._ring.shared, settings
 
     def _begin(self, names: tuple[str, ...]) -> None:

@@ -1,7 +1,7 @@
-"""What a user gives for a speaker: its response, and recordings in place of patterns.
+"""Reads the files that a user provides for a speaker: its response, and recordings of patterns.
 
-The response is what `hapticvlm calibrate speaker` writes. Recordings are a folder of
-MATERIAL-INTERACTION.wav.
+`hapticvlm calibrate speaker` writes the response. Recordings are a folder of files named
+MATERIAL-INTERACTION.wav, and each replaces the built-in pattern of that name.
 """
 
 from __future__ import annotations
@@ -18,39 +18,48 @@ from hapticvlm.materials import Material
 from hapticvlm.rendering.vibration.equaliser import (
     HIGH_HZ,
     LOW_HZ,
-    MOST_DB,
+    MAX_DB,
     REFERENCE_HZ,
     Correction,
     correction,
 )
-from hapticvlm.rendering.vibration.patterns import LONGEST_S, Pattern, PatternError, named, pattern
+from hapticvlm.rendering.vibration.patterns import (
+    LONGEST_S,
+    Pattern,
+    PatternError,
+    pattern,
+    replaced_key,
+)
 
 MAX_POINTS = 1000
 MAX_FILES = 200
-MOST_RESPONSE_DB = 120.0
+MAX_RESPONSE_DB = 120.0
 FIELDS = ("simulated", "frequency_hz", "response_db")
 
 
 @dataclass(frozen=True, slots=True)
 class SpeakerResponse:
-    """Acceleration per drive at rising frequencies, dB re that at REFERENCE_HZ."""
+    """Acceleration of a speaker per drive, in dB relative to REFERENCE_HZ, at rising frequencies.
+
+    `simulated` says that it was measured on a simulated speaker.
+    """
 
     frequency_hz: tuple[float, ...]
     response_db: tuple[float, ...]
     simulated: bool = False
 
     def correction(self) -> Correction:
-        """Return what the speaker needs."""
+        """Return the correction that makes this speaker's response flat."""
         return correction(self.frequency_hz, self.response_db)
 
 
 def write_response(path: Path, response: SpeakerResponse) -> None:
-    """Write the file. Raises OSError."""
+    """Write a response file. Raises OSError."""
     lines = (
-        "# Acceleration of a speaker per drive, by `hapticvlm calibrate speaker`, or what a hand",
-        "# feels of it beside the usual, by `calibrate hand`; dB re",
+        "# Acceleration of a speaker per drive, by `hapticvlm calibrate speaker`, or how a hand",
+        "# feels it compared with the expected thresholds, by `calibrate hand`; dB relative to",
         f"# {REFERENCE_HZ:g} Hz. `serve --speaker-response` corrects {LOW_HZ:g}-{HIGH_HZ:g} Hz by",
-        f"# at most {MOST_DB:g} dB either way.",
+        f"# at most {MAX_DB:g} dB either way.",
         f"simulated = {str(response.simulated).lower()}",
         f"frequency_hz = {[round(hz, 2) for hz in response.frequency_hz]}",
         f"response_db = {[round(db, 2) for db in response.response_db]}",
@@ -59,29 +68,68 @@ def write_response(path: Path, response: SpeakerResponse) -> None:
 
 
 def read_response(path: Path) -> SpeakerResponse:
-    """Read the file. Raises OSError, ValueError naming the fault."""
+    """Read a response file. Raises OSError, ValueError naming the file, the field and the limit."""
     try:
-        given = documents.parse_toml(documents.read_text(path))
+        document = documents.parse_toml(documents.read_text(path))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ValueError(f"{path}: not a TOML file: {error}") from None
-    for field in given:
+    for field in document:
         if field not in FIELDS:
             raise ValueError(f"{path}: {field}: no such field; known: {', '.join(FIELDS)}")
-    hertz = _numbers(path, given, "frequency_hz", (0.1, 100_000.0))
-    levels_db = _numbers(path, given, "response_db", (-MOST_RESPONSE_DB, MOST_RESPONSE_DB))
+    hertz = _numbers(path, document, "frequency_hz", (0.1, 100_000.0))
+    levels_db = _numbers(path, document, "response_db", (-MAX_RESPONSE_DB, MAX_RESPONSE_DB))
     if len(hertz) != len(levels_db):
-        raise ValueError(f"{path}: {len(hertz)} frequencies but {len(levels_db)} levels")
+        raise ValueError(
+            f"{path}: {len(hertz)} frequencies but {len(levels_db)} levels; give one for each"
+        )
     if list(hertz) != sorted(set(hertz)):
-        raise ValueError(f"{path}: frequency_hz does not rise; sort it")
+        raise ValueError(f"{path}: frequency_hz must rise; sort it and remove duplicates")
     if not hertz[0] <= REFERENCE_HZ <= hertz[-1]:
-        raise ValueError(f"{path}: frequency_hz must reach across {REFERENCE_HZ:g} Hz")
-    return SpeakerResponse(hertz, levels_db, bool(given.get("simulated", False)))
+        raise ValueError(f"{path}: frequency_hz must include {REFERENCE_HZ:g} Hz in its range")
+    return SpeakerResponse(hertz, levels_db, bool(document.get("simulated", False)))
+
+
+def read_speaker_files(
+    response: Path | None, patterns: Path | None, table: Mapping[str, Material]
+) -> tuple[Correction, tuple[Pattern, ...]]:
+    """Read the response and the patterns, if given; recordings are corrected by the response.
+
+    Raises OSError, ValueError.
+    """
+    correction = Correction() if response is None else read_response(response).correction()
+    return correction, () if patterns is None else read_patterns(patterns, table, correction)
+
+
+def read_patterns(
+    folder: Path,
+    table: Mapping[str, Material],
+    correction: Correction = Correction(),  # noqa: B008 - frozen
+) -> tuple[Pattern, ...]:
+    """Read every WAV file of `folder`, corrected for the speaker.
+
+    `table` holds the materials that may be named. Raises OSError, PatternError naming the file.
+    """
+    if not folder.is_dir():
+        raise NotADirectoryError(f"{folder}: no such folder")
+    files = sorted(path for path in folder.iterdir() if path.suffix.lower() == ".wav")
+    if not 1 <= len(files) <= MAX_FILES:
+        raise PatternError(f"{folder}: holds {len(files)} WAV files; it must hold 1 to {MAX_FILES}")
+    paths: dict[tuple[str, str], Path] = {}
+    patterns = []
+    for path in files:
+        recording = _read(path, table, correction)
+        if recording.key in paths:
+            names = f"{paths[recording.key].name} and {path.name}"
+            raise PatternError(f"{folder}: {names} replace the same pattern; remove one")
+        paths[recording.key] = path
+        patterns.append(recording)
+    return tuple(patterns)
 
 
 def _numbers(
-    path: Path, given: dict[str, object], field: str, limits: tuple[float, float]
+    path: Path, document: dict[str, object], field: str, limits: tuple[float, float]
 ) -> tuple[float, ...]:
-    values = given.get(field)
+    values = document.get(field)
     if not isinstance(values, list) or not 2 <= len(values) <= MAX_POINTS:
         raise ValueError(f"{path}: {field}: needs a list of 2 to {MAX_POINTS} numbers")
     for value in values:
@@ -92,42 +140,11 @@ def _numbers(
     return tuple(float(value) for value in values)
 
 
-def read_speaker_files(
-    response: Path | None, patterns: Path | None, table: Mapping[str, Material]
-) -> tuple[Correction, tuple[Pattern, ...]]:
-    """Read what of both is given, recordings corrected. Raises OSError, ValueError."""
-    correction = Correction() if response is None else read_response(response).correction()
-    return correction, () if patterns is None else read_patterns(patterns, table, correction)
-
-
-def read_patterns(
-    folder: Path,
-    table: Mapping[str, Material],
-    correction: Correction = Correction(),  # noqa: B008 - frozen
-) -> tuple[Pattern, ...]:
-    """Read every WAV file of `folder`. Raises OSError, PatternError naming the file."""
-    if not folder.is_dir():
-        raise NotADirectoryError(f"{folder}: no such folder")
-    files = sorted(path for path in folder.iterdir() if path.suffix.lower() == ".wav")
-    if not 1 <= len(files) <= MAX_FILES:
-        raise PatternError(f"{folder}: {len(files)} WAV files, needs 1 to {MAX_FILES}")
-    found: dict[tuple[str, str], Path] = {}
-    patterns = []
-    for path in files:
-        made = _read(path, table, correction)
-        if made.key in found:
-            twice = f"{found[made.key].name} and {path.name} stand for the same; remove one"
-            raise PatternError(f"{folder}: {twice}")
-        found[made.key] = path
-        patterns.append(made)
-    return tuple(patterns)
-
-
 def _read(path: Path, table: Mapping[str, Material], correction: Correction) -> Pattern:
     try:
-        key = named(path.stem, table)
+        key = replaced_key(path.stem, table)
         samples, rate_hz = read_wav(path, LONGEST_S)
         return pattern(key, samples, rate_hz, correction, table)
     except ValueError as error:
-        text = str(error)
-        raise PatternError(text if str(path) in text else f"{path}: {text}") from None
+        message = str(error)
+        raise PatternError(message if str(path) in message else f"{path}: {message}") from None

@@ -1,8 +1,8 @@
-"""Keeps what the engine computes before its first block in the user's cache folder.
+"""Caches the tables that the engine computes before its first block in the user's cache folder.
 
-The file is named by what its contents follow from: the code that computes them and numpy's
-version. So a newer program never reads an older one's numbers, and nothing ever has to be marked
-as out of date. Whatever is wrong with the file, the engine computes instead, as at its first start.
+The name of the file is a hash of what its contents depend on: the code that computes them and the
+version of numpy. So a newer program never reads an older one's numbers, and a file never has to be
+marked as out of date. If the file is missing or damaged, the engine computes the tables again.
 """
 
 from __future__ import annotations
@@ -23,26 +23,26 @@ from hapticvlm.cache_folder import cache_folder
 from hapticvlm.rendering.vibration import impacts, loops, perceived_level
 from hapticvlm.rendering.vibration.cache import ArrayCache, Doubles
 
-MOST_BYTES = 64 * documents.MIB
-_MADE_BY: tuple[ModuleType, ...] = (impacts, loops, perceived_level, perception)
+MAX_BYTES = 64 * documents.MIB
+_COMPUTED_BY: tuple[ModuleType, ...] = (impacts, loops, perceived_level, perception)
 _SUM_BYTES = 4
 
 logger = logging.getLogger(__name__)
 
 
 def load(cache: ArrayCache, folder: Path | None = None) -> None:
-    """Fill the cache with what an earlier run kept, if there is a whole file of it."""
+    """Fill the cache from the file of an earlier run, if there is a valid one."""
     try:
-        data = documents.read_bytes(_file(folder), MOST_BYTES)
+        data = documents.read_bytes(_file(folder), MAX_BYTES)
         cache.fill(_unpacked(data))
     except FileNotFoundError:
         return
     except (OSError, ValueError) as error:
-        logger.info("what the last run computed is not read, it is computed anew: %s", error)
+        logger.info("ignoring the cached tables, recomputing them: %s", error)
 
 
 def save(cache: ArrayCache, folder: Path | None = None) -> None:
-    """Keep the cache for the next run if anything in it is new; a file of another version goes."""
+    """Save the cache for the next run if anything in it is new; remove files of other versions."""
     if not cache.computed:
         return
     try:
@@ -51,16 +51,16 @@ def save(cache: ArrayCache, folder: Path | None = None) -> None:
         for old in file.parent.glob("vibration-*.bin"):
             old.unlink(missing_ok=True)
         handle, name = tempfile.mkstemp(dir=file.parent)
-        with os.fdopen(handle, "wb") as written:
-            written.write(_packed(cache.arrays()))
-        Path(name).replace(file)  # whole or not at all, whoever else starts now
+        with os.fdopen(handle, "wb") as output:
+            output.write(_packed(cache.arrays()))
+        Path(name).replace(file)  # atomic, so a program that starts now reads a complete file
     except OSError as error:
-        logger.info("what was computed is not kept, the next start computes it anew: %s", error)
+        logger.info("cannot save the computed tables, the next start recomputes them: %s", error)
 
 
 def _file(folder: Path | None) -> Path:
     digest = hashlib.sha256(np.__version__.encode())
-    for module in _MADE_BY:
+    for module in _COMPUTED_BY:
         digest.update(Path(str(module.__file__)).read_bytes())
     return (folder or cache_folder()) / f"vibration-{digest.hexdigest()[:16]}.bin"
 
@@ -71,9 +71,9 @@ def _packed(arrays: dict[str, Doubles]) -> bytes:
 
 
 def _unpacked(data: bytes) -> dict[str, Doubles]:
-    """Return the arrays of such a file. Raises ValueError."""
+    """Return the arrays in the bytes of a cache file. Raises ValueError."""
     body = memoryview(data)[_SUM_BYTES:]
     if zlib.crc32(body) != int.from_bytes(data[:_SUM_BYTES], "little"):
         raise ValueError("the file is damaged")
-    found = msgspec.msgpack.decode(body, type=dict[str, bytes])
-    return {name: np.frombuffer(array, np.float64) for name, array in found.items()}
+    contents = msgspec.msgpack.decode(body, type=dict[str, bytes])
+    return {name: np.frombuffer(array, np.float64) for name, array in contents.items()}

@@ -1,20 +1,31 @@
-"""What a hand would feel when it meets an object: the surface of the skin over time. Pure.
+"""Computes the temperature of the skin surface after a hand meets an object. Pure.
 
-The model (Ho and Jones; docs/physics.md 1.1): skin and object are semi-infinite bodies that meet
-through a contact resistance R''. With effusivities e, temperatures T and time t the skin surface is
+The model is that of Ho and Jones (docs/physics.md 1.1). Skin and object are semi-infinite bodies
+that meet through a contact resistance R'' (m2 K/W): where two surfaces touch only at their
+asperities, heat has to pass the gaps between them. The effusivity e = sqrt(k rho c) says how much
+heat a body gives for a change of its surface temperature.
+
+Without contact resistance both surfaces jump at once to the contact temperature
+(es Ts + eo To) / (es + eo) and stay there. The body with the higher effusivity dominates it, which
+is why metal feels colder than wood of the same temperature. With contact resistance the skin
+approaches that temperature gradually. With effusivities e and temperatures T of skin (s) and object
+(o), the skin surface at time t is
 
     T(t) = Ts + (To - Ts) share(t)
     share(t) = eo / (es + eo) (1 - erfcx(x)),   x = sqrt(t) (1/es + 1/eo) / R''
 
-where erfcx(x) = exp(x^2) erfc(x) stays finite where its factors overflow. An object of thickness L
-(diffusivity a, nothing behind it) runs out of heat after about L^2 / 4a and is then a lump. Its
-share has a closed form in the Laplace domain only,
+where erfcx(x) = exp(x^2) erfc(x). It is computed as one function, because exp(x^2) overflows and
+erfc(x) underflows for large x while their product stays between 0 and 1 (physics.md 1.4).
+
+An object of finite thickness L (diffusivity a, nothing behind it) runs out of heat after about
+L^2 / 4a and then has one temperature throughout, as a lump. Its share has a closed form only in the
+Laplace domain,
 
     s share(s) = 1 / (1 + R'' es sqrt(s) + es / eo coth(L sqrt(s / a)))
 
-which holds for sheet, slab and lump alike; Gaver and Stehfest's sum of eight such terms brings it
-back to time, within 0.003 degC at 10 degC of contrast. Perfusion, sweat and the plate itself are
-not modelled here; what earlier contacts left in the skin is, in thermal_trajectory.py.
+which holds for sheet, slab and lump alike. The sum of Gaver and Stehfest with eight terms
+transforms it back to time, within 0.003 degC at a contrast of 10 degC. Perfusion, sweat and the
+plate are not modelled here; `trajectory.py` adds what earlier contacts left in the skin.
 """
 
 from __future__ import annotations
@@ -25,21 +36,26 @@ from dataclasses import dataclass
 from hapticvlm.materials import Thermal
 from hapticvlm.perception import NEUTRAL_C, THERMAL_FLOOR_C
 
-LEAD_S = 0.25  # s, heat before vibration is felt as simultaneous: 242 ms best (physics.md 1.3)
+LEAD_S = 0.25  # s by which heat must lead vibration to feel simultaneous (physics.md 1.3)
 
-# m2 K/W, what is assumed between palm and plate until `calibrate plate` measured it. Palms lie
-# between 2e-4 and 1e-3; a guess that is too high errs the livelier way (physics.md 2.1).
+# Contact resistance between palm and plate, m2 K/W, assumed until `calibrate plate` has measured
+# it. Palms lie between 2e-4 and 1e-3; too high a value errs on the side of stronger heat and cold
+# (physics.md 2.1).
 PLATE_RESISTANCE = 4e-4
 
 SKIN = Thermal(0.37, 1000, 3770)  # e 1181, inside the published 1090-1281 (physics.md 1.1)
 _SMALLEST = 1e-300  # keeps a vanishing thickness from dividing by zero
-_FAR = 20.0  # where erfc(x) is still far from underflow, and its series is exact to 3e-10
-_TERMS = 8  # of Gaver and Stehfest's sum: 6 are five times less exact, 10 cost a fifth more
+_FAR = 20.0  # beyond it the asymptotic series of erfcx is exact to 3e-10; erfc underflows above 26
+_TERMS = 8  # of the sum of Gaver and Stehfest: 6 are five times less exact, 10 cost a fifth more
 
 
 @dataclass(frozen=True, slots=True)
 class ThermalContact:
-    """Skin at `skin_c` meeting a surface; resistance in m2 K/W, no thickness means thick."""
+    """Skin at `skin_c` (degC) that meets an object at `surface_c` (degC).
+
+    `contact_resistance` is in m2 K/W, inf for no contact. `thickness_m` is None for an object that
+    is thick enough to count as semi-infinite.
+    """
 
     thermal: Thermal
     surface_c: float
@@ -56,10 +72,10 @@ def thermal_contact(
     contact_resistance: float | None = None,
     skin_c: float = NEUTRAL_C,
 ) -> ThermalContact:
-    """Describe a contact; the contact resistance defaults to the fit of Ho and Jones.
+    """Create a contact; the contact resistance (m2 K/W) defaults to the fit of Ho and Jones.
 
-    The fit (0.37 + k) / (1870 k) m2 K/W (physics.md 1.1) predicts larger changes than one
-    measured anchor (copper at 10 s would need 2-3.5e-3): calibrate it where it matters.
+    The fit predicts larger changes than one published measurement (copper after 10 s would need
+    2e-3 to 3.5e-3; physics.md 1.1), so calibrate it where it matters (`calibrate thermal`).
     """
     if contact_resistance is None:
         contact_resistance = default_resistance(thermal)
@@ -67,23 +83,29 @@ def thermal_contact(
 
 
 def default_resistance(thermal: Thermal) -> float:
-    """Contact resistance of a palm on this bulk, m2 K/W: the fit of Ho and Jones."""
+    """Contact resistance of a palm on this material, m2 K/W, by the fit of Ho and Jones.
+
+    It is (0.37 + k) / (1870 k) for a conductivity k in W/(m K) (physics.md 1.1).
+    """
     return (SKIN.conductivity + thermal.conductivity) / (1870.0 * thermal.conductivity)
 
 
 def contact_temperature_c(contact: ThermalContact) -> float:
-    """Temperature at which skin and a thick object meet without contact resistance."""
+    """Temperature in degC at which skin and a thick object meet without contact resistance."""
     share = _object_share(contact.thermal)
     return contact.skin_c + share * (contact.surface_c - contact.skin_c)
 
 
 def skin_surface_c(contact: ThermalContact, elapsed_s: float) -> float:
-    """Skin surface temperature `elapsed_s` after contact began; finite for every finite contact."""
+    """Temperature of the skin surface `elapsed_s` after contact began, degC; always finite."""
     return contact.skin_c + share(contact, elapsed_s) * (contact.surface_c - contact.skin_c)
 
 
 def share(contact: ThermalContact, elapsed_s: float) -> float:
-    """Share (0..1) of the difference between skin and object that the skin surface has taken on."""
+    """Share (0..1) of the difference between skin and object that the skin surface has adopted.
+
+    It is `share(t)` above; 0 before contact.
+    """
     if not elapsed_s >= 0.0 or contact.contact_resistance == math.inf:
         return 0.0
     if contact.thickness_m is not None:
@@ -95,7 +117,7 @@ def share(contact: ThermalContact, elapsed_s: float) -> float:
 
 
 def progress(contact: ThermalContact, elapsed_s: float) -> float:
-    """How far a thick contact has come, x above: much less than 1 at first, inf if perfect."""
+    """Progress of a thick contact, x above: near 0 at first, inf without resistance."""
     if contact.contact_resistance <= 0.0:
         return math.inf
     admittance = 1.0 / SKIN.effusivity + 1.0 / contact.thermal.effusivity
@@ -103,7 +125,7 @@ def progress(contact: ThermalContact, elapsed_s: float) -> float:
 
 
 def carries_cue(contact: ThermalContact) -> bool:
-    """Whether the object differs enough from skin to be perceived as warm or cold at all."""
+    """Whether the object differs enough from skin to be felt as warm or cold (physics.md 1.3)."""
     return abs(contact_temperature_c(contact) - contact.skin_c) > THERMAL_FLOOR_C
 
 
@@ -113,7 +135,7 @@ def _object_share(thermal: Thermal) -> float:
 
 
 def _erfcx(x: float) -> float:
-    """exp(x^2) erfc(x) for x >= 0. scipy has it too, and takes a quarter second to load."""
+    """exp(x^2) erfc(x) for x >= 0; written here because scipy takes a quarter second to load."""
     if x < _FAR:
         return math.exp(x * x) * math.erfc(x)
     half = 0.5 / (x * x)
@@ -121,7 +143,11 @@ def _erfcx(x: float) -> float:
 
 
 def _sheet_share(contact: ThermalContact, thickness_m: float, elapsed_s: float) -> float:
-    """Sum 1 / (1 + R'' es sqrt(s) + es / eo coth(L sqrt(s / a))) over the s of this moment."""
+    """`share` for an object of finite thickness.
+
+    The sum evaluates 1 / (1 + R'' es sqrt(s) + es / eo coth(L sqrt(s / a))) at s = k ln 2 / t, and
+    `_STEHFEST` holds the weight and sqrt(k ln 2) of each k.
+    """
     if thickness_m <= 0.0 or elapsed_s == math.inf:
         return 0.0
     resistance = max(contact.contact_resistance, 0.0)
@@ -134,6 +160,8 @@ def _sheet_share(contact: ThermalContact, thickness_m: float, elapsed_s: float) 
     diffusivity = bulk.conductivity / (bulk.density * bulk.heat_capacity)
     depth = thickness_m / (math.sqrt(diffusivity) * root_time)
     total = 0.0
+    # 1 / coth is tanh. For an object that is thin, or a time that is long, tanh goes to 0 and the
+    # object has no heat left; for a thick one it is 1, and the semi-infinite model returns.
     for weight, root in _STEHFEST:
         filled = math.tanh(depth * root)
         total += weight / (1.0 + barrier * root + contrast / (filled + _SMALLEST))
@@ -141,7 +169,7 @@ def _sheet_share(contact: ThermalContact, thickness_m: float, elapsed_s: float) 
 
 
 def _stehfest(terms: int) -> tuple[tuple[float, float], ...]:
-    """Weights of Gaver and Stehfest for a step response (over k), and sqrt(k ln 2)."""
+    """Return the weights of Gaver and Stehfest for a step response (over k), and sqrt(k ln 2)."""
     half = terms // 2
     factorial = math.factorial
     pairs = []

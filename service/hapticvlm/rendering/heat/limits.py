@@ -1,7 +1,19 @@
-"""The limits of a plate: setpoint band, slew, current, sink and dose. Pure.
+"""Limits the setpoint of a plate: by its band, its slew, the current, the sink and the dose. Pure.
 
-Limits are part of the model: each answer gives what physics asked for, what may be sent, and which
-limit stands between the two. They are asked for before the plate; the firmware has its own.
+Limits are part of the model. Each result holds the temperature that physics asks for, the setpoint
+that may be sent, and the name of the limit that makes them differ.
+
+- Band: 18 to 40 degC, below the burn threshold of 43 degC and above the 15 degC at which cold
+  begins to hurt.
+- Slew: at most 8 degC/s of cooling and 5 degC/s of heating, so that the plate never jumps.
+- Dose: thermal damage grows with time and exponentially with temperature. CEM43 counts it in
+  minutes at 43 degC; from 2 CEM43, or 900 s of heat, on nothing above neutral is sent until the
+  skin has rested (physics.md 3.1).
+- Sink: cooling moves heat into the sink. Beyond an optimum a hot sink warms the plate when the
+  current rises, and through an open bridge it warms the skin. So the coldest setpoint rises to
+  neutral as the sink warms up to its trip (physics.md 2.3).
+
+These limits apply before the setpoint is sent; the firmware has its own, which do not rely on them.
 """
 
 from __future__ import annotations
@@ -12,27 +24,26 @@ from dataclasses import dataclass
 from hapticvlm.messages import Limit
 from hapticvlm.perception import NEUTRAL_C
 
-# Where no other section is named: docs/physics.md 3.2.
-# degC
+# The source is docs/physics.md 3.2 unless another section is named.
 SETPOINT_MIN_C = 18.0
 SETPOINT_MAX_C = 40.0
-# The first half second of cooling tells materials apart (Ho and Jones 2006; Bergmann Tiest and
-# Kappers 2009), so cold may come faster than heat; the fault sweep is run with both.
+# People tell materials apart by the first half second of cooling (Ho and Jones 2006; Bergmann Tiest
+# and Kappers 2009), so cooling may be faster than heating.
 COOL_SLEW_C_PER_S = 8.0
 HEAT_SLEW_C_PER_S = 5.0
 DOSE_LIMIT_CEM43 = 2.0  # min at 43 degC, for healthy people without supervision (physics.md 3.1)
 HEAT_LIMIT_S = 900.0
-SINK_TRIP_C = 44.0  # a hotter one heats the skin through an open bridge, its fan dead
+SINK_TRIP_C = 44.0  # a hotter sink with a dead fan heats the skin through an open bridge
 PLATE_TRIP_HIGH_C = 43.0
 PLATE_TRIP_LOW_C = 13.0
 
-_SINK_WARM_C = 38.0  # degC, from here to the trip the coldest setpoint rises to neutral; our choice
-_LONGEST_SLEW_S = 0.1  # s, a stalled caller must not earn a jump of many degrees
+_SINK_WARM_C = 38.0  # from here to the trip the coldest setpoint rises to neutral; our choice
+_LONGEST_SLEW_S = 0.1  # a caller that was stalled must not get a jump of many degrees
 
 
 @dataclass(frozen=True, slots=True)
 class Limited:
-    """A setpoint that may be sent, the one physics asked for, and what stands between them."""
+    """A setpoint that may be sent, the one that physics asks for, and the limit between them."""
 
     setpoint_c: float
     unlimited_c: float
@@ -41,9 +52,11 @@ class Limited:
 
 @dataclass(frozen=True, slots=True)
 class PlateReading:
-    """What a plate last reported of itself; None is no reading, duty is -1 (cool) to 1 (heat).
+    """The last report of a plate; None means no reading.
 
-    `current_a` is what the driver was asked for, positive when it heats the plate.
+    `setpoint_c` is the setpoint in force, `duty` the share of full drive, -1 (cool) to 1 (heat).
+    `current_a` is the current requested from the driver, A, positive when it heats the plate.
+    `dose_cem43` is in minutes at 43 degC and `heated_s` in s; both count the whole session.
     """
 
     plate_c: float | None
@@ -57,7 +70,7 @@ class PlateReading:
     current_a: float | None = None
 
 
-AT_REST = PlateReading(  # until the plate has spoken, nothing but the setpoint band limits
+AT_REST = PlateReading(  # until a plate has reported: then only the setpoint band limits
     plate_c=None,
     sink_c=22.0,
     setpoint_c=NEUTRAL_C,
@@ -71,7 +84,7 @@ AT_REST = PlateReading(  # until the plate has spoken, nothing but the setpoint 
 
 @dataclass(frozen=True, slots=True)
 class PlateLimits:
-    """What limits the setpoint of a plate now, beside the band and the slew."""
+    """Current limits of a plate's setpoint, in addition to the band and the slew."""
 
     coldest_c: float
     may_heat: bool
@@ -79,13 +92,13 @@ class PlateLimits:
 
 
 def limits_of(reading: PlateReading) -> PlateLimits:
-    """Return what limits a plate that reports this."""
+    """Return the limits of a plate with this reading."""
     used_up = reading.dose_cem43 >= DOSE_LIMIT_CEM43 or reading.heated_s >= HEAT_LIMIT_S
     return PlateLimits(_coldest_setpoint_c(reading.sink_c), not used_up, reading.current_limited)
 
 
 def within_range(unlimited_c: float) -> Limited:
-    """Apply the setpoint band alone; what is no number becomes neutral."""
+    """Apply the setpoint band alone; NaN and inf become neutral."""
     if not math.isfinite(unlimited_c):
         return Limited(NEUTRAL_C, NEUTRAL_C, "setpoint")
     setpoint_c = min(max(unlimited_c, SETPOINT_MIN_C), SETPOINT_MAX_C)
@@ -95,9 +108,10 @@ def within_range(unlimited_c: float) -> Limited:
 def limit(
     unlimited_c: float, previous_c: float, elapsed_s: float, reading: PlateReading
 ) -> Limited:
-    """Return the setpoint of this moment; `limited_by` names the limit that decided it.
+    """Return the setpoint to send now: as `settle`, then slewed from `previous_c`.
 
-    As `settle`, then slew from `previous_c`.
+    `elapsed_s` is the time since `previous_c` (degC) was sent. `limited_by` names the limit that
+    decided the result, or None.
     """
     settled = settle(unlimited_c, limits_of(reading))
     slewed_c = _slew(settled.setpoint_c, previous_c, elapsed_s)
@@ -107,10 +121,10 @@ def limit(
 
 
 def settle(unlimited_c: float, limits: PlateLimits) -> Limited:
-    """Return the setpoint the plate will come to, as a decision reports it.
+    """Return the setpoint that the plate will reach in the end, as a decision reports it.
 
-    In order: setpoint band, dose and heated time, sink. A plate at its current limit keeps its
-    setpoint and is named only when nothing else limits.
+    The limits apply in this order: setpoint band, dose and heated time, sink. A plate at its
+    current limit keeps its setpoint; that limit is reported only when no other one acts.
     """
     banded = within_range(unlimited_c)
     setpoint_c = banded.setpoint_c
@@ -127,14 +141,14 @@ def settle(unlimited_c: float, limits: PlateLimits) -> Limited:
 
 
 def sink_share(sink_c: float | None) -> float:
-    """How far the sink is on its way from warm to its trip, 0 to 1; unread it may be there."""
+    """Progress of the sink from warm to its trip, 0..1; 1 without a reading, to be safe."""
     if sink_c is None:
         return 1.0
     return min(max((sink_c - _SINK_WARM_C) / (SINK_TRIP_C - _SINK_WARM_C), 0.0), 1.0)
 
 
 def _coldest_setpoint_c(sink_c: float | None) -> float:
-    """Coldest setpoint the sink can carry: cooling heats it, and a hot sink turns cold to hot."""
+    """Coldest setpoint that the sink allows, degC (physics.md 3.2)."""
     return SETPOINT_MIN_C + sink_share(sink_c) * (NEUTRAL_C - SETPOINT_MIN_C)
 
 

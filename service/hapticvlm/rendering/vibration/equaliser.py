@@ -1,9 +1,10 @@
-"""What the waveforms are made for: a sample rate, and a speaker that needs some bands stronger.
+"""Corrects waveforms for a measured speaker, which moves less at some frequencies than at others.
 
-A measured speaker is corrected where the waveform is made: an impact as a whole when it is struck,
-by a minimum-phase kernel, which delays nothing; a texture at the centre of its band; a recorded
-pattern once, when it is read. So correcting costs nothing while playing and leaves no tail behind
-a lease that has ended, as a filter at the output would.
+The correction is applied where the waveform is created. An impact is corrected as a whole when it
+is struck, by a minimum-phase kernel: of all kernels with these gains it delays the onset least. A
+texture is corrected at the centre of its band, and a recorded pattern once, when it is read. A
+filter at the output would cost time in every block, and its tail would sound on after a lease has
+ended.
 """
 
 from __future__ import annotations
@@ -17,40 +18,39 @@ from numpy.typing import NDArray
 
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 
-MOST_DB = 12.0  # either way; more would only drive the amplifier into its limiter
-REFERENCE_HZ = 250.0  # where nothing is corrected
+MAX_DB = 12.0  # either way; more would only drive the amplifier into its limiter
+REFERENCE_HZ = 250.0  # nothing is corrected here
 LOW_HZ = 20.0
 HIGH_HZ = 1000.0
-# samples: 43 ms; what folds back is beyond 300 ms
-_KERNEL = 2048
-_DESIGN = 16_384
-_END_FADE = 240
+_KERNEL = 2048  # samples: 43 ms
+_DESIGN = 16_384  # samples of the transform; what aliases in time lies beyond 300 ms
+_END_FADE = 240  # samples
 
 
 @dataclass(frozen=True, slots=True)
 class Correction:
-    """Drive to add at rising frequencies, dB; none at all without a measurement."""
+    """Gain in dB to add to the drive, at rising frequencies; empty without a measurement."""
 
     frequency_hz: tuple[float, ...] = ()
     gain_db: tuple[float, ...] = ()
 
     def gain(self, frequency_hz: float) -> float:
-        """Linear gain at one frequency, 1.0 without a measurement."""
+        """Linear gain at one frequency; 1.0 without a measurement."""
         if not self.frequency_hz:
             return 1.0
         at = np.log(max(frequency_hz, LOW_HZ))
         return float(10.0 ** (np.interp(at, np.log(self.frequency_hz), self.gain_db) / 20.0))
 
     def gains(self, frequency_hz: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Linear gains, the shape of `frequency_hz`."""
+        """Linear gains at these frequencies, of the same shape."""
         if not self.frequency_hz:
             return np.ones_like(frequency_hz)
         at = np.log(np.maximum(frequency_hz, LOW_HZ))
-        found = np.interp(at, np.log(self.frequency_hz), self.gain_db)
-        return np.asarray(10.0 ** (found / 20.0))
+        decibels = np.interp(at, np.log(self.frequency_hz), self.gain_db)
+        return np.asarray(10.0 ** (decibels / 20.0))
 
     def apply(self, wave: NDArray[np.float64], rate_hz: int) -> NDArray[np.float64]:
-        """Correct an event (N,) that begins and ends at nothing; as long as before."""
+        """Correct an event (N,) that begins and ends at 0; the result is as long, (N,)."""
         if not self.frequency_hz:
             return wave
         size = 1 << (wave.size + _KERNEL).bit_length()
@@ -63,7 +63,7 @@ class Correction:
 
 @dataclass(frozen=True, slots=True)
 class Playback:
-    """Samples per second, and what the speaker needs."""
+    """Sample rate that waveforms are created for, and the correction for the speaker."""
 
     rate_hz: int = RATE_HZ
     correction: Correction = Correction()
@@ -73,15 +73,16 @@ NOMINAL = Playback()
 
 
 def correction(frequency_hz: Sequence[float], response_db: Sequence[float]) -> Correction:
-    """Undo a response (acceleration per drive, dB, any zero) between LOW_HZ and HIGH_HZ.
+    """Return the correction that flattens a response between LOW_HZ and HIGH_HZ.
 
-    It is levelled at REFERENCE_HZ and never asks for more than MOST_DB either way: a resonance is
-    tamed, but what a speaker cannot move is not driven harder for ever.
+    `response_db` is the acceleration per drive in dB, relative to any level. The correction is 0 dB
+    at REFERENCE_HZ and at most MAX_DB either way: it tames a resonance, but does not drive a
+    speaker ever harder where it cannot move.
     """
     at = np.log(np.asarray(frequency_hz, dtype=np.float64))
     reference_db = np.interp(np.log(REFERENCE_HZ), at, response_db)
     inside = [
-        (hz, float(np.clip(reference_db - db, -MOST_DB, MOST_DB)))
+        (hz, float(np.clip(reference_db - db, -MAX_DB, MAX_DB)))
         for hz, db in zip(frequency_hz, response_db, strict=True)
         if LOW_HZ <= hz <= HIGH_HZ
     ]
@@ -89,10 +90,14 @@ def correction(frequency_hz: Sequence[float], response_db: Sequence[float]) -> C
 
 
 @lru_cache(maxsize=16)
-def _kernel(given: Correction, rate_hz: int, size: int) -> NDArray[np.complex128]:
-    """Spectrum (size // 2 + 1,) of the minimum-phase kernel with these gains, by its cepstrum."""
+def _kernel(correction: Correction, rate_hz: int, size: int) -> NDArray[np.complex128]:
+    """Return the spectrum (size // 2 + 1,) of the minimum-phase kernel with these gains.
+
+    The logarithm of the gains has a cepstrum that is even in time; folding its negative half onto
+    the positive one makes the kernel causal and of minimum phase.
+    """
     hertz = np.arange(_DESIGN // 2 + 1.0) * (rate_hz / _DESIGN)
-    cepstrum = np.fft.irfft(np.log(given.gains(hertz)), _DESIGN)
+    cepstrum = np.fft.irfft(np.log(correction.gains(hertz)), _DESIGN)
     cepstrum[1 : _DESIGN // 2] *= 2.0
     cepstrum[_DESIGN // 2 + 1 :] = 0.0
     kernel = np.fft.irfft(np.exp(np.fft.rfft(cepstrum)), _DESIGN)[:_KERNEL]

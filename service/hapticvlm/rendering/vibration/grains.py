@@ -1,10 +1,10 @@
-"""A press on something soft: a grain of vibration for each step that it gives way. Pure.
+"""Renders a press on something soft as a grain of vibration for each step that it yields. Pure.
 
-A hard speaker cannot yield. But a hand that feels a short grain for each bit of force it adds
-believes that the thing under it moved: the denser the grains, the softer it seems (Kildal 2010;
-Visell and others 2011). What is pressed yields by force over stiffness, and a grain comes every
-STEP_M of that, so a cushion has many grains a newton and stone none. They come only while the press
-deepens. A hand that lets go and presses anew meets them again.
+A hard speaker cannot yield. But a hand that feels a short grain for each bit of force that it adds
+believes that the object moved: the denser the grains, the softer it seems (Kildal 2010; Visell and
+others 2011; docs/physics.md 4.3). The object yields by force over stiffness, and there is a grain
+for every STEP_M of that, so a cushion has many grains per newton and stone has none. Grains come
+only while the press deepens. A hand that releases and presses again feels them again.
 """
 
 from __future__ import annotations
@@ -21,20 +21,20 @@ from hapticvlm.rendering.vibration.smoothing import SmoothedValue
 from hapticvlm.rendering.vibration.textures import grain
 from hapticvlm.rendering.vibration.vibration import Motion
 
-# Our choice, all of them (physics.md 4.3).
-STEP_M = 2.5e-4  # that a thing gives way from grain to grain
-MOST_HZ = 120.0  # grains a second: more would be a tone
+# All figures are our choice (physics.md 4.3).
+STEP_M = 2.5e-4  # by which the object yields from grain to grain
+MAX_RATE_HZ = 120.0  # more grains a second would be felt as a tone
 STRENGTH = 0.45  # of a fibre break's
-_BACK = 0.75  # steps a hand must let go before the same one is felt again
+_BACK = 0.75  # steps by which a hand must release before it feels the same step again
 
 
 def steps(vibration: Vibration, force_n: float) -> float:
-    """Return how many steps this gives way under a force, N."""
+    """Return the number of steps by which this yields under a force, N."""
     return force_n / (vibration.stiffness * STEP_M)
 
 
 class Grains:
-    """The grains of one press; its state is only what makes blocks join."""
+    """Plays the grains of one press; its state makes consecutive blocks join."""
 
     def __init__(self, vibration: Vibration, seed: int, playback: Playback = NOMINAL) -> None:
         self._vibration = vibration
@@ -42,18 +42,18 @@ class Grains:
         self._grain = STRENGTH * grain(vibration, playback)
         self._tail = np.zeros(self._grain.size)
         self._depth = SmoothedValue()
-        # One seed, one press: how the steps lie, and so how many of them a force passes.
+        # The seed sets where the first step lies, and with it how many steps a force passes.
         self._next = 0.3 + 0.4 * np.random.default_rng(seed).random()
         self._rest = 0  # samples before another grain may begin
 
     def fork(self) -> Grains:
-        """Return a copy that goes its own way."""
+        """Return an independent copy in the same state."""
         forked = copy.copy(self)
         forked._depth = self._depth.fork()
         return forked
 
     def render(self, count: int, motion: Motion) -> NDArray[np.float32]:
-        """Next `count` samples, (count,) float32, under a force that is being reached."""
+        """Next `count` samples, (count,) float32; the press approaches the motion's force."""
         wave = np.concatenate((self._tail, np.zeros(count)))
         depth = self._depth.follow(steps(self._vibration, motion.force_n), count, self._rate_hz)
         if not isinstance(depth, float):
@@ -63,9 +63,12 @@ class Grains:
         return np.asarray(wave[:count], dtype=np.float32)
 
     def _step_into(self, wave: NDArray[np.float64], depth: NDArray[np.float64]) -> None:
-        """Add the grains of the steps that are passed; those too near to the last are left out."""
+        """Add the grains of the steps that are passed; drop those too soon after the last one."""
+        # `_next` is the depth, in steps, of the next grain, and `depth` the depth at each sample. A
+        # grain begins at the first sample that reaches `_next`. If the depth then lies beyond
+        # further steps, those are skipped: a grain for each would come faster than MAX_RATE_HZ.
         begin = self._rest
-        least = round(self._rate_hz / MOST_HZ)
+        min_gap = round(self._rate_hz / MAX_RATE_HZ)
         while begin < depth.size:
             passed = np.flatnonzero(depth[begin:] >= self._next)
             if not passed.size:
@@ -73,7 +76,9 @@ class Grains:
             at = begin + int(passed[0])
             wave[at : at + self._grain.size] += self._grain
             self._next += math.floor(depth[at] - self._next) + 1.0
-            begin = self._rest = at + least
+            begin = self._rest = at + min_gap
+        # When the hand releases, the steps that it has left by more than _BACK can be felt again.
+        # Without this hysteresis a trembling hand would repeat one grain.
         deepest = self._next - 1.0
         if depth[-1] < deepest - _BACK:
             self._next -= math.floor(deepest - depth[-1] - _BACK) + 1.0

@@ -1,21 +1,29 @@
-"""An impact as a row of decaying modes struck by a soft pulse. Pure.
+"""Renders an impact as decaying modes of the material, struck by a soft pulse. Pure.
 
-The pulse is force (1 - cos(2 pi t / T)) / T for the contact time T, which shrinks as speed^(-1/5)
-(Hertz) and with force, so a faster or harder hit is stronger and brighter. With s = -B + 2 pi i f
-and w = 2 pi / T a mode answers, in closed form while the pulse lasts,
+An object that is struck rings in modes: each is a sine of frequency f that decays as exp(-B t).
+People name materials by these modes (Okamura, Cutkosky and Dennerlein 2001; docs/physics.md 4.3).
+
+The pulse. A hand and an object touch for a contact time T, during which the force rises and falls
+as (1 - cos(2 pi t / T)) / T. The time shrinks with speed^(-1/5) (Hertz) and with force. A shorter
+pulse excites higher frequencies, so a faster or harder impact is stronger and brighter. The pulse
+is smooth and its spectrum ends at 2 / T, which keeps the impact within the band of touch.
+
+The response. With s = -B + 2 pi i f and w = 2 pi / T, a mode answers in closed form: while the
+pulse lasts,
 
     y(t) = ((e^(st) - 1) / s - (s e^(st) + w sin wt - s cos wt) / (s^2 + w^2)) / T
 
-and y(T) e^(s(t-T)) afterwards. Im(s y / |s|) has no constant push; the smooth pulse keeps the band.
+and afterwards y(T) e^(s(t-T)). What is played is Im(s y / |s|), which has no constant part.
 
-What a pulse excites depends on its length, so strengths are levelled at each length, and then
-follow the hardness of the material. A mass that meets a spring at speed v is stopped with 2 pi f v
-of acceleration: f is that of the first mode, and HARDNESS compresses what would be 21 dB from
-rubber to glass to 16. A user's material whose modes would leave the band of touch is filtered.
+The level. What a pulse excites depends on its length. So the materials are first made equally
+strong to the palm at every pulse length, and then follow their hardness: a mass that meets a spring
+at speed v is stopped with an acceleration of 2 pi f v, where f is the frequency of the first mode.
+That would be 21 dB from rubber to glass; the exponent HARDNESS compresses it to 16 dB.
 
-Modes above 500 Hz or so, or quickly damped ones above 300, ring past the band's end however softly
-they are struck. The filter is causal, so it moves what it filters by about a millisecond; only
-materials that need it get it, and none of the built-in ones does.
+The band. Modes above about 500 Hz, or quickly damped ones above 300 Hz, ring beyond the end of the
+band, however softly they are struck. A user's material with such modes is filtered. The filter is
+causal and delays the impact by about a millisecond, so only materials that need it are filtered;
+no built-in material is.
 """
 
 from __future__ import annotations
@@ -33,8 +41,8 @@ from hapticvlm.rendering.vibration.perceived_level import perceived_amplitude
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 
 BAND_END_HZ = 1050.0
-BAND_DB = -50.5  # of an event's energy may lie above; half a dB for what a seed varies
-# our choice: flat to 800 Hz
+BAND_DB = -50.5  # share of an event's energy that may lie above; seeds vary it by half a dB
+# The filter is flat to 800 Hz; our choice.
 _ORDER = 7
 _RIPPLE_DB = 0.5
 _STOP_DB = 70.0
@@ -44,46 +52,21 @@ _Floats = NDArray[np.float64]
 
 _Complex = NDArray[np.complex128]
 
-# Where no source is named a figure is our choice, to be tuned by hand on real speakers.
-_CONTACT_S = {"tap": 3.2e-3, "strike": 2.7e-3, "press": 6.0e-3}  # s, pulse length at 1 m/s, 0 N
-_SHORTEST_S = 2.4e-3  # s, its spectrum ends at 2 / T = 830 Hz: nothing rings above the band
-_LONGEST_S = 11e-3  # s, of the slowest press
-_HARD_N = 10.0  # N; a hit of this force is 7 % shorter
+# Figures without a source are our choice, to be tuned by hand on real speakers.
+_CONTACT_S = {"tap": 3.2e-3, "strike": 2.7e-3, "press": 6.0e-3}  # pulse length at 1 m/s and 0 N
+_SHORTEST_S = 2.4e-3  # the spectrum ends at 2 / T = 830 Hz: nothing rings above the band
+_LONGEST_S = 11e-3  # of the slowest press
+_HARD_N = 10.0  # at this force the pulse is 7 % shorter
 _DAMPING = {"tap": 1.0, "strike": 1.0, "press": 3.0}  # a pressing hand stays and damps the modes
 _LEVEL = {"tap": 0.6, "strike": 1.0, "press": 0.5}
-# exponent of the lowest mode; full level (physics.md 4.3)
-HARDNESS = 0.75
-HARDEST_HZ = 350.0
-_STRIKE_AMPLITUDE = 5.9  # lets the hardest strike of glass, the neediest material, peak at 0.9
-_LOUD_SPEED_MPS = 0.5  # m/s, an impact reaches 63 % of its level here
-_LOUD_FORCE_N = 3.0  # N, the same for a press
+HARDNESS = 0.75  # exponent of the first mode's frequency (physics.md 4.3)
+HARDEST_HZ = 350.0  # first mode of a material with full level
+_STRIKE_AMPLITUDE = 5.9  # at it the hardest strike of glass, which needs most drive, peaks at 0.9
+_LOUD_SPEED_MPS = 0.5  # an impact reaches 63 % of its level here
+_LOUD_FORCE_N = 3.0  # the same for a press
 _LONGEST_IMPACT_S = 0.48
 _END_FADE_S = 0.01
-_LENGTHS_S = np.geomspace(_SHORTEST_S, _LONGEST_S, 7)  # pulse lengths at which it is levelled
-
-
-def above_band_db(wave: _Floats, rate_hz: int) -> float:
-    """Energy above BAND_END_HZ of the whole event's (N,), through a Hann window around it, dB."""
-    padded = np.pad(wave, wave.size // 2)
-    power = np.abs(np.fft.rfft(padded * np.hanning(padded.size))) ** 2
-    first = int(BAND_END_HZ * padded.size / rate_hz) + 1
-    return float(10.0 * np.log10((power[first:].sum() + 1e-300) / (power.sum() + 1e-300)))
-
-
-def limited(wave: _Floats, rate_hz: int) -> _Floats:
-    """Return the wave (N,) without what lies above the band."""
-    from scipy import signal  # a second of a processor to load, for the few that need it
-
-    return np.asarray(signal.sosfilt(_filter(rate_hz), wave))
-
-
-@lru_cache(maxsize=8)
-def _filter(rate_hz: int) -> _Floats:
-    from scipy import signal
-
-    return np.asarray(
-        signal.ellip(_ORDER, _RIPPLE_DB, _STOP_DB, _EDGE_HZ, fs=rate_hz, output="sos")
-    )
+_LENGTHS_S = np.geomspace(_SHORTEST_S, _LONGEST_S, 7)  # pulse lengths at which levels are equal
 
 
 def impact(
@@ -93,7 +76,10 @@ def impact(
     seed: int,
     playback: Playback = NOMINAL,
 ) -> NDArray[np.float32]:
-    """Waveform (N,) float32 in [-1, 1] of one impact, from 0 to 0; the seed varies it slightly."""
+    """Return the waveform of one impact, (N,) float32 in [-1, 1], which begins and ends at 0.
+
+    The seed varies frequencies by 1.5 % and gains by 10 %, as no two real impacts are the same.
+    """
     vary = np.random.default_rng(seed).uniform
     modes = tuple(
         Mode(
@@ -115,7 +101,7 @@ def impact(
 
 
 def strength(interaction: str, motion: Motion) -> float:
-    """How much of its level an impact reaches, 0..1, by speed and force."""
+    """Share of its level (0..1) that an impact reaches by its speed and force."""
     held = 0.7 + 0.6 * motion.force_n / (motion.force_n + _LOUD_FORCE_N)
     push = held * motion.speed_mps / _LOUD_SPEED_MPS
     if interaction == "press":
@@ -124,18 +110,18 @@ def strength(interaction: str, motion: Motion) -> float:
 
 
 def hardness(vibration: Vibration) -> float:
-    """Perceived strength of a blow on this, 0..1 of a blow on the hardest."""
+    """Perceived strength of an impact on this, as a share (0..1) of that on the hardest."""
     return float(min(vibration.modes[0].frequency_hz / HARDEST_HZ, 1.0) ** HARDNESS)
 
 
 def full_strength(interaction: str) -> float:
-    """Return what the hardest impact is levelled to, in units of perceived_amplitude."""
+    """Return the level of the hardest impact, in units of `perceived_amplitude`."""
     return _LEVEL[interaction] * _STRIKE_AMPLITUDE
 
 
 @lru_cache(maxsize=256)
 def leaves_band(vibration: Vibration, damping: float) -> bool:
-    """Whether a pulse of any of the lengths has these modes ring above the band."""
+    """Whether these modes ring above the band under a pulse of any of the lengths."""
 
     def highest_db() -> _Floats:
         waves = _struck_at_each_length(vibration, damping)
@@ -144,24 +130,20 @@ def leaves_band(vibration: Vibration, damping: float) -> bool:
     return bool(CACHE.get(f"above band {damping!r} {vibration!r}", highest_db)[0] > BAND_DB)
 
 
-@lru_cache(maxsize=1)  # asked for twice in a row: does it leave the band, and how loud is it
-def _struck_at_each_length(vibration: Vibration, damping: float) -> tuple[_Floats, ...]:
-    return tuple(
-        struck(vibration.modes, length_s, damping, RATE_HZ, limits=False) for length_s in _LENGTHS_S
-    )
-
-
 def struck(
     modes: tuple[Mode, ...], contact_s: float, damping: float, rate_hz: int, *, limits: bool
 ) -> _Floats:
-    """Modes struck by one soft pulse, (N,), faded out at the end; the equations are at the head.
+    """Return the response of modes to one soft pulse, (N,), faded out at the end.
 
-    `limits` has a filter keep it in the band of touch.
+    The equations are at the head of the file. `contact_s` is the length of the pulse, `damping` a
+    factor of all decays; `limits` filters the result to the band of touch.
     """
     slowest = min(mode.decay_per_s for mode in modes) * damping
     count = int(min(contact_s + 6.0 / slowest, _LONGEST_IMPACT_S) * rate_hz)
     pulse = int(contact_s * rate_hz)
     decay, turns, gain = np.array([(m.decay_per_s, m.frequency_hz, m.gain) for m in modes]).T
+    # While the pulse lasts (`pushed`) the closed form is evaluated; afterwards (`free`) each mode
+    # rings on from its last value. The gain is rotated by s / |s|, which leaves no constant part.
     pole: _Complex = (-damping * decay + 2j * math.pi * turns)[:, None]
     gain = gain[:, None] * pole / np.abs(pole)
     time_s = np.arange(pulse + 1) / rate_hz
@@ -179,8 +161,43 @@ def struck(
     return wave
 
 
+def above_band_db(wave: _Floats, rate_hz: int) -> float:
+    """Share in dB of an event's energy (N,) that lies above BAND_END_HZ, under a Hann window."""
+    padded = np.pad(wave, wave.size // 2)
+    power = np.abs(np.fft.rfft(padded * np.hanning(padded.size))) ** 2
+    first = int(BAND_END_HZ * padded.size / rate_hz) + 1
+    return float(10.0 * np.log10((power[first:].sum() + 1e-300) / (power.sum() + 1e-300)))
+
+
+def limited(wave: _Floats, rate_hz: int) -> _Floats:
+    """Remove from a wave (N,) what lies above the band of touch; (N,)."""
+    from scipy import signal  # takes a second to load, so only materials that need it load it
+
+    return np.asarray(signal.sosfilt(_filter(rate_hz), wave))
+
+
+@lru_cache(maxsize=8)
+def _filter(rate_hz: int) -> _Floats:
+    from scipy import signal
+
+    return np.asarray(
+        signal.ellip(_ORDER, _RIPPLE_DB, _STOP_DB, _EDGE_HZ, fs=rate_hz, output="sos")
+    )
+
+
+@lru_cache(maxsize=1)  # used twice in a row: for `leaves_band` and for the levels
+def _struck_at_each_length(vibration: Vibration, damping: float) -> tuple[_Floats, ...]:
+    return tuple(
+        struck(vibration.modes, length_s, damping, RATE_HZ, limits=False) for length_s in _LENGTHS_S
+    )
+
+
 def _ring_out(start: _Complex, pole: _Complex, count: int) -> _Floats:
-    """Sum over modes of Im(start e^(pole n)), (count,); strides times steps, ten times faster."""
+    """Sum of Im(start e^(pole n)) over the modes, (count,).
+
+    e^(pole n) is split into strides of 128 samples times steps within one, and their products are
+    one product of matrices, which is ten times faster.
+    """
     steps = np.exp(pole * np.arange(128))
     strides = start * np.exp(pole * (128 * np.arange(-(-count // 128))))
     rows = np.concatenate((strides.real, strides.imag)).T
@@ -194,7 +211,7 @@ def _contact_s(interaction: str, motion: Motion) -> float:
 
 
 def _gain(vibration: Vibration, interaction: str, contact_s: float) -> float:
-    """Gain that makes all equally strong to the palm; the neediest material peaks highest."""
+    """Return the gain that makes all materials equally strong to the palm at this pulse length."""
     log_gains = _log_gains(vibration, _DAMPING[interaction])
     at = np.interp(math.log(contact_s), np.log(_LENGTHS_S), log_gains)
     return _STRIKE_AMPLITUDE * math.exp(at)

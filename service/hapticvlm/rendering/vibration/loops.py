@@ -1,7 +1,8 @@
-"""Surfaces as closed loops in space: what is read off under a moving hand. Pure.
+"""Creates surfaces as closed loops in space, to be read under a moving hand. Pure.
 
-A loop holds SAMPLES samples for each of PERIODS surface periods and nothing above `highest` cycles
-a period, so that reading it at f periods a second gives nothing above f * highest.
+A loop is the relief of a surface over a number of its periods, with the end joined to the
+beginning. It holds nothing above `highest` cycles per period. So when it is read at f periods a
+second, the vibration holds nothing above f * highest, and a texture cannot leave the band of touch.
 """
 
 from __future__ import annotations
@@ -18,39 +19,42 @@ from hapticvlm.rendering.vibration.perceived_level import GRID_HZ, drive_needed
 
 _Floats = NDArray[np.float64]
 
-# of noise; 64 keep linear reading 60 dB clean
-PERIODS = 512
-SAMPLES = 64
-SLIPS = 128
-SLIP_SAMPLES = 256
-SLIP_CYCLES = 6.0
-_SLIP_JITTER = 0.15  # of a slip's length, our choice: without it the palm perceives a note
-_PATCH_CYCLES = 1.0 / 8.0  # surface changes over eight periods and more
-_PATCHY = 0.7  # how unlike patches of a fully rough surface are
-_LOWEST = 0.15  # cycles a period: a surface slower than that is moved along, not felt
-_CLIP = 2.2  # of the rms: peaks beyond are taken down, and the band is restored
-# No patch is smooth enough to be silent, and no beat of the noise either: a rubbing palm that feels
-# nothing for a twentieth of a second feels the surface vanish. Our choice.
-_LEAST_PATCH = 0.35
-_LEAST_ENVELOPE = 0.45
+PERIODS = 512  # of a loop of noise
+SAMPLES = 64  # per period: linear interpolation then adds less than -60 dB
+SLIPS = 128  # of a loop of stick-slip
+SLIP_SAMPLES = 256  # per slip
+SLIP_CYCLES = 6.0  # highest frequency of a slip, in cycles per slip
+_SLIP_JITTER = 0.15  # of a slip's length, our choice: without it the palm feels a musical tone
+_PATCH_CYCLES = 1.0 / 8.0  # patches of a surface are at least eight periods long
+_PATCHY = 0.7  # by which patches of a fully rough surface differ in level
+_LOWEST = 0.15  # cycles per period: a slower relief moves the hand and is not felt as vibration
+_CLIP = 2.2  # of the rms: higher peaks are clipped, and the band is restored
+# A rubbing palm that feels nothing for a twentieth of a second feels the surface vanish. So no
+# patch is silent, and no beat of the noise either (docs/physics.md 4.3; our choice).
+_MIN_PATCH = 0.35
+_MIN_ENVELOPE = 0.45
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Loop:
-    """`wave` (periods * samples + 1,) of rms 1, first sample repeated; `drive` levels it."""
+    """One loop of rms 1: `wave` is (periods * samples + 1,), with the first sample repeated.
+
+    `samples` is the number per period and `highest` the highest frequency in cycles per period.
+    `drive` is the gain that makes the loop equally strong at each of `perceived_level.GRID_HZ`.
+    """
 
     wave: _Floats
     samples: int
     highest: float
-    drive: _Floats  # (40,), at strength.GRID_HZ
+    drive: _Floats  # (40,)
 
     @property
     def size(self) -> int:
-        """Samples once around."""
+        """Number of samples once around the loop."""
         return self.wave.size - 1
 
     def read(self, at: _Floats) -> _Floats:
-        """Values (N,) at places (N,) >= 0 in samples of the loop."""
+        """Values (N,) at positions (N,) >= 0, in samples; positions wrap around the loop."""
         whole = at.astype(np.intp)
         index = whole % self.size
         below = self.wave[index]
@@ -58,9 +62,10 @@ class Loop:
 
 
 def noise(bandwidth: float, roughness: float) -> Loop:
-    """Noise around one cycle a period, `bandwidth` wide at half maximum; the rougher, the patchier.
+    """Return a loop of noise around one cycle per period, `bandwidth` wide at half maximum.
 
-    Peaks are kept near 3 times the rms, so that a texture uses the range it has.
+    The rougher the surface (0..1), the more its patches differ. Peaks stay near 3 times the rms, so
+    that a texture can use the range of the output.
     """
     packed = CACHE.get(
         f"noise {bandwidth!r} {roughness!r}", lambda: _packed(_noise(bandwidth, roughness))
@@ -79,7 +84,7 @@ def _noise(bandwidth: float, roughness: float) -> Loop:
     inside = (cycles >= _LOWEST) & (cycles <= 1.0 + bandwidth)
     wave = _random(shape * inside, 0)
     patches = _random((cycles > 0.0) & (cycles < _PATCH_CYCLES), 1)
-    wave *= np.clip(1.0 + _PATCHY * roughness * patches, _LEAST_PATCH, 2.5)
+    wave *= np.clip(1.0 + _PATCHY * roughness * patches, _MIN_PATCH, 2.5)
     for _ in range(3):
         wave = _within(_filled(np.clip(wave, -_CLIP, _CLIP)), inside)
     return _loop(wave, SAMPLES, 1.0 + bandwidth)
@@ -87,7 +92,7 @@ def _noise(bandwidth: float, roughness: float) -> Loop:
 
 @lru_cache(maxsize=1)
 def stick_slip() -> Loop:
-    """Slips of about one period: a slow build-up and a fast release, SLIP_CYCLES of it."""
+    """Return a loop of slips, each a slow build-up and a fast release, up to SLIP_CYCLES."""
     rng = np.random.default_rng(2)
     lengths = 1.0 + rng.uniform(-_SLIP_JITTER, _SLIP_JITTER, SLIPS)
     ends = np.cumsum(lengths) * (SLIPS / lengths.sum())
@@ -96,27 +101,30 @@ def stick_slip() -> Loop:
     begins = np.concatenate(([0.0], ends[:-1]))
     saw = (at - begins[which]) / (ends - begins)[which] - 0.5
     cycles = np.arange(saw.size // 2 + 1) / SLIPS
-    rolled_off = np.clip((SLIP_CYCLES - cycles) / 2.0, 0.0, 1.0)  # no ringing before the slip
+    rolled_off = np.clip((SLIP_CYCLES - cycles) / 2.0, 0.0, 1.0)  # avoids ringing before a slip
     return _loop(_within(saw, rolled_off * (cycles >= 0.05)), SLIP_SAMPLES, SLIP_CYCLES)
 
 
 def _random(shape: _Floats | NDArray[np.bool_], seed: int) -> _Floats:
-    """Noise of rms 1 with this amplitude spectrum (K,), (2 K - 2,)."""
+    """Return noise of rms 1, (2 K - 2,), with this amplitude spectrum, (K,)."""
     wave = np.fft.irfft(shape * _phases(shape.size, seed))
     return np.asarray(wave / np.sqrt(np.mean(wave**2)))
 
 
-@lru_cache(maxsize=2)  # the two that every noise is made of
+@lru_cache(maxsize=2)  # every noise uses the same two: of its wave and of its patches
 def _phases(count: int, seed: int) -> NDArray[np.complex128]:
     return np.asarray(np.exp(2j * math.pi * np.random.default_rng(seed).random(count)))
 
 
 def _filled(wave: _Floats) -> _Floats:
-    """Raise the holes of a wave of rms 1, (N,), to _LEAST_ENVELOPE by the envelope's own shape."""
+    """Raise the envelope of a wave of rms 1, (N,), to at least _MIN_ENVELOPE.
+
+    The envelope is the magnitude of the analytic signal.
+    """
     spectrum = np.fft.fft(wave)
     spectrum[wave.size // 2 :] = 0.0
     envelope = 2.0 * np.abs(np.fft.ifft(spectrum))
-    return np.asarray(wave * np.maximum(_LEAST_ENVELOPE / np.maximum(envelope, 0.02), 1.0))
+    return np.asarray(wave * np.maximum(_MIN_ENVELOPE / np.maximum(envelope, 0.02), 1.0))
 
 
 def _within(wave: _Floats, gains: _Floats | NDArray[np.bool_]) -> _Floats:

@@ -1,8 +1,9 @@
-"""The paper's five patterns as points of the grammar, and recordings in place of any. Pure.
+"""Defines the paper's five patterns as points of the grammar, and replaces patterns by recordings.
 
-A recording is made to fit where the grammar fits: one channel at RATE_HZ, nothing outside the band,
-as strong to the palm as what it replaces, from zero to zero or, for a texture, joined into a loop.
-Force and speed set its level as they set the grammar's; its pitch is its own at every speed.
+A recording is converted so that it can stand in for a synthesised pattern: one channel at RATE_HZ,
+nothing outside the band of touch, as strong to the palm as the pattern it replaces. An impact is
+faded in and out; a texture is joined into a loop. Force and speed set the level of a recording as
+they set that of the pattern; its pitch does not change with speed. Pure.
 """
 
 from __future__ import annotations
@@ -29,25 +30,25 @@ SHORTEST_S = 0.02
 LONGEST_S = 10.0
 LONGEST_IMPACT_S = 2.0
 RATES_HZ = (2_000, 384_000)
-# full between; gone at 0 and at 1000
+# A recording is passed unchanged from LOW_HZ to HIGH_HZ and faded to nothing at 0 and at 1000 Hz.
 LOW_HZ = 10.0
 HIGH_HZ = 900.0
 EDGE_HZ = 100.0
 _SILENT = 1e-4  # of full scale, rms within the band
-_LEAST_SHARE = 0.03  # of the recording's rms; the cut ends of anything leave about 0.01 there
+_MIN_SHARE = 0.03  # of the recording's rms must lie in the band; a cut alone leaves about 0.01
 _FADE_S = 0.005
 _JOIN_S = 0.05
 _PEAK = 0.9
-_RATE_STEPS = 2_000  # a rate is taken as a ratio of numbers up to this
+_RATE_STEPS = 2_000  # a ratio of rates is approximated by integers up to this
 
 
 class PatternError(HapticVLMError, ValueError):
-    """A recording that cannot be a pattern: why, and what to do."""
+    """A recording cannot be used as a pattern; the message says why and what to do."""
 
 
 @dataclass(frozen=True, slots=True)
 class Preset:
-    """One of the paper's patterns, and the motion it is shown with, at its fastest."""
+    """One of the paper's patterns, with the peak motion that it is shown with."""
 
     name: str
     material: str
@@ -55,8 +56,9 @@ class Preset:
     motion: Motion
 
 
-# Names and events are the paper's; their recordings are unpublished, so the strokes are our choice:
-# rubbing at 100 Hz and a whoosh up to 280, for it is this pair that the paper's people mixed up.
+# Names and events are the paper's. Its recordings are not published, so the motions are our choice:
+# rubbing gives 100 Hz and the whoosh up to 280 Hz, because the paper's participants confused these
+# two.
 PRESETS = (
     Preset("wood-carving", "wood", "carve", Motion(0.15, 4.0)),
     Preset("wood-striking", "wood", "strike", Motion(1.0, 3.0)),
@@ -68,7 +70,7 @@ PRESETS = (
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pattern:
-    """A recording that replaces (material, interaction): (N,) float32 at RATE_HZ, ready."""
+    """A recording that replaces (material, interaction); `samples` is (N,) float32 at RATE_HZ."""
 
     material: str
     interaction: str
@@ -76,17 +78,17 @@ class Pattern:
 
     @property
     def key(self) -> tuple[str, str]:
-        """What it replaces."""
+        """Material and interaction that it replaces."""
         return self.material, self.interaction
 
     def impact(self, motion: Motion) -> NDArray[np.float32]:
-        """Waveform (N,) of one impact of this motion."""
-        reached = impacts.strength(self.interaction, motion)
-        return np.asarray(self.samples * np.float32(reached))
+        """Waveform (N,) float32 of one impact with this motion."""
+        strength = impacts.strength(self.interaction, motion)
+        return np.asarray(self.samples * np.float32(strength))
 
 
 class PatternTexture:
-    """A recorded texture, looped; its state is only what makes blocks join."""
+    """Plays a recorded texture as a loop; its state makes consecutive blocks join."""
 
     def __init__(self, pattern: Pattern, rate_hz: int = RATE_HZ) -> None:
         self._pattern = pattern
@@ -95,23 +97,26 @@ class PatternTexture:
         self._level = SmoothedValue()
 
     def fork(self) -> PatternTexture:
-        """Return a copy that goes its own way."""
+        """Return an independent copy in the same state."""
         forked = copy.copy(self)
         forked._level = self._level.fork()
         return forked
 
     def render(self, count: int, motion: Motion) -> NDArray[np.float32]:
         """Next `count` samples, (count,) float32, under a motion that holds for all of them."""
-        wanted = textures.share(self._pattern.interaction, motion)
-        level = self._level.follow(wanted, count, self._rate_hz)
+        target = textures.share(self._pattern.interaction, motion)
+        level = self._level.follow(target, count, self._rate_hz)
         loop = self._pattern.samples
         index = (self._at + np.arange(count)) % loop.size
         self._at = (self._at + count) % loop.size
         return np.asarray(loop[index] * level, dtype=np.float32)
 
 
-def named(stem: str, materials: Iterable[str]) -> tuple[str, str]:
-    """Return what a file of this name replaces, (material, interaction). Raises PatternError."""
+def replaced_key(stem: str, materials: Iterable[str]) -> tuple[str, str]:
+    """Return the (material, interaction) that a file with this stem replaces.
+
+    Raises PatternError, naming the stems that are possible.
+    """
     known = tuple(materials)
     for preset in PRESETS:
         if stem == preset.name:
@@ -121,7 +126,7 @@ def named(stem: str, materials: Iterable[str]) -> tuple[str, str]:
         return material, interaction
     presets = ", ".join(preset.name for preset in PRESETS)
     raise PatternError(
-        f"`{stem[:60]}` names no pattern: use MATERIAL-INTERACTION, a material of "
+        f"`{stem[:60]}` is not the name of a pattern: use MATERIAL-INTERACTION with a material of "
         f"{', '.join(known)} and one of {', '.join(INTERACTIONS)}, or one of {presets}"
     )
 
@@ -133,36 +138,25 @@ def pattern(
     correction: Correction = Correction(),  # noqa: B008 - frozen
     table: Mapping[str, Material] = MATERIALS,
 ) -> Pattern:
-    """Make a pattern of a recording, (N,) or (N, channels) at any rate. Raises PatternError."""
+    """Create a pattern from a recording, (N,) or (N, channels) at `rate_hz`.
+
+    `key` is the (material, interaction) that it replaces, and `table` holds the materials. Raises
+    PatternError.
+    """
     material, interaction = key
     mono = _checked(samples, rate_hz, interaction)
     whole = resampled(mono, rate_hz)
     wave = _within_band(whole, correction)
     within_rms, rms = (float(np.sqrt(np.mean(samples**2))) for samples in (wave, whole))
-    if within_rms < max(_SILENT, _LEAST_SHARE * rms):
-        raise PatternError("nothing to feel within 10-1000 Hz; choose another recording")
+    if within_rms < max(_SILENT, _MIN_SHARE * rms):
+        raise PatternError("nothing can be felt within 10-1000 Hz; choose another recording")
     wave = _faded(wave) if interaction in IMPACTS else _joined(wave)
     wave *= _level(wave, interaction, table[material].vibration)
     return Pattern(material, interaction, np.asarray(wave, dtype=np.float32))
 
 
-def _checked(samples: _Floats, rate_hz: int, interaction: str) -> _Floats:
-    if not RATES_HZ[0] <= rate_hz <= RATES_HZ[1]:
-        raise PatternError(f"{rate_hz} Hz is not within {RATES_HZ[0]}..{RATES_HZ[1]}; resample it")
-    longest_s = LONGEST_IMPACT_S if interaction in IMPACTS else LONGEST_S
-    seconds = samples.shape[0] / rate_hz
-    if not SHORTEST_S <= seconds <= longest_s:
-        raise PatternError(f"lasts {seconds:.3g} s, not {SHORTEST_S:g} to {longest_s:g}; cut it")
-    mono = samples.mean(axis=1) if samples.ndim == 2 else samples
-    if not np.isfinite(mono).all():
-        raise PatternError("holds values that are no numbers; export it again")
-    if float(np.abs(mono).max()) > 1e3:
-        raise PatternError("holds values beyond 1000 times full scale; export it again")
-    return np.asarray(mono, dtype=np.float64)
-
-
 def resampled(wave: _Floats, rate_hz: int) -> _Floats:
-    """Resample (N,) at `rate_hz` to RATE_HZ."""
+    """Resample a wave (N,) from `rate_hz` to RATE_HZ."""
     if rate_hz == RATE_HZ:
         return wave
     from scipy.signal import resample_poly
@@ -171,8 +165,25 @@ def resampled(wave: _Floats, rate_hz: int) -> _Floats:
     return np.asarray(resample_poly(wave, ratio.numerator, ratio.denominator), dtype=np.float64)
 
 
+def _checked(samples: _Floats, rate_hz: int, interaction: str) -> _Floats:
+    if not RATES_HZ[0] <= rate_hz <= RATES_HZ[1]:
+        raise PatternError(
+            f"its rate of {rate_hz} Hz is not within {RATES_HZ[0]}..{RATES_HZ[1]}; resample it"
+        )
+    longest_s = LONGEST_IMPACT_S if interaction in IMPACTS else LONGEST_S
+    seconds = samples.shape[0] / rate_hz
+    if not SHORTEST_S <= seconds <= longest_s:
+        raise PatternError(f"lasts {seconds:.3g} s, not {SHORTEST_S:g} to {longest_s:g}; cut it")
+    mono = samples.mean(axis=1) if samples.ndim == 2 else samples
+    if not np.isfinite(mono).all():
+        raise PatternError("holds values that are not numbers; export it again")
+    if float(np.abs(mono).max()) > 1e3:
+        raise PatternError("holds values beyond 1000 times full scale; export it again")
+    return np.asarray(mono, dtype=np.float64)
+
+
 def _within_band(wave: _Floats, correction: Correction) -> _Floats:
-    """Filter to the band of touch and correct for the speaker; smooth edges ring little."""
+    """Filter to the band of touch, with smooth edges that ring little, and correct the speaker."""
     padded = np.concatenate((wave, np.zeros(RATE_HZ // 10)))
     hertz = np.arange(padded.size // 2 + 1.0) * (RATE_HZ / padded.size)
     rise = np.clip(hertz / LOW_HZ, 0.0, 1.0)
@@ -192,7 +203,7 @@ def _faded(wave: _Floats) -> _Floats:
 
 
 def _joined(wave: _Floats) -> _Floats:
-    """Cross the end over into the beginning, so that the loop has no seam."""
+    """Cross-fade the end into the beginning at constant power, so that the loop has no seam."""
     count = min(int(_JOIN_S * RATE_HZ), wave.size // 3)
     turn = np.linspace(0.0, 0.5 * np.pi, count)
     joined = wave[:-count].copy()
@@ -201,11 +212,11 @@ def _joined(wave: _Floats) -> _Floats:
 
 
 def _level(wave: _Floats, interaction: str, replaced: Vibration) -> float:
-    """Gain that makes it as strong as what it replaces, if its peaks allow."""
+    """Return the gain that makes it as strong as the replaced pattern, if its peaks allow."""
     if interaction in IMPACTS:
         full = impacts.full_strength(interaction) * impacts.hardness(replaced)
-        wanted = full / perceived_amplitude(wave)
+        gain = full / perceived_amplitude(wave)
     else:
         full = textures.RMS * (1.0 if interaction == "swing" else replaced.roughness)
-        wanted = full * float(np.sqrt(wave.size)) / perceived_amplitude(wave)
-    return float(min(wanted, _PEAK / np.abs(wave).max()))
+        gain = full * float(np.sqrt(wave.size)) / perceived_amplitude(wave)
+    return float(min(gain, _PEAK / np.abs(wave).max()))

@@ -1,15 +1,21 @@
-"""Sustained textures: a surface in space, read by the hand that moves over it. Pure.
+"""Renders sustained textures: the relief of a surface, read by the hand that moves over it. Pure.
 
-The hand reads a loop of noise at speed / pitch periods a second (loops.py), so spectrum and
-movement cannot come apart; above 250 Hz the rate is bent into the band: a
-hand that crosses 0.5 mm of weave at 1 m/s makes 2 kHz, which nobody feels (docs/physics.md 4.3). A
-surface that sticks adds stick-slip: releases at speed / critical displacement, the more the harder
-it is pressed, until it is moved too fast to catch. Carving adds fibre breaks, single grains on the
-material's resonance. Swinging reads a loop at the rate of vortices, 0.2 v / d, of the thickness d
-of what is swung; the rougher that is, the broader the noise it sheds.
+Sliding. A surface is a loop of noise in space (`loops.py`), and the hand reads it at speed / pitch
+periods a second. Frequency and movement therefore always fit together: a hand that moves twice as
+fast feels twice the frequency, as on a real surface. Above 250 Hz the rate is bent into the band of
+touch, because a hand that crosses 0.5 mm of weave at 1 m/s would make 2 kHz, which nobody feels.
 
-Every loop is driven as strongly as its band needs to be felt; how strongly a surface is felt then
-follows its roughness, and how strongly it sticks its friction (docs/physics.md 4.3).
+Stick-slip. A surface with friction catches the skin, stretches it and releases it at a critical
+displacement. The releases come at speed / critical displacement. The harder the surface is pressed
+the more of it sticks; above some speed it no longer catches.
+
+Carving adds fibre breaks to sliding: single grains on the resonance of the material. Swinging has
+no surface: the loop is read at the rate at which vortices leave a cylinder, 0.2 v / d, where d is
+the thickness of the object that is swung; the rougher it is, the broader is its noise.
+
+Level. Each loop is driven as strongly as its band needs to be felt equally. How strongly a surface
+is felt then follows its roughness, and its stick-slip follows its friction. All figures are in
+docs/physics.md 4.3.
 """
 
 from __future__ import annotations
@@ -31,26 +37,21 @@ from hapticvlm.rendering.vibration.vibration import Motion
 
 _Floats = NDArray[np.float64]
 
-# Where no source is named a figure is our choice, to be tuned by hand on real speakers.
-RMS = 0.12  # of full scale at 250 Hz, roughness 1; 12 dB more drive, peaks of 3 times that
+# Figures without a source are our choice, to be tuned by hand on real speakers.
+RMS = 0.12  # of full scale at 250 Hz and roughness 1: leaves 12 dB of drive and peaks of 3 times it
 _LOWEST_HZ = 20.0
-# half level when rubbing; force counts from 30 %
-_SLOW_SPEED_MPS = 0.12
-_LIGHT_FORCE_N = 0.5
-# critical displacement; docs/physics.md 4.3
-_SLIP_M = 2.5e-3
+_SLOW_SPEED_MPS = 0.12  # half level of a slide
+_LIGHT_FORCE_N = 0.5  # half of what force adds; without force the level is 30 %
+_SLIP_M = 2.5e-3  # critical displacement (physics.md 4.3)
 _SLIPS_HZ = (20.0, 160.0)
-_STUCK_N = 1.0  # N, at which half of what can stick does
-_CATCH_MPS = 0.5  # per share that sticks: half of it catches no more at that speed
-# physics.md 4.3
-STROUHAL = 0.2
+_STUCK_N = 1.0  # at which half of the surface that can stick does
+_CATCH_MPS = 0.5  # per share that sticks: at this speed half of it no longer catches
+STROUHAL = 0.2  # of a cylinder (physics.md 4.3)
 _SWING_SPEED_MPS = 2.5
-_SWING_BANDWIDTH = (0.4, 1.0)  # of something smooth, of something fully rough
-# Fibre breaks a second (physics.md 4.3): a fibre is some periods wide, 4 mm in wood.
-_BREAK_PERIODS = 2.5
+_SWING_BANDWIDTH = (0.4, 1.0)  # of a smooth object, of a fully rough one
+_BREAK_PERIODS = 2.5  # width of a fibre in periods of the surface: 4 mm in wood (physics.md 4.3)
 _BREAKS_HZ = (10.0, 60.0)
-# what rings higher is not carved: a blade slips and chatters
-_TOO_HARD_HZ = 200.0
+_TOO_HARD_HZ = 200.0  # a material that rings higher is not carved: the blade slips and chatters
 _CHATTER = 0.7
 _GRAIN_HZ = (80.0, 250.0)
 _GRAIN_DECAY = 120.0
@@ -59,62 +60,21 @@ _GRAIN_CONTACT_S = 2.4e-3
 _GRAIN_AMPLITUDE = 7.0
 _GRAIN_PEAK = 0.85
 _CARVE_RUB = 0.6  # share of plain rubbing that is felt between the breaks
-BEST_HZ = 250.0  # Hz, where a palm is most sensitive (physics.md 4.1)
-HIGHEST_HZ = 360.0  # Hz, needs 12 dB more drive than 250 Hz (perception.drive_threshold_db)
-BEND_HZ = 150.0  # Hz, our choice: 286 and 400 Hz stay 17 % apart, about one step of frequency
+BEST_HZ = 250.0  # a palm is most sensitive here (physics.md 4.1)
+HIGHEST_HZ = 360.0  # needs 12 dB more drive than 250 Hz (perception.drive_threshold_db)
+BEND_HZ = 150.0  # our choice: 286 and 400 Hz stay 17 % apart, about one step of frequency
 
 
 def rendered_hz(frequency_hz: float) -> float:
-    """Bend a frequency into 0..HIGHEST_HZ; strictly rising, and unchanged up to BEST_HZ."""
+    """Bend a frequency into 0..HIGHEST_HZ; strictly increasing, and unchanged up to BEST_HZ."""
     if frequency_hz <= BEST_HZ:
         return frequency_hz
     room = HIGHEST_HZ - BEST_HZ
     return BEST_HZ - room * math.expm1((BEST_HZ - frequency_hz) / BEND_HZ)
 
 
-class _Reader:
-    """A place in a loop that moves on at a gliding rate, played at a gliding level."""
-
-    def __init__(self, loop: Loop, place: float, playback: Playback) -> None:
-        self._loop = loop
-        self._playback = playback
-        self._at = place * loop.size
-        self._centre: SmoothedValue | None = None
-        self._level = SmoothedValue()
-
-    def fork(self) -> _Reader:
-        """Return a copy that goes its own way."""
-        forked = copy.copy(self)
-        forked._centre = None if self._centre is None else self._centre.fork()
-        forked._level = self._level.fork()
-        return forked
-
-    def read(self, count: int, centre_hz: float, reached: float) -> _Floats | float:
-        """Next `count` samples (count,), or 0.0: `reached` of full strength, around `centre_hz`."""
-        if self._centre is None:
-            self._centre = SmoothedValue(centre_hz)
-        centres = self._centre.follow(centre_hz, count, self._playback.rate_hz)
-        drive = float(np.interp(centre_hz, GRID_HZ, self._loop.drive))
-        wanted = RMS * reached * drive * self._playback.correction.gain(centre_hz)
-        level = self._level.follow(wanted, count, self._playback.rate_hz)
-        at = self._move(count, centres)
-        if isinstance(level, float) and level == 0.0:
-            return 0.0
-        return self._loop.read(at) * level
-
-    def _move(self, count: int, centres: _Floats | float) -> _Floats:
-        per_hz = self._loop.samples / self._playback.rate_hz
-        if isinstance(centres, float):
-            at = self._at + _counts(count) * (centres * per_hz)
-        else:
-            at = self._at + np.cumsum(centres) * per_hz
-        if count:
-            self._at = float(at[-1]) % self._loop.size
-        return at
-
-
 class Texture:
-    """One sustained texture; its state is only what makes blocks join."""
+    """Plays one sustained texture; its state makes consecutive blocks join."""
 
     def __init__(
         self,
@@ -124,7 +84,10 @@ class Texture:
         playback: Playback = NOMINAL,
         thickness_m: float | None = None,
     ) -> None:
-        """`thickness_m` is that of what is swung; None takes what is usual for its material."""
+        """Start a texture of this interaction; the seed sets where in its loops it begins.
+
+        `thickness_m` is that of a swung object; None takes the usual one of its material.
+        """
         self._vibration = vibration
         self._interaction = interaction
         self._rng = np.random.default_rng(seed)
@@ -141,7 +104,7 @@ class Texture:
         self._breaks = _Breaks(vibration, self._rng, playback) if is_carved else None
 
     def fork(self) -> Texture:
-        """Return a copy that goes its own way."""
+        """Return an independent copy in the same state."""
         forked = copy.copy(self)
         forked._surface = self._surface.fork()
         forked._slips = None if self._slips is None else self._slips.fork()
@@ -154,6 +117,8 @@ class Texture:
         caught = catching(self._sticks, motion)
         wave = np.zeros(count)
         rough = 1.0 if self._in_air else self._vibration.roughness
+        # Rubbing and stick-slip share one energy: the square of the share that catches goes into
+        # slips, and the rest stays with the rubbing.
         rubbed = moved * rough * math.sqrt(1.0 - caught**2)
         wave += self._surface.read(count, self._centre_hz(motion.speed_mps), rubbed)
         if self._slips is not None:
@@ -169,7 +134,7 @@ class Texture:
 
 
 def share(interaction: str, motion: Motion) -> float:
-    """How much of its full strength a texture reaches, 0..1, by speed and force."""
+    """Share of its full strength (0..1) that a texture reaches by speed and force."""
     speed = motion.speed_mps
     if interaction == "swing":
         return 1.0 - math.exp(-speed * speed / _SWING_SPEED_MPS**2)
@@ -178,7 +143,12 @@ def share(interaction: str, motion: Motion) -> float:
 
 
 def catching(stick: float, motion: Motion) -> float:
-    """Share (0..1) of a surface that catches and slips: the more it is pressed, the longer."""
+    """Share (0..1) of a surface that catches and slips at this force and speed.
+
+    `stick` is the share that can; a harder press keeps it catching up to a higher speed.
+    """
+    # The held share saturates with the force. With the speed v it falls as 1 / (1 + (v / limit)^2):
+    # beyond the limit the skin slides on before the surface can catch it again.
     held = stick * motion.force_n / (motion.force_n + _STUCK_N)
     limit_mps = _CATCH_MPS * held
     if limit_mps == 0.0:
@@ -186,8 +156,115 @@ def catching(stick: float, motion: Motion) -> float:
     return held * (limit_mps / math.hypot(limit_mps, motion.speed_mps)) ** 2
 
 
+@lru_cache(maxsize=64)
+def grain(vibration: Vibration, playback: Playback) -> _Floats:
+    """Return one grain, (_GRAIN_S * rate_hz,): the first mode within wood's range, levelled."""
+    mode = vibration.modes[0]
+    frequency_hz = min(max(mode.frequency_hz, _GRAIN_HZ[0]), _GRAIN_HZ[1])
+    decay = max(mode.decay_per_s, _GRAIN_DECAY)
+    modes = (Mode(frequency_hz, decay, 1.0),)
+    wave = impacts.struck(modes, _GRAIN_CONTACT_S, 1.0, playback.rate_hz, limits=False)
+    wave = playback.correction.apply(
+        _GRAIN_AMPLITUDE / perceived_amplitude(wave) * wave, playback.rate_hz
+    )
+    wave = wave[: int(_GRAIN_S * playback.rate_hz)]
+    return np.asarray(wave * min(1.0, _GRAIN_PEAK / np.abs(wave).max()))
+
+
+class _Reader:
+    """Reads a loop at a rate and a level that follow their targets smoothly."""
+
+    def __init__(self, loop: Loop, place: float, playback: Playback) -> None:
+        self._loop = loop
+        self._playback = playback
+        self._at = place * loop.size
+        self._centre: SmoothedValue | None = None
+        self._level = SmoothedValue()
+
+    def fork(self) -> _Reader:
+        """Return an independent copy in the same state."""
+        forked = copy.copy(self)
+        forked._centre = None if self._centre is None else self._centre.fork()
+        forked._level = self._level.fork()
+        return forked
+
+    def read(self, count: int, centre_hz: float, strength: float) -> _Floats | float:
+        """Next `count` samples around `centre_hz`, (count,), or 0.0 for silence.
+
+        `strength` is a share (0..1) of full strength.
+        """
+        if self._centre is None:
+            self._centre = SmoothedValue(centre_hz)
+        centres = self._centre.follow(centre_hz, count, self._playback.rate_hz)
+        drive = float(np.interp(centre_hz, GRID_HZ, self._loop.drive))
+        target = RMS * strength * drive * self._playback.correction.gain(centre_hz)
+        level = self._level.follow(target, count, self._playback.rate_hz)
+        at = self._move(count, centres)
+        if isinstance(level, float) and level == 0.0:
+            return 0.0
+        return self._loop.read(at) * level
+
+    def _move(self, count: int, centres: _Floats | float) -> _Floats:
+        per_hz = self._loop.samples / self._playback.rate_hz
+        if isinstance(centres, float):
+            at = self._at + _counts(count) * (centres * per_hz)
+        else:
+            at = self._at + np.cumsum(centres) * per_hz
+        if count:
+            self._at = float(at[-1]) % self._loop.size
+        return at
+
+
+class _Breaks:
+    """Plays fibre breaks under a moving blade, with the tails of earlier ones."""
+
+    def __init__(self, vibration: Vibration, rng: np.random.Generator, playback: Playback) -> None:
+        self._rng = rng
+        self._rate_hz = playback.rate_hz
+        self._spacing_m = _BREAK_PERIODS * vibration.pitch_m
+        self._draws: list[float] = []
+        self._drawn = 0
+        self._grain = grain(vibration, playback)
+        self._tail = np.zeros(self._grain.size)
+        self._to_next = rng.random()  # distance to the next break, in mean spacings
+        self._level = SmoothedValue()
+        self.begun = 0
+
+    def fork(self) -> _Breaks:
+        """Return an independent copy in the same state."""
+        forked = copy.copy(self)
+        forked._level = self._level.fork()
+        return forked
+
+    def _draw(self, low: float, high: float) -> float:
+        """Return the next random number; copies share the drawn numbers and so the same future."""
+        if self._drawn == len(self._draws):
+            self._draws.append(self._rng.random())
+        self._drawn += 1
+        return low + (high - low) * self._draws[self._drawn - 1]
+
+    def render(self, count: int, target: float, speed_mps: float) -> _Floats:
+        """Next `count` samples, (count,), with a level that follows `target`."""
+        level = self._level.follow(target, count, self._rate_hz)
+        wave = np.concatenate((self._tail, np.zeros(count)))
+        rate = min(max(speed_mps / self._spacing_m, _BREAKS_HZ[0]), _BREAKS_HZ[1])
+        per_sample = rate / self._rate_hz if speed_mps > 0.0 else 0.0
+        # The blade moves on by a share of a spacing per sample. A negative distance means that a
+        # break lies within this block; the distance from it to the block's end gives its sample.
+        self._to_next -= per_sample * count
+        while self._to_next < 0.0:
+            begin = max(count + math.floor(self._to_next / per_sample), 0)
+            now = level if isinstance(level, float) else float(level[begin])
+            strength = self._draw(0.4, 1.0) * now
+            wave[begin : begin + self._grain.size] += strength * self._grain
+            self._to_next += self._draw(0.5, 1.5)
+            self.begun += 1
+        self._tail = wave[count:]
+        return wave[:count]
+
+
 def _is_hard(vibration: Vibration) -> bool:
-    """Whether no hand carves this: its first mode rises with its stiffness."""
+    """Whether it is too hard to carve: the first mode rises with the stiffness of a material."""
     return vibration.modes[0].frequency_hz > _TOO_HARD_HZ
 
 
@@ -201,72 +278,11 @@ def _sticks(vibration: Vibration, interaction: str) -> float:
 
 
 def _shed(roughness: float) -> float:
-    """Bandwidth of the noise of something swung."""
+    """Bandwidth of the noise of a swung object, relative to its frequency."""
     smooth, rough = _SWING_BANDWIDTH
     return smooth + (rough - smooth) * roughness
-
-
-class _Breaks:
-    """Fibre breaks under a moving blade: when the next begins, and the tails of earlier ones."""
-
-    def __init__(self, vibration: Vibration, rng: np.random.Generator, playback: Playback) -> None:
-        self._rng = rng
-        self._rate_hz = playback.rate_hz
-        self._spacing_m = _BREAK_PERIODS * vibration.pitch_m
-        self._draws: list[float] = []
-        self._drawn = 0
-        self._grain = grain(vibration, playback)
-        self._tail = np.zeros(self._grain.size)
-        self._to_next = rng.random()  # in mean spacings
-        self._level = SmoothedValue()
-        self.begun = 0
-
-    def fork(self) -> _Breaks:
-        """Return a copy that goes its own way."""
-        forked = copy.copy(self)
-        forked._level = self._level.fork()
-        return forked
-
-    def _draw(self, low: float, high: float) -> float:
-        """Return the next random number; copies share the numbers drawn and so their future."""
-        if self._drawn == len(self._draws):
-            self._draws.append(self._rng.random())
-        self._drawn += 1
-        return low + (high - low) * self._draws[self._drawn - 1]
-
-    def render(self, count: int, wanted: float, speed_mps: float) -> _Floats:
-        """Next `count` samples, (count,), at the wanted level."""
-        level = self._level.follow(wanted, count, self._rate_hz)
-        wave = np.concatenate((self._tail, np.zeros(count)))
-        rate = min(max(speed_mps / self._spacing_m, _BREAKS_HZ[0]), _BREAKS_HZ[1])
-        per_sample = rate / self._rate_hz if speed_mps > 0.0 else 0.0
-        self._to_next -= per_sample * count
-        while self._to_next < 0.0:
-            begin = max(count + math.floor(self._to_next / per_sample), 0)
-            now = level if isinstance(level, float) else float(level[begin])
-            strength = self._draw(0.4, 1.0) * now
-            wave[begin : begin + self._grain.size] += strength * self._grain
-            self._to_next += self._draw(0.5, 1.5)
-            self.begun += 1
-        self._tail = wave[count:]
-        return wave[:count]
 
 
 @lru_cache(maxsize=8)
 def _counts(count: int) -> _Floats:
     return np.arange(1.0, count + 1.0)
-
-
-@lru_cache(maxsize=64)
-def grain(vibration: Vibration, playback: Playback) -> _Floats:
-    """Make one grain, (_GRAIN_S * rate_hz,): the lowest mode in wood's range, levelled."""
-    mode = vibration.modes[0]
-    frequency_hz = min(max(mode.frequency_hz, _GRAIN_HZ[0]), _GRAIN_HZ[1])
-    decay = max(mode.decay_per_s, _GRAIN_DECAY)
-    modes = (Mode(frequency_hz, decay, 1.0),)
-    wave = impacts.struck(modes, _GRAIN_CONTACT_S, 1.0, playback.rate_hz, limits=False)
-    wave = playback.correction.apply(
-        _GRAIN_AMPLITUDE / perceived_amplitude(wave) * wave, playback.rate_hz
-    )
-    wave = wave[: int(_GRAIN_S * playback.rate_hz)]
-    return np.asarray(wave * min(1.0, _GRAIN_PEAK / np.abs(wave).max()))

@@ -1,12 +1,15 @@
-"""What a hand will feel in the next moments, for actuators other than the palm speaker. Pure.
+"""Plans the vibration of the next moments, for actuators other than the palm speaker. Pure.
 
-A plan is rendered by the same voices that the speaker plays, from the same commands, at PLAN_HZ
-instead of 48 kHz: their band ends at 1 kHz. The voices follow the commands up to now; a fork of
-them runs ahead by HORIZON_S as if nothing changed, and the next plan replaces that guess. The level
-of a period is sqrt(2) times its rms, so a full-scale sine is 1; its frequency is the one of a sine
-that changes as quickly, from the energy of the wave's differences over FREQUENCY_S. What a plan
-holds is on the scale of controllers (controller_scale), and the gain scales that: half the gain is
-half the amplitude.
+A plan is rendered from the same commands by the same voices that the speaker plays, but at PLAN_HZ
+instead of 48 kHz, which suffices because their band ends at 1 kHz. The voices follow the commands
+up to now. A fork of them then runs ahead by HORIZON_S as if no other command came; the next plan
+replaces that guess.
+
+The level of a period is sqrt(2) times its rms, so a full-scale sine has level 1. Its frequency is
+that of a sine whose samples differ as much from one to the next: the energy of the differences over
+the energy of the wave is 4 sin^2(pi f / PLAN_HZ) for a sine of frequency f. Amplitudes in a plan
+are on the scale of controllers (`controller_scale.py`), and the gain multiplies them. The figures
+are explained in docs/physics.md 4.6.
 """
 
 from __future__ import annotations
@@ -20,7 +23,7 @@ from numpy.typing import NDArray
 
 from hapticvlm.materials import Material
 from hapticvlm.rendering.vibration.controller_scale import (
-    LEAST_IMPACT,
+    MIN_IMPACT,
     Form,
     controller_amplitude,
     loudness,
@@ -32,20 +35,20 @@ from hapticvlm.rendering.vibration.voices import Command, Voices
 
 PLAN_HZ = 4000
 HORIZON_S = 0.1
-PERIOD_S: dict[Form, float] = {"amplitude": 0.0125, "parametric": 0.005}  # our choice: physics.md
-FREQUENCY_S = 0.015
-SHORTEST_BLOW_S = 0.0125  # that a controller is told to play, of whatever strength; our choice
-LEAST_AMPLITUDE = 1e-3  # below is nothing to send
+PERIOD_S: dict[Form, float] = {"amplitude": 0.0125, "parametric": 0.005}
+FREQUENCY_S = 0.015  # window over which a frequency is estimated
+MIN_IMPACT_S = 0.0125  # for which an impact lasts at least, so that a controller plays it
+MIN_AMPLITUDE = 1e-3  # below it a plan is silence
 _LOWEST_HZ = 20.0
 _HIGHEST_HZ = 1000.0
-_STALE_S = 0.5  # a longer gap is not rendered: every impact and fade has ended
+_STALE_S = 0.5  # a longer gap is not rendered, since every impact and fade ends within it
 
 _Wave = NDArray[np.float32]
 
 
 @dataclass(frozen=True, slots=True)
 class Pulse:
-    """A transient: an impact that begins `at_s` after the plan."""
+    """An impact that begins `at_s` after the plan, with its amplitude (0..1) and frequency."""
 
     at_s: float
     amplitude: float
@@ -54,7 +57,10 @@ class Pulse:
 
 @dataclass(frozen=True, slots=True)
 class VibrationPlan:
-    """Amplitude 0..1 (N,) for each period, and frequencies (N,) or none; empty means silence."""
+    """Amplitudes 0..1 (N,), one for each period, and frequencies in Hz (N,) or none.
+
+    An empty plan means silence.
+    """
 
     period_s: float
     amplitude: tuple[float, ...] = ()
@@ -63,23 +69,25 @@ class VibrationPlan:
 
 
 class VibrationPlanner:
-    """Plans the vibration of one hand from the commands that the speaker gets too."""
+    """Plans the vibration of one hand from the same commands that the speaker receives."""
 
     def __init__(
         self, table: Mapping[str, Material], patterns: Iterable[Pattern] = (), gain: float = 1.0
     ) -> None:
-        """Fill the caches of all materials, which takes a while."""
-        slowed = [_at_plan_rate(pattern) for pattern in patterns]
+        """Fill the caches of all materials in `table`, which takes a part of a second.
+
+        `patterns` are recordings that replace some materials; `gain` (0..1) scales every plan.
+        """
+        resampled = [_at_plan_rate(pattern) for pattern in patterns]
         self._table = table
         self.gain = gain
-        """Vibration gain, 0..1."""
-        self._voices = Voices(1.0, table, Playback(PLAN_HZ), slowed)
+        self._voices = Voices(1.0, table, Playback(PLAN_HZ), resampled)
         self._rendered_until: float | None = None
         self._renewal: Command | None = None
         self._expires_at = -math.inf
 
     def apply(self, command: Command, now: float) -> None:
-        """Receive a command; one that only renews waits for the next plan and costs nothing."""
+        """Apply a command; a mere renewal is deferred to the next plan, so it costs nothing."""
         self._expires_at = command.expires_at
         if not command.onset:
             self._renewal = command
@@ -88,14 +96,15 @@ class VibrationPlanner:
         self._voices.apply(command)
 
     def rest(self) -> None:
-        """Silence it from now on, until another command."""
+        """Plan silence until the next command."""
         self._voices.silence()
         self._renewal = None
         self._rendered_until = None
 
     def plan(self, form: Form, now: float) -> VibrationPlan:
-        """Return what is rendered from `now` on if nothing changes; empty when nothing is."""
-        blows = self._voices.beginning()
+        """Return the vibration from `now` (s) on if no other command comes; empty for silence."""
+        # The impacts that begin now are read first, since advancing the voices may start them.
+        impacts = self._voices.beginning()
         self._advance(now)
         period_s = PERIOD_S[form]
         ahead_s = min(HORIZON_S, self._expires_at - now)
@@ -103,34 +112,34 @@ class VibrationPlanner:
             return VibrationPlan(period_s)
         wave = self._voices.fork().render(round(HORIZON_S * PLAN_HZ), now)
         count = max(1, math.floor(ahead_s / period_s + 1e-9))
-        amplitude = self._amplitude(wave, form, has_blow=bool(blows))[:count]
-        if float(amplitude.max()) < LEAST_AMPLITUDE:
+        amplitude = self._amplitude(wave, form, has_impact=bool(impacts))[:count]
+        if float(amplitude.max()) < MIN_AMPLITUDE:
             return VibrationPlan(period_s)
         played = tuple(np.round(amplitude, 4).tolist())
         if form == "amplitude":
             return VibrationPlan(period_s, played)
         frequency = tuple(np.round(frequencies(wave, period_s)[:count], 1).tolist())
-        return VibrationPlan(period_s, played, frequency, self._pulses(blows))
+        return VibrationPlan(period_s, played, frequency, self._pulses(impacts))
 
     def _amplitude(
-        self, wave: NDArray[np.float32], form: Form, *, has_blow: bool
+        self, wave: NDArray[np.float32], form: Form, *, has_impact: bool
     ) -> NDArray[np.float64]:
-        """Return what a controller plays in each period of the wave (N,), (periods,)."""
+        """Return the controller's amplitude, 0..1, in each period of the wave (N,), (periods,)."""
         drive = loudness(wave, PLAN_HZ) if form == "amplitude" else wave
         played = controller_amplitude(levels(drive, PERIOD_S[form]), form)
-        if has_blow:
-            beginning = played[: round(SHORTEST_BLOW_S / PERIOD_S[form])]
-            beginning[:] = np.maximum(beginning, LEAST_IMPACT)
+        if has_impact:
+            beginning = played[: round(MIN_IMPACT_S / PERIOD_S[form])]
+            beginning[:] = np.maximum(beginning, MIN_IMPACT)
         return played * self.gain
 
-    def _pulses(self, blows: list[tuple[str, float]]) -> tuple[Pulse, ...]:
-        peaks = controller_amplitude(np.array([peak for _, peak in blows]), "parametric")
-        names = (name for name, _ in blows)
+    def _pulses(self, impacts: list[tuple[str, float]]) -> tuple[Pulse, ...]:
+        peaks = controller_amplitude(np.array([peak for _, peak in impacts]), "parametric")
+        names = (name for name, _ in impacts)
         return tuple(
             Pulse(
                 0.0, round(peak * self.gain, 4), self._table[name].vibration.modes[0].frequency_hz
             )
-            for name, peak in zip(names, np.maximum(peaks, LEAST_IMPACT).tolist(), strict=True)
+            for name, peak in zip(names, np.maximum(peaks, MIN_IMPACT).tolist(), strict=True)
         )
 
     def _advance(self, now: float) -> None:
@@ -157,6 +166,7 @@ def frequencies(wave: _Wave, period_s: float) -> NDArray[np.float64]:
     """Frequency of each period of a wave (N,) at PLAN_HZ, Hz, (periods,)."""
     size = round(period_s * PLAN_HZ)
     window = round(FREQUENCY_S * PLAN_HZ)
+    # Running sums give the energy of the wave and of its differences over any window at once.
     samples = wave.astype(np.float64)
     energy = np.concatenate(([0.0], np.cumsum(samples**2)))
     steps = np.concatenate(([0.0, 0.0], np.cumsum(np.diff(samples) ** 2)))
@@ -164,12 +174,12 @@ def frequencies(wave: _Wave, period_s: float) -> NDArray[np.float64]:
     begin = np.clip(middles - window // 2, 0, wave.size - 1)
     end = np.clip(middles + window // 2, 1, wave.size)
     share = (steps[end] - steps[begin]) / np.maximum(energy[end] - energy[begin], 1e-12)
-    found = np.arcsin(np.clip(np.sqrt(share) / 2.0, 0.0, 1.0)) * PLAN_HZ / np.pi
-    return np.asarray(np.clip(found, _LOWEST_HZ, _HIGHEST_HZ))
+    hertz = np.arcsin(np.clip(np.sqrt(share) / 2.0, 0.0, 1.0)) * PLAN_HZ / np.pi
+    return np.asarray(np.clip(hertz, _LOWEST_HZ, _HIGHEST_HZ))
 
 
 def _at_plan_rate(pattern: Pattern) -> Pattern:
     from scipy.signal import resample_poly
 
-    slowed = resample_poly(pattern.samples, 1, RATE_HZ // PLAN_HZ)
-    return replace(pattern, samples=np.asarray(slowed, dtype=np.float32))
+    resampled = resample_poly(pattern.samples, 1, RATE_HZ // PLAN_HZ)
+    return replace(pattern, samples=np.asarray(resampled, dtype=np.float32))

@@ -1,4 +1,4 @@
-"""One thing sounding: an impact, a texture or a recording, fading to the gain it aims at. Pure."""
+"""Plays one sound source, an impact, a texture or a recording, with a fading gain. Pure."""
 
 from __future__ import annotations
 
@@ -16,7 +16,11 @@ from hapticvlm.rendering.vibration.vibration import Motion
 
 @dataclass(slots=True)
 class Voice:
-    """One thing sounding; `aim` is the gain it fades towards, and 0 is its end."""
+    """One source with its gain, which fades towards `aim`; at 0 the voice has ended.
+
+    `source` renders its own blocks, or it is the waveform (N,) of an impact, played from sample
+    `at` on. `key` is its (material, interaction).
+    """
 
     source: Texture | PatternTexture | Grains | Tone | NDArray[np.float32]
     motion: Motion
@@ -28,13 +32,13 @@ class Voice:
     thickness_m: float | None = None
 
     def fork(self) -> Voice:
-        """Return a copy that goes its own way."""
+        """Return an independent copy in the same state."""
         if isinstance(self.source, Texture | PatternTexture | Grains | Tone):
             return replace(self, source=self.source.fork())
         return replace(self)
 
     def render(self, count: int, step: float) -> NDArray[np.float32]:
-        """Next `count` samples, (count,); the gain moves by at most `step` a sample."""
+        """Next `count` samples, (count,) float32; the gain moves by at most `step` per sample."""
         if isinstance(self.source, Texture | PatternTexture | Grains):
             block = self.source.render(count, self.motion)
         elif isinstance(self.source, Tone):
@@ -56,7 +60,7 @@ class Voice:
 
 
 def ramp(begin: float, end: float, count: int, step: float) -> NDArray[np.float32]:
-    """Gains of the next samples, (count,), moving from `begin` by `step` each until at `end`."""
+    """Gains of the next samples, (count,), moving from `begin` by `step` each until `end`."""
     steps = np.arange(1, count + 1, dtype=np.float32) * np.float32(step)
     gains = np.minimum(begin + steps, end) if end > begin else np.maximum(begin - steps, end)
     return np.asarray(gains, dtype=np.float32)

@@ -1,15 +1,22 @@
-"""Mixes both hands' impacts and textures into blocks, and limits them. Pure.
+"""Mixes the impacts and textures of both hands into blocks, and limits the mix. Pure.
 
-Time and commands are arguments. Knows commands and samples, no sound card and no scene. A hand
-sounds only while its lease runs: a command sets its end, and past that the hand fades by itself.
-Every change of voice is a linear fade of FADE_S, so whatever ends is silent within 20 ms at any
-block size.
+Time and commands are arguments; this module knows neither a sound card nor a scene. A hand sounds
+only while its lease runs: every command sets the end of the lease, and after it the hand fades by
+itself. Every change of a voice is a linear fade of FADE_S, so a sound that ends is silent within
+20 ms at any block size.
 
-The mix leaves through a look-ahead limiter, which turns down what would leave [-1, 1] beforehand.
-Bending peaks sample by sample would put energy above the band of touch. Instead the sound waits
-DELAY_S and the gain it needs is known that much earlier: the largest reduction of the last DELAY_S,
-released over RELEASE_S, is averaged over DELAY_S, so it is complete when the peak comes out and too
-slow to widen the band. A signal within range passes unchanged, only later.
+The mix leaves through a limiter with look-ahead, which turns down whatever would leave [-1, 1].
+Clipping the peaks sample by sample would put energy above the band of touch. So the sound is
+delayed by DELAY_S, which lets the limiter know each peak DELAY_S before it comes out:
+
+1. Each sample needs a reduction that brings it to CEILING, and that reduction decays over
+   RELEASE_S.
+2. The largest reduction of the last DELAY_S is held. It begins when the peak goes in and lasts
+   until the peak comes out.
+3. A moving average over DELAY_S smooths it. It is complete when the peak comes out, and it changes
+   too slowly to widen the band.
+
+A signal that stays within CEILING passes unchanged, only later.
 """
 
 from __future__ import annotations
@@ -33,76 +40,29 @@ from hapticvlm.rendering.vibration.textures import Texture
 from hapticvlm.rendering.vibration.vibration import IMPACTS, TEXTURES, Motion
 from hapticvlm.rendering.vibration.voice import Voice, ramp
 
-DELAY_S = 1.0 / 600.0  # 80 samples at 48 kHz; of a tap, 5.5 ms are noticed (physics.md 4.4)
-RELEASE_S = 0.1  # our choice: longer than a period of 20 Hz, so that the gain follows no wave
+FADE_S = 0.012  # with the delay of one chunk still well within the 20 ms after a lease
+DELAY_S = 1.0 / 600.0  # 80 samples at 48 kHz; 5.5 ms of a tap are noticed (physics.md 4.4)
+RELEASE_S = 0.1  # our choice: longer than a period of 20 Hz, so the gain does not follow a wave
 CEILING = 0.99
-_NONE = 1e-6  # a reduction as small as that has ended
+_NEGLIGIBLE = 1e-6  # a smaller reduction has ended
+_CHUNK = 256  # samples, so that a long block cannot hide the end of a lease
+# Bounds per hand, for the cost of a block.
+_MAX_RINGING = 4
+_MAX_IMPACTS = 8
+_MAX_FADING_TEXTURES = 2
+
 _Floats = NDArray[np.float64]
 _STILL = Motion(0.0, 0.0)
-FADE_S = 0.012  # s, with one chunk of delay still well inside the 20 ms a lease allows
-_CHUNK = 256  # samples, so that a long block cannot hide the end of a lease
-# per hand: bounds a block's cost
-_MOST_RINGING = 4
-_MOST_IMPACTS = 8
-_MOST_FADING_TEXTURES = 2
-
-
-class Limiter:
-    """Keeps a wave of blocks within CEILING; its state is what the next blocks need of the last."""
-
-    def __init__(self, rate_hz: int) -> None:
-        self.delay = round(DELAY_S * rate_hz)
-        self._fall = math.exp(-1.0 / (RELEASE_S * rate_hz))
-        window = np.sin(np.pi * np.arange(1, self.delay + 2) / (self.delay + 2))
-        self._window = window / window.sum()
-        self._waiting = np.zeros(self.delay, np.float32)
-        self._reductions = np.zeros(2 * self.delay)
-
-    def fork(self) -> Limiter:
-        """Return a copy that goes its own way."""
-        return copy.copy(self)
-
-    @property
-    def is_empty(self) -> bool:
-        """Whether nothing waits to come out."""
-        return not self._waiting.any()
-
-    def clear(self) -> None:
-        """Forget what waits."""
-        self._waiting = np.zeros_like(self._waiting)
-        self._reductions = np.zeros_like(self._reductions)
-
-    def apply(self, part: NDArray[np.float32]) -> None:
-        """Replace (N,) by the N samples that come out, each `delay` samples after it went in."""
-        if part.size == 0:
-            return
-        line = np.concatenate((self._waiting, part))
-        self._waiting = line[part.size :]
-        part[:] = line[: part.size]
-        known = self._reductions
-        size = np.abs(line[self.delay :])
-        if float(size.max()) <= CEILING and not known.any():
-            return
-        wanted = np.concatenate((known, self._release(size, float(known[-1]))))
-        self._reductions = wanted[-known.size :]
-        if float(self._reductions.max()) < _NONE:
-            self._reductions = np.zeros_like(known)
-        highest = np.lib.stride_tricks.sliding_window_view(wanted, self.delay + 1).max(axis=1)
-        part *= (1.0 - np.convolve(highest, self._window, "valid")).astype(np.float32)
-
-    def _release(self, size: _Floats, before: float) -> _Floats:
-        """Reduction that each sample of this size (N,) needs, or what is left of earlier ones."""
-        needed = 1.0 - CEILING / np.maximum(size.astype(np.float64), CEILING)
-        fallen = self._fall ** np.arange(1.0, size.size + 1.0)
-        return np.asarray(fallen * np.maximum(np.maximum.accumulate(needed / fallen), before))
 
 
 class Command(msgspec.Struct, frozen=True, gc=False):
-    """What one hand does now: hand 0 left, 1 right; no material is nothing to feel.
+    """What one hand does now, with the lease of its vibration.
 
-    `onset` starts an impact; `expires_at` is in seconds of the clock that `render` is given. `gain`
-    (0..1) is below 1 for a material that is not sure. `thickness_m` is that of what is swung, None
-    what is usual for its material. `hum` is what is felt of a thing that vibrates by itself.
+    `hand` is 0 for the left and 1 for the right one. `material` is None when there is nothing to
+    feel. `onset` starts an impact. The lease ends at `expires_at`, in s of the clock of `render`.
+    `gain` (0..1) is below 1 for a material that is not sure. `thickness_m` is that of a swung
+    object; None takes the usual one of its material. `hum` is what is felt of a thing that vibrates
+    by itself.
     """
 
     hand: int
@@ -117,33 +77,13 @@ class Command(msgspec.Struct, frozen=True, gc=False):
     hum: Hum | None = None
 
 
-@dataclass(slots=True)
-class _Hand:
-    voices: list[Voice] = field(default_factory=list)
-    wanted: Command | None = None  # the texture to feel, when there is one
-    pressed: Command | None = None  # the press to feel, if what is pressed gives way
-    hum: Hum | None = None
-    expires_at: float = -math.inf
-
-    def fork(self) -> _Hand:
-        return replace(self, voices=[voice.fork() for voice in self.voices])
-
-    def rest(self) -> None:
-        self.wanted = self.pressed = self.hum = None
-        self.expires_at = -math.inf
-        self.voices = [it for it in self.voices if it.at or it.key[1] not in IMPACTS]
-        for voice in self.voices:
-            voice.aim = 0.0
-
-    def impacts(self) -> list[Voice]:
-        return [voice for voice in self.voices if voice.key[1] in IMPACTS]
-
-    def textures(self) -> list[Voice]:
-        return [voice for voice in self.voices if voice.key[1] in TEXTURES]
-
-
 class Voices:
-    """The mixer: applies commands, renders blocks, counts what it had to drop."""
+    """The mixer of both hands: applies commands, renders blocks, counts what it drops.
+
+    `gain` (0..1) may be changed at any time. `table` holds the materials that can be rendered,
+    `patterns` the recordings that replace some. `fills_caches` computes the tables of all materials
+    at once, so that no first touch has to.
+    """
 
     def __init__(
         self,
@@ -152,12 +92,12 @@ class Voices:
         playback: Playback = NOMINAL,
         patterns: Iterable[Pattern] = (),
         *,
-        is_warm: bool = True,
+        fills_caches: bool = True,
     ) -> None:
         self.gain = gain
         self.level = 0.0  # rms of the last block
-        self.scrubbed = 0  # voices and commands dropped for not being finite
-        self.dropped = 0  # impacts refused because too many were sounding
+        self.scrubbed = 0  # voices and commands dropped because they were not finite
+        self.dropped = 0  # impacts dropped because too many were sounding
         self._playback = playback
         self._rate_hz = playback.rate_hz
         self._table = table
@@ -166,18 +106,18 @@ class Voices:
         self._gain = gain
         self._limiter = Limiter(playback.rate_hz)
         self._hands = (_Hand(), _Hand())
-        if is_warm:
-            _warm_up(table.values(), playback)
+        if fills_caches:
+            _fill_caches(table.values(), playback)
 
     def fork(self) -> Voices:
-        """Return a copy in the same state that goes its own way: what comes if nothing changes."""
+        """Return an independent copy in the same state: it renders the future without commands."""
         forked = copy.copy(self)
         forked._hands = (self._hands[0].fork(), self._hands[1].fork())
         forked._limiter = self._limiter.fork()
         return forked
 
     def silence(self) -> None:
-        """Drop everything at once, without a fade: for a copy that is not played."""
+        """Drop everything at once, without a fade; for a mixer that is not played."""
         for hand in self._hands:
             hand.rest()
             hand.voices.clear()
@@ -187,12 +127,12 @@ class Voices:
     def is_silent(self) -> bool:
         """Whether nothing sounds and nothing is about to."""
         is_idle = not any(
-            hand.voices or hand.wanted or hand.pressed or hand.hum for hand in self._hands
+            hand.voices or hand.texture or hand.press or hand.hum for hand in self._hands
         )
         return is_idle and self._limiter.is_empty
 
     def beginning(self) -> list[tuple[str, float]]:
-        """Return material and peak (0..1) of the impacts that begin with the next block."""
+        """Return the material and the peak (0..1) of each impact that begins in the next block."""
         return [
             (voice.key[0], float(np.abs(voice.source).max()))
             for hand in self._hands
@@ -201,7 +141,7 @@ class Voices:
         ]
 
     def apply(self, command: Command) -> None:
-        """Apply a command from the next block on."""
+        """Apply a command from the next block on; one with NaN or inf is dropped and counted."""
         numbers = (command.motion.speed_mps, command.motion.force_n, command.gain)
         if not all(map(math.isfinite, numbers)):
             self.scrubbed += 1
@@ -210,14 +150,14 @@ class Voices:
         hand.expires_at = command.expires_at
         hand.hum = command.hum
         if command.material not in self._table:
-            hand.wanted = hand.pressed = None
+            hand.texture = hand.press = None
             return
-        hand.pressed = command if self._yields(command) else None
+        hand.press = command if self._yields(command) else None
         if command.onset and command.interaction != "swing":
             self._strike(hand, command)
         is_held = command.onset or command.interaction in IMPACTS
         starts_texture = command.interaction in TEXTURES or not is_held
-        hand.wanted = command if starts_texture else None
+        hand.texture = command if starts_texture else None
 
     def release(self, hand: int) -> None:
         """Fade one hand."""
@@ -229,9 +169,12 @@ class Voices:
             hand.rest()
 
     def render(self, count: int, now: float) -> NDArray[np.float32]:
-        """Next `count` samples, (count,) float32 in [-1, 1]; `now` sounds DELAY_S into them."""
+        """Next `count` samples, (count,) float32 in [-1, 1].
+
+        `now` is the time in s of the first sample, which comes out of the limiter DELAY_S later.
+        """
         wave = np.zeros(count, np.float32)
-        if self.is_silent:  # as most blocks of a day are; nobody hears a gain that changes at once
+        if self.is_silent:  # in silence the gain may change at once
             self._gain = self.gain
             self.level = 0.0
             return wave
@@ -250,12 +193,14 @@ class Voices:
             self._hum(hand)
             for voice in hand.voices:
                 block = voice.render(part.size, self._step)
+                # NaN and inf make the sum of squares non-finite. Only the voice that produced them
+                # is dropped, and the others continue.
                 if math.isfinite(float(np.dot(block, block))):
                     part += block
                 else:
                     self.scrubbed += 1
                     voice.ended = True
-                    hand.wanted = hand.pressed = None
+                    hand.texture = hand.press = None
             hand.voices = [voice for voice in hand.voices if not voice.ended]
         if self._gain != self.gain:
             gains = ramp(self._gain, self.gain, part.size, self._step)
@@ -267,11 +212,11 @@ class Voices:
 
     def _strike(self, hand: _Hand, command: Command) -> None:
         impacts = hand.impacts()
-        if len(impacts) >= _MOST_IMPACTS:
+        if len(impacts) >= _MAX_IMPACTS:
             self.dropped += 1
             return
         ringing = [voice for voice in impacts if voice.aim > 0.0]
-        if len(ringing) >= _MOST_RINGING:
+        if len(ringing) >= _MAX_RINGING:
             ringing[0].aim = 0.0
         kind = command.interaction if command.interaction in IMPACTS else "tap"
         key = str(command.material), kind
@@ -287,53 +232,53 @@ class Voices:
         return impact(facts, key[1], command.motion, command.seed, self._playback)
 
     def _follow(self, hand: _Hand) -> None:
-        """Cross-fade the hand's textures towards the wanted one, never more than a few at once."""
-        wanted = hand.wanted
+        """Cross-fade the hand's textures towards the newest command's, a bounded number at once."""
+        command = hand.texture
         textures = hand.textures()
-        key = None if wanted is None else _texture_key(wanted)
-        gain = 0.0 if wanted is None else min(wanted.gain, 1.0)
-        fitting = None
+        key = None if command is None else _texture_key(command)
+        gain = 0.0 if command is None else min(command.gain, 1.0)
+        current = None
         for voice in textures:
             voice.aim = 0.0
-            if wanted and (voice.key, voice.thickness_m) == (key, wanted.thickness_m):
-                fitting = voice
-                voice.motion = wanted.motion
+            if command and (voice.key, voice.thickness_m) == (key, command.thickness_m):
+                current = voice
+                voice.motion = command.motion
                 voice.aim = gain
-        if wanted is None or key is None or fitting is not None:
+        if command is None or key is None or current is not None:
             return
-        if len(textures) <= _MOST_FADING_TEXTURES:
-            source = self._texture(key, wanted)
-            thickness_m = wanted.thickness_m
-            voice = Voice(source, wanted.motion, key, 0.0, gain, thickness_m=thickness_m)
+        if len(textures) <= _MAX_FADING_TEXTURES:
+            source = self._texture(key, command)
+            thickness_m = command.thickness_m
+            voice = Voice(source, command.motion, key, 0.0, gain, thickness_m=thickness_m)
             hand.voices.append(voice)
 
     def _yields(self, command: Command) -> bool:
-        """Whether this presses what gives way; a recorded press is played as it was recorded."""
+        """Whether this is a press on something that yields; a recorded press is only played."""
         material, kind = str(command.material), command.interaction
         if kind != "press" or (material, kind) in self._patterns:
             return False
         return math.isfinite(self._table[material].vibration.stiffness)
 
     def _press(self, hand: _Hand) -> None:
-        """Let what is pressed give way as the newest command has it; another thing, anew."""
+        """Continue the press of the newest command, or start one on another material."""
         yielding = [voice for voice in hand.voices if isinstance(voice.source, Grains)]
         for voice in yielding:
             voice.aim = 0.0
-        if hand.pressed is None:
+        if hand.press is None:
             return
-        key = str(hand.pressed.material), "grains"
-        fitting = next((voice for voice in yielding if voice.key == key), None)
-        gain = min(hand.pressed.gain, 1.0)
-        if fitting is None:
+        key = str(hand.press.material), "grains"
+        current = next((voice for voice in yielding if voice.key == key), None)
+        gain = min(hand.press.gain, 1.0)
+        if current is None:
             facts = self._table[key[0]].vibration
-            source = Grains(facts, hand.pressed.seed, self._playback)
-            fitting = Voice(source, hand.pressed.motion, key, gain)
-            hand.voices.append(fitting)
-        fitting.motion = hand.pressed.motion
-        fitting.aim = gain
+            source = Grains(facts, hand.press.seed, self._playback)
+            current = Voice(source, hand.press.motion, key, gain)
+            hand.voices.append(current)
+        current.motion = hand.press.motion
+        current.aim = gain
 
     def _hum(self, hand: _Hand) -> None:
-        """Let the hand's hum go on, begin or end as the newest command has it."""
+        """Start, continue or end the hand's hum as the newest command says."""
         humming = [voice for voice in hand.voices if isinstance(voice.source, Tone)]
         for voice in humming:
             voice.aim = 0.0 if hand.hum is None else hand.hum.level
@@ -344,12 +289,97 @@ class Voices:
             level = hand.hum.level
             hand.voices.append(Voice(tone, _STILL, ("", "hum"), gain=0.0, aim=level))
 
-    def _texture(self, key: tuple[str, str], wanted: Command) -> Texture | PatternTexture:
+    def _texture(self, key: tuple[str, str], command: Command) -> Texture | PatternTexture:
         pattern = self._patterns.get(key)
         if pattern is not None:
             return PatternTexture(pattern, self._rate_hz)
         facts = self._table[key[0]].vibration
-        return Texture(facts, key[1], wanted.seed, self._playback, wanted.thickness_m)
+        return Texture(facts, key[1], command.seed, self._playback, command.thickness_m)
+
+
+@dataclass(slots=True)
+class _Hand:
+    voices: list[Voice] = field(default_factory=list)
+    texture: Command | None = None  # command of the texture to play
+    press: Command | None = None  # command of the press to play, on something that yields
+    hum: Hum | None = None
+    expires_at: float = -math.inf
+
+    def fork(self) -> _Hand:
+        return replace(self, voices=[voice.fork() for voice in self.voices])
+
+    def rest(self) -> None:
+        self.texture = self.press = self.hum = None
+        self.expires_at = -math.inf
+        # An impact that has not begun yet (`at` is 0) is dropped; everything else fades.
+        self.voices = [voice for voice in self.voices if voice.at or voice.key[1] not in IMPACTS]
+        for voice in self.voices:
+            voice.aim = 0.0
+
+    def impacts(self) -> list[Voice]:
+        return [voice for voice in self.voices if voice.key[1] in IMPACTS]
+
+    def textures(self) -> list[Voice]:
+        return [voice for voice in self.voices if voice.key[1] in TEXTURES]
+
+
+class Limiter:
+    """Keeps a sequence of blocks within CEILING, as explained at the head of the file.
+
+    Its state is the end of the last block: the samples that are still delayed, and the reductions
+    that they need.
+    """
+
+    def __init__(self, rate_hz: int) -> None:
+        self.delay = round(DELAY_S * rate_hz)
+        self._fall = math.exp(-1.0 / (RELEASE_S * rate_hz))
+        window = np.sin(np.pi * np.arange(1, self.delay + 2) / (self.delay + 2))
+        self._window = window / window.sum()
+        self._delayed = np.zeros(self.delay, np.float32)
+        self._reductions = np.zeros(2 * self.delay)
+
+    def fork(self) -> Limiter:
+        """Return an independent copy in the same state."""
+        return copy.copy(self)
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether only zeros are still to come out."""
+        return not self._delayed.any()
+
+    def clear(self) -> None:
+        """Drop the delayed samples."""
+        self._delayed = np.zeros_like(self._delayed)
+        self._reductions = np.zeros_like(self._reductions)
+
+    def apply(self, part: NDArray[np.float32]) -> None:
+        """Replace `part` (N,) in place by the N samples that come out, `delay` samples later."""
+        if part.size == 0:
+            return
+        line = np.concatenate((self._delayed, part))
+        self._delayed = line[part.size :]
+        part[:] = line[: part.size]
+        earlier = self._reductions
+        size = np.abs(line[self.delay :])
+        if float(size.max()) <= CEILING and not earlier.any():
+            return
+        reductions = np.concatenate((earlier, self._release(size, float(earlier[-1]))))
+        self._reductions = reductions[-earlier.size :]
+        if float(self._reductions.max()) < _NEGLIGIBLE:
+            self._reductions = np.zeros_like(earlier)
+        highest = np.lib.stride_tricks.sliding_window_view(reductions, self.delay + 1).max(axis=1)
+        part *= (1.0 - np.convolve(highest, self._window, "valid")).astype(np.float32)
+
+    def _release(self, size: _Floats, before: float) -> _Floats:
+        """Return the reduction (N,) for samples of this size (N,), after a reduction of `before`.
+
+        Each is the larger of what its sample needs and what is left of the earlier ones.
+        """
+        # An exponential decay of the running maximum, without a loop: divide by the decay, take the
+        # running maximum, multiply by the decay again.
+        needed = 1.0 - CEILING / np.maximum(size.astype(np.float64), CEILING)
+        fallen = self._fall ** np.arange(1.0, size.size + 1.0)
+        return np.asarray(fallen * np.maximum(np.maximum.accumulate(needed / fallen), before))
 
 
 def _texture_key(command: Command) -> tuple[str, str]:
@@ -358,8 +388,8 @@ def _texture_key(command: Command) -> tuple[str, str]:
     ), command.interaction if command.interaction in TEXTURES else "slide"
 
 
-def _warm_up(materials: Iterable[Material], playback: Playback) -> None:
-    """Fill the caches of these materials, so that no first touch pays for them."""
+def _fill_caches(materials: Iterable[Material], playback: Playback) -> None:
+    """Compute the tables of these materials, so that no first touch has to."""
     for material in materials:
         for kind in IMPACTS:
             impact(material.vibration, kind, Motion(1.0, 1.0), 0, playback)

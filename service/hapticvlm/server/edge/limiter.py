@@ -6,6 +6,7 @@ from collections import Counter
 from contextlib import suppress
 from typing import Generic, Protocol, TypeVar
 
+from hapticvlm.server.counters import Count
 from hapticvlm.server.edge.limits import (
     ASKED_S,
     MAX_CONNECTIONS,
@@ -39,7 +40,7 @@ S = TypeVar("S", bound=Socket)
 class SocketLimiter(Generic[S]):
     """All open sockets. Few may wait before their hello: the oldest makes room for a newcomer."""
 
-    def __init__(self, counts: Counter[str], most: int | None = None) -> None:
+    def __init__(self, counts: Counter[Count], most: int | None = None) -> None:
         self.counts = counts
         self._most = socket_limit() if most is None else most
         # Two kinds of sockets. Those that have said nothing yet cost descriptors and nothing else,
@@ -63,7 +64,7 @@ class SocketLimiter(Generic[S]):
             spent = (each for each, until in self._waiting.items() if until <= now)
             oldest = next(spent, socket)
             self.remove(oldest)
-            self.counts["closed: too many sockets before hello"] += 1
+            self.counts[Count.CLOSED_WAITING_SOCKETS] += 1
             oldest.transport.abort()
 
     def mark_requested(self, socket: S, now: float) -> None:

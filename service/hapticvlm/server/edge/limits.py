@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from hapticvlm.server.counters import Count
+
 MIB = 1024 * 1024
 
 
@@ -31,7 +33,7 @@ STOP_SLOTS = 8  # beyond all slots, for clients that only stop the outputs
 STOP_S = 2.0  # they have for it
 SPARE_FILES = 40  # descriptors that are not for sockets: children, record, plate, pages
 
-# What comes in from one socket. A message costs its handling whether it is accepted or not.
+# Input of one socket. A message costs its handling whether it is accepted or not.
 READ_BYTES = 2048  # at once: all frames of one read are parsed before anybody else has a turn
 TURN_BYTES = 256 * 1024  # at once of one frame whose length is known: it is copied, not parsed
 HELLO_FRAMES = 4  # WebSocket frames of any kind before hello
@@ -46,7 +48,7 @@ BYTES = Rate(per_s=128.0 * MIB, burst=128.0 * MIB)
 # the recogniser some 7 ms; the burst is for clients that ask now and then, and wait for the answer.
 RECOGNITION_RATE = Rate(per_s=20.0, burst=10.0)  # of one scene, of what it has shown before
 
-# What waits inside.
+# Queues.
 ENROL_BYTES = 32 * MIB  # of all connections together; live frames are bounded by their number
 MAX_EVENTS = 256  # to one client that reads slowly
 LOG_LINES = 1000  # that wait to be written
@@ -64,7 +66,7 @@ class TokenBucket:
 
     def spend(self, amount: float, now: float) -> bool:
         """Take `amount` if it is left; false changes nothing but the time."""
-        # What was gained since the last time is added now, so no timer runs for each client. A
+        # The gain since the last time is added now, so no timer runs for each client. A
         # clock that went back gains nothing; the bucket never holds more than its burst, however
         # long nobody came.
         gained = max(0.0, now - self._at) * self._rate.per_s
@@ -94,11 +96,11 @@ class PeerBudget:
         """Count what arrived; false: above the budget."""
         return self._bytes.spend(count, now)
 
-    def excess(self, now: float, *, is_control: bool) -> str | None:
+    def excess(self, now: float, *, is_control: bool) -> Count | None:
         """Spend one frame; return the budget that it exceeds, if any."""
         if not self._is_admitted:
             self._before_hello -= 1
-            return "too much before hello" if self._before_hello < 0 else None
+            return Count.CLOSED_BEFORE_HELLO if self._before_hello < 0 else None
         if is_control:
-            return None if self._control.spend(1, now) else "too many control frames"
-        return None if self._messages.spend(1, now) else "too many messages"
+            return None if self._control.spend(1, now) else Count.CLOSED_CONTROL_FRAMES
+        return None if self._messages.spend(1, now) else Count.CLOSED_MESSAGES

@@ -27,6 +27,7 @@ from websockets.http11 import Request, Response
 from websockets.protocol import State
 
 from hapticvlm.server.addresses import is_loopback
+from hapticvlm.server.counters import Count
 from hapticvlm.server.edge.limiter import SocketLimiter
 from hapticvlm.server.edge.limits import CONNECTS, MAX_WAITING_SOCKETS, TokenBucket
 from hapticvlm.server.edge.socket import CLOSE_S, OPEN_S, ClientSocket
@@ -155,7 +156,7 @@ class Listener:
 
 
 class ConnectRates:
-    """How many connections each address may still make. All of this machine are one address."""
+    """Limits the connections of each address a second; all of this machine are one address."""
 
     def __init__(self) -> None:
         self._buckets: OrderedDict[str, TokenBucket] = OrderedDict()
@@ -207,7 +208,7 @@ async def accept(
     listening: socket_.socket,
     admit: Callable[[socket_.socket], None],
     has_room: Callable[[], bool],
-    counts: Counter[str],
+    counts: Counter[Count],
 ) -> None:
     """Admit connections, one a turn of the loop, until cancelled."""
     loop = asyncio.get_running_loop()
@@ -226,6 +227,6 @@ async def accept(
         elif rates.spend(address[0], time.monotonic()):
             admit(accepted)
         else:
-            counts["refused: too many connects"] += 1
+            counts[Count.REFUSED_CONNECTS] += 1
             accepted.close()
         await asyncio.sleep(0)

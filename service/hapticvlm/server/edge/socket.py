@@ -27,6 +27,7 @@ from websockets.http11 import Request, Response
 from websockets.protocol import State
 from websockets.server import ServerProtocol
 
+from hapticvlm.server.counters import Count
 from hapticvlm.server.edge.limiter import SocketLimiter
 from hapticvlm.server.edge.limits import READ_BYTES, TURN_BYTES, PeerBudget
 from hapticvlm.server.edge.scheduling import call_after_io
@@ -224,12 +225,12 @@ class ClientSocket(asyncio.BufferedProtocol):
             self.protocol.send_close(code, reason)
             self._discard_input()
 
-    def refuse(self, excess: str) -> None:
+    def refuse(self, excess: Count) -> None:
         """Close with 1008, naming the budget exceeded; counted, and logged once a connection."""
         if self.protocol.state is State.OPEN:
-            self._listener.limiter.counts[f"closed: {excess}"] += 1
-            logger.warning("%s closed: %s", self.remote_address[0] or "a client", excess)
-            self.protocol.fail(CloseCode.POLICY_VIOLATION, excess)
+            self._listener.limiter.counts[excess] += 1
+            logger.warning("%s %s", self.remote_address[0] or "a client", excess)
+            self.protocol.fail(CloseCode.POLICY_VIOLATION, excess.reason)
             self._discard_input()
 
     # asyncio brings the transport, bytes and the end.
@@ -251,12 +252,12 @@ class ClientSocket(asyncio.BufferedProtocol):
 
     def buffer_updated(self, count: int) -> None:
         """Take the bytes that were read: count them, parse them, carry out at most one message."""
-        # Bytes are counted before they are looked at: a frame that is never completed, or is
+        # Bytes are counted before they are parsed: a frame that is never completed, or is
         # compressed, or is not a frame at all costs its sender just the same.
         now = time.monotonic()
         data = bytes(memoryview(self._buffer)[:count])
         if not self.budget.spend_bytes(count, now):
-            self.refuse("too many bytes")
+            self.refuse(Count.CLOSED_BYTES)
         self._parse(data, now)
         # Parsing a picture's message and carrying it out are a turn each: a touch that has come
         # meanwhile to another socket goes between. A touch of this socket queues behind the
@@ -519,4 +520,4 @@ def _frame_bytes(data: bytes, at: int) -> int | None:
 
 
 def _nothing() -> None:
-    """Return no message, where there is no source of posted ones."""
+    """Return None: no source of posted messages has been set."""

@@ -1,7 +1,7 @@
 """The user's certificate: loaded, tried once in memory, described. Knows neither ports nor clients.
 
-What the standard library hides of a certificate it loads (names, last day) is learned from a
-handshake with itself through two buffers.
+The standard library hides names and last day of a certificate that it loads. They are learned from
+a handshake of the certificate with itself, through two buffers in memory.
 """
 
 from __future__ import annotations

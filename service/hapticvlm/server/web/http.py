@@ -1,4 +1,4 @@
-"""What the port answers before a WebSocket begins: who may connect, and the static pages.
+"""Answers requests before a WebSocket begins: checks hosts and origins, serves the static pages.
 
 Origin: absent (native clients) and loopback are accepted, anything else only if listed. Host: a
 loopback service accepts loopback names only, which stops DNS rebinding. Pages go to loopback only,
@@ -37,16 +37,16 @@ class Ends(Protocol):
 
     @property
     def remote_address(self) -> tuple[str, int]:
-        """The client's."""
+        """Address and port of the client."""
 
     @property
     def local_address(self) -> tuple[str, int]:
-        """Ours."""
+        """Address and port of this service."""
 
 
 @dataclass(frozen=True, slots=True)
 class AccessPolicy:
-    """Who is admitted, and to what; `host` is the address the service listens on.
+    """The rules of admission; `host` is the address the service listens on.
 
     Without `lan_pages` pages go to this machine only. `names` are this machine's own. A study is
     open to its own pages only: another program's page on this machine must not answer a trial.

@@ -1,6 +1,6 @@
-"""Browsers of the local network: served pages only where that was asked for, and for the token.
+"""Serves pages to browsers of the local network, only where `--pages-from lan` asks for it.
 
-A page is asked for with the token as the password (RFC 7617): never in an address, which ends in
+A browser gives the token as the password (RFC 7617): never in an address, which ends in
 histories and logs. Which names mean this service is checked too: a page that had its own name
 pointed here (DNS rebinding) is refused whatever it knows. And where others open the pages: an
 address, and a code of it for a camera.

@@ -1,54 +1,43 @@
-"""What is served to a browser of the service's own machine only, for the token where one is set.
+"""Serves the file of material overrides to a browser of the service's own machine only.
 
-Recorded sessions show what somebody saw and did, and statements name a scene's objects: other
-machines, and other users of this one, have no right to them.
+The file names a scene's objects. Other machines, and other users of this one, have no right to it:
+where a token is set, it is needed here, too.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from urllib.parse import unquote, urlsplit
+from collections.abc import Callable
+from urllib.parse import urlsplit
 
 from websockets.http11 import Request, Response
 
 from hapticvlm.server.addresses import is_loopback
-from hapticvlm.server.web import http, stated_materials
-from hapticvlm.server.web.recorded_sessions import RecordedSessions
+from hapticvlm.server.web import http, overrides_file
+from hapticvlm.session.overrides import MaterialOverrides
 
-SESSIONS = "/sessions"
-STATED = "/stated.json"
+OVERRIDES = "/stated.json"
 
 
 class LoopbackPages:
-    """Recorded sessions, if there are any, and the materials that a person stated."""
+    """The material overrides, as `serve --stated` reads them."""
 
     def __init__(
-        self,
-        policy: http.AccessPolicy,
-        sessions: RecordedSessions | None,
-        stated: Callable[[], Mapping[str, str]],
+        self, policy: http.AccessPolicy, overrides: Callable[[], MaterialOverrides]
     ) -> None:
         self._policy = policy
-        self._sessions = sessions
-        self._stated = stated
+        self._overrides = overrides
 
-    async def answer(self, connection: http.Ends, request: Request) -> Response | None:
-        """Answer a request for one of them; None: it is for something else."""
-        path = urlsplit(request.path).path
-        of_sessions = (path + "/").startswith(SESSIONS + "/")
-        if http.is_upgrade(request) or not (of_sessions or path == STATED):
+    def answer(self, connection: http.Ends, request: Request) -> Response | None:
+        """Answer a request for the file; None: the request is for another page."""
+        if http.is_upgrade(request) or urlsplit(request.path).path != OVERRIDES:
             return None
-        refused = http.refuse(connection, request, self._policy)
-        if refused is None:
-            refused = self._refuse(connection, request)
-        if refused is not None:
-            return refused
-        if not of_sessions:
-            return http.response(200, stated_materials.text(self._stated()), "application/json")
-        if self._sessions is None:
-            return http.response(404, "no session is recorded: see `hapticvlm record`\n")
-        name = unquote(path.removeprefix(SESSIONS).removeprefix("/"))
-        return await self._sessions.answer(name)
+        refusal = http.refuse(connection, request, self._policy)
+        if refusal is None:
+            refusal = self._refuse(connection, request)
+        if refusal is not None:
+            return refusal
+        document = overrides_file.text(self._overrides().by_object)
+        return http.response(200, document, "application/json")
 
     def _refuse(self, connection: http.Ends, request: Request) -> Response | None:
         if not is_loopback(connection.remote_address[0]):

@@ -41,8 +41,8 @@ SCENE_TYPES = {
     ".wav": "audio/wav",
 }
 ENCODINGS = {".gz": "gzip", ".br": "br"}
-# What lets an engine run. `wasm-unsafe-eval` compiles WebAssembly and nothing else; audio and
-# threads of engines are scripts made on the fly (blob:); their pages style themselves.
+# Permissions that an engine needs to run. `wasm-unsafe-eval` compiles WebAssembly and nothing else;
+# audio and threads of engines are scripts made on the fly (blob:); their pages style themselves.
 _ENGINE_POLICY = (
     "; img-src 'self' data: blob:; media-src 'self' data: blob:; worker-src 'self' blob:"
     "; style-src 'self' 'unsafe-inline'; script-src 'self' 'wasm-unsafe-eval' blob:"

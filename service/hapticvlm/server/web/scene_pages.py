@@ -1,7 +1,7 @@
 """Answers requests for a browser scene's files, which are read in a thread.
 
-What an engine builds for the web has tens of megabytes. Read on the event loop they would hold up
-every touch for as long as the disk takes, and a second browser may open the scene at any time.
+A web build of an engine has tens of megabytes. Read on the event loop it would hold up every touch
+for as long as the disk takes, and a second browser may open the scene at any time.
 """
 
 from __future__ import annotations

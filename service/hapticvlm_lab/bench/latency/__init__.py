@@ -1,1 +1,1 @@
-"""A touch's round trip and the frame path, with and without load, beside their floors."""
+"""Round trips of touches and the path of frames, with and without load, beside their floors."""

@@ -1,9 +1,9 @@
-"""The frame path under steady load: whether every frame is answered and memory stays flat.
+"""The path of frames under steady load: every frame must be answered, and memory stay flat.
 
-Streams different 40 KB frames at 60 a second from a process of its own. The floor beside it is the
-recogniser's own work on one frame (decode, embed, match) without sockets or processes. What the
-gateway spends on frames is its processor time less that of as long a rest, shared among all frames
-that were sent, and among those that were looked at.
+A process of its own streams different 40 KB frames at 60 a second. The floor is the recogniser's
+own work on one frame (decode, embed, match) without sockets or processes. The cost of frames for
+the gateway is its processor time less that of an equally long rest, divided by all frames that were
+sent, and by those that were recognised.
 """
 
 from __future__ import annotations
@@ -44,6 +44,7 @@ def run(*, seconds: float, as_json: bool) -> int:
         with helper("latency.load", *rig) as load:
             memory = _watch_memory(load, service.process.pid)
             frames = report_of(load)
+        # The gateway ticks and sends telemetry without frames too; that is not charged to them.
         used_s = spent_s(service.process.pid) - before_s - rest_s * frames["seconds"]
     looks = frames["answers"].get("decision", 0)
     answered = sum(frames["answers"].values())
@@ -85,7 +86,7 @@ def _watch_memory(load: Process, pid: int) -> list[float]:
 
 
 def _rest_s(pid: int) -> float:
-    """Return the processor time that a process spends in a second of rest, s."""
+    """Return the processor time that a process uses in a second of rest, s."""
     before = spent_s(pid)
     time.sleep(REST_S)
     return (spent_s(pid) - before) / REST_S

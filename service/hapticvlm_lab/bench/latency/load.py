@@ -1,4 +1,4 @@
-"""A scene that streams different frames at a fixed rate from a process of its own.
+"""A scene in a process of its own that streams different frames at a fixed rate.
 
 `python -m hapticvlm_lab.bench.latency.load URL RATE SECONDS BYTES [SCENES]` prints "streaming" when
 it begins and one JSON object at the end; with several scenes each streams at RATE.
@@ -27,6 +27,7 @@ ANSWER_S = 10.0
 def pictures(count: int, size_bytes: int, seed: int = 0) -> list[bytes]:
     """Return `count` different 448 x 448 JPEGs of about `size_bytes` each."""
     rng = np.random.default_rng(seed)
+    # JPEG takes more bytes the more grain a picture has: halving finds the grain for the size.
     low = 0.0
     high = 80.0
     for _ in range(7):
@@ -46,7 +47,7 @@ def _picture(rng: np.random.Generator, grain: float) -> bytes:
 
 
 async def send(url: str, rate: float, seconds: float, frames: list[bytes]) -> dict[str, Any]:
-    """Stream for `seconds`; return how many were sent and how each was answered."""
+    """Stream for `seconds`; return the number of frames sent and the answers by kind."""
     answers: Counter[str] = Counter()
     ages: list[float] = []
     waiting: set[asyncio.Future[dict[str, object]]] = set()

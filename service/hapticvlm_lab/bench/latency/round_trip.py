@@ -1,4 +1,4 @@
-"""Round trips of touches and of echoes: one client's end, and the floor beside it."""
+"""One client that measures round trips of touches, and of echoes as their floor."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from hapticvlm_lab.bench.rigs import first_line, helper
 
 
 def touch(number: int) -> dict[str, Any]:
-    """Return touch `number` of a hand: contact, 18 slides and a release, over and over."""
+    """Return touch `number` of a hand: contact, 18 slides and a release, again and again."""
     step = number % 20
     phase = "contact" if step == 0 else "release" if step == 19 else "slide"
     return {
@@ -34,6 +34,7 @@ def touch(number: int) -> dict[str, Any]:
 
 async def round_trip(socket: ClientConnection, data: bytes, id: int) -> float:
     """Return the time in ms until the message with this id comes back."""
+    # Events come in between on the same socket; only the answer with this id ends the round trip.
     started = time.perf_counter()
     await socket.send(data)
     while True:
@@ -45,7 +46,7 @@ async def round_trip(socket: ClientConnection, data: bytes, id: int) -> float:
 
 
 async def introduce(socket: ClientConnection) -> None:
-    """Send hello as a scene with one table of wood."""
+    """Send hello as a scene with one wooden table."""
     client = {"name": "measure latency", "version": __version__}
     protocol = {"major": 1, "minor": 0}
     table = {"object_id": "table", "material": "wood"}
@@ -72,6 +73,6 @@ async def sockets(
 
 @contextmanager
 def echo(realtime: bool) -> Iterator[int]:
-    """Run a bare echo in a process of its own; yields its port."""
+    """Run a bare echo in its own process; yields its port."""
     with helper("latency.echo", *(["realtime"] * realtime)) as process:
         yield int(first_line(process))

@@ -1,10 +1,10 @@
-"""`hapticvlm stability latency`: how much other work a touch stands, and what it breaks by.
+"""`hapticvlm stability latency`: the amount of other work that makes a touch late.
 
-Other programs that compute without end, at normal priority, take turns with the service: none, as
-many as there are cores, and two, four and eight times as many. Beside them nobody streams, or one
-scene 60 frames a second; service, echo and client have normal or real-time priority alike. A bare
-echo of the same bytes takes turns with the touches, so that what the machine does to any program is
-seen beside what it does to ours.
+Programs that compute without end, at normal priority, run beside the service: none, as many as
+there are cores, and two, four and eight times as many. Beside them either nobody streams, or one
+scene streams 60 frames a second. Service, echo and client all have normal or all have real-time
+priority. A bare echo of the same bytes takes turns with the touches and shows the share of the
+delay that the machine imposes on any program.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ NAME = "stability-latency"
 SECONDS = 6.0
 PER_CORE = (0, 1, 2, 4, 8)  # programs that compute without end
 STREAMS = {"no frames": (0, 0.0), "60 frames/s": (1, 60.0)}
-# Our choice: a blow that is felt this late is still one with what is seen. Of a touch only; what a
-# speaker and its driver add comes after it.
+# Our choice: a blow that is felt within this time still belongs to the picture of it. It bounds the
+# round trip of a touch alone; a speaker and its driver come on top.
 LATE_MS = 10.0
 SETTLE_S = 1.0
 SIZE_IN = (10.0, 4.2)
@@ -71,7 +71,9 @@ def measure() -> list[dict[str, Any]]:
 
 @contextmanager
 def _burning(count: int) -> Iterator[None]:
-    """Let this many programs compute without end, at normal priority."""
+    """Run this many programs that compute without end, at normal priority."""
+    # The scheduler gives each of them its share of a core; with more of them than cores, a process
+    # of normal priority that wakes up has to wait for the end of somebody's time slice.
     command = [sys.executable, "-c", "while True: pass"]
     programs = [subprocess.Popen(command) for _ in range(count)]
     try:
@@ -84,7 +86,7 @@ def _burning(count: int) -> Iterator[None]:
 
 
 def breaks_at(rows: Sequence[dict[str, Any]], kind: str, stream: str) -> int | None:
-    """Return beside how many programs one touch of a hundred first comes too late; None: none."""
+    """Return the least number of programs beside which p99 is late; None if it never is."""
     late = [
         row["busy"]
         for row in rows
@@ -104,8 +106,8 @@ def _print(rows: Sequence[dict[str, Any]]) -> None:
         print(f"{start} {touch:>14} {floor:>14}  {verdict}")
     for kind in dict.fromkeys(row["priority"] for row in rows):
         for stream in STREAMS:
-            found = breaks_at(rows, kind, stream)
-            where = "nowhere here" if found is None else f"beside {found} busy programs"
+            breaking = breaks_at(rows, kind, stream)
+            where = "never here" if breaking is None else f"beside {breaking} busy programs"
             print(f"{kind}, {stream}: p99 above {LATE_MS:g} ms {where}")
 
 

@@ -1,4 +1,4 @@
-"""Times every turn of an event loop, by what ran in it."""
+"""Times every turn of an event loop, by the callback that ran in it."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ Turns = list[tuple[str, float]]  # what ran and its processor time, us, in order
 
 
 def time_turns() -> Turns:
-    """Time every callback that a loop of this process runs from now on; return where to find it."""
+    """Time every callback of this process's loops from now on; return the list that is filled."""
     turns: Turns = []
-    # asyncio has no public place for this: its debug mode tells slow callbacks by the wall clock,
-    # in which other processes take part, and costs more than what it would measure.
+    # asyncio has no public hook for this. Its debug mode reports slow callbacks by the wall clock,
+    # which includes the time of other processes, and costs more than it would measure.
     handle: Any = asyncio.Handle
     plain = handle._run
 
@@ -28,12 +28,12 @@ def time_turns() -> Turns:
 
 
 def report(turns: Turns) -> dict[str, Turns]:
-    """Return what a timed process prints as JSON at its end."""
+    """Return the JSON object that a timed process prints at its end."""
     return {"turns": [(ran, round(us, 1)) for ran, us in turns]}
 
 
 def _name(callback: Any) -> str:  # noqa: ANN401 - whatever a loop can call
-    """Name what runs: a task by its coroutine, reading by who is given what was read."""
+    """Name a callback: a task by its coroutine, a read by the protocol that gets the bytes."""
     owner = getattr(callback, "__self__", None)
     if isinstance(owner, asyncio.Task):
         return str(getattr(owner.get_coro(), "__qualname__", "a task"))

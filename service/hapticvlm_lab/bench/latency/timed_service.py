@@ -1,7 +1,7 @@
-"""The service with each turn of its event loop timed; told as JSON when it ends.
+"""The service with each turn of its event loop timed.
 
 `python -m hapticvlm_lab.bench.latency.timed_service serve ...` is `hapticvlm serve ...` whose last
-line is {"turns": [[what ran, us of processor time]]}, in order.
+line is {"turns": [[callback, us of processor time]]}, in order.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from hapticvlm_lab.bench.latency.timed_loop import report, time_turns
 if __name__ == "__main__":  # the children of the service import this file, and time nothing
     from hapticvlm.commands.main import main
 
-    found = time_turns()
+    turns = time_turns()
     status = main()
-    print(json.dumps(report(found)))
+    print(json.dumps(report(turns)))
     sys.exit(status)

@@ -1,10 +1,13 @@
-"""Touch round trip against a bare echo of the same bytes, same client, same load, same run.
+"""Round trip of a touch against a bare echo of the same bytes, by the same client in the same run.
 
-Touches of a known object and echoes take turns, 100 of each a second: while nothing else happens,
-while a second process streams 60 different frames a second, and while it streams 240, so that the
-recogniser is never idle; with normal and with real-time priority, which service, echo and client
-have alike. The answer to a touch is sent after its command is in
-the audio ring; how long the command then waits for its first block is read from the engine.
+Touches of a known object and echoes take turns, 100 of each a second. Both meet the same machine in
+the same second, so their ratio says what the service adds, and stays the same when the machine is
+slow. Conditions: no other load; a second process that streams 60 different frames a second; two
+scenes of 90, so that the recogniser is never idle; a VLM on every core. Service, echo and client
+all have normal or all have real-time priority.
+
+The service answers a touch after its command is in the audio ring. How long the command then waits
+for the start of its block is read from the engine.
 """
 
 from __future__ import annotations
@@ -54,7 +57,7 @@ BLOCK_MS = 128 / 48.0
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One condition: round trips in ms, and what went on meanwhile."""
+    """One condition: round trips in ms, and the load beside them."""
 
     name: str
     touch_ms: list[float]
@@ -110,7 +113,7 @@ def run(*, seconds: float, as_json: bool, with_vlm: bool = False) -> int:
     for kind, burnt in vlm.items():
         console.print(f"{kind}: the VLM ({burnt['model']}) kept {burnt['cores']} cores busy")
     if len(rows) < 2 * (len(LOADS) + with_vlm):
-        console.print("real-time priority is not permitted here: those rows are missing")
+        console.print("real-time priority is not permitted here: its rows are missing")
     report = {"measure": "latency", **_versions(), "block_ms": BLOCK_MS, "rows": summaries}
     if as_json:
         print(json.dumps({**report, "vlm": vlm or None}))
@@ -120,7 +123,7 @@ def run(*, seconds: float, as_json: bool, with_vlm: bool = False) -> int:
 async def measured(
     name: str, service: Service, echo_port: int, seconds: float, frames: tuple[int, float]
 ) -> Row:
-    """Measure one condition; `frames` are scenes that stream, and frames/s of each."""
+    """Measure one condition; `frames` are the number of streaming scenes, and frames/s of each."""
     with ExitStack() as stack:
         load = None
         if frames[0]:
@@ -129,6 +132,7 @@ async def measured(
             if load is not None:
                 await asyncio.to_thread(first_line, load)
                 await asyncio.sleep(SETTLE_S)
+            # The recogniser's busy time and the round trips cover the same seconds.
             started = time.monotonic()
             busy_s = service_status(service)["recogniser"]["busy_s"]
             touch_ms, echo_ms = await alternate(touches, echoes, seconds)
@@ -143,6 +147,9 @@ async def alternate(
     touches: ClientConnection, echoes: ClientConnection, seconds: float
 ) -> tuple[list[float], list[float]]:
     """Return round trips of touches and of echoes, ms, in turns at RATE_HZ each."""
+    # Each round trip has a due time of its own. A client that sent the next one when the last
+    # answer came would send less to a slow service, and miss just the moments that are slow. The
+    # echo comes half a period after the touch, so that neither meets the other's work.
     touch_ms: list[float] = []
     echo_ms: list[float] = []
     started = time.perf_counter()
@@ -165,11 +172,11 @@ def streaming(
 
 @contextmanager
 def _burning(seconds: float) -> Iterator[dict[str, Any]]:
-    """Keep a VLM busy on every core meanwhile; what it did is reported when the context ends."""
+    """Keep a VLM busy on every core; the yielded dict is filled when the context ends."""
     report: dict[str, Any] = {}
     with helper("latency.burn", seconds + MARGIN_S + 1.0, os.cpu_count() or 1) as process:
         if first_line(process) != "burning":
-            raise RuntimeError("the VLM did not start; it needs the extra `models`")
+            raise RuntimeError("the VLM did not start; install the extra `models`")
         yield report
         report |= report_of(process, BURN_END_S)
 

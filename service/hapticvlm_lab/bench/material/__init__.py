@@ -1,1 +1,1 @@
-"""How well materials are recognised, at what cost, and what it takes to break it."""
+"""Recognition of materials: accuracy, cost, and the conditions under which it fails."""

@@ -1,4 +1,4 @@
-"""What a method answers on a source's pictures, or of its objects where views are fused."""
+"""The answers of a method to a source's pictures, or to its objects where views are fused."""
 
 from __future__ import annotations
 
@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm import materials
-from hapticvlm.evidence import ladder
-from hapticvlm.evidence.ladder import KNOWN, SURE, Evidence, decide, fuse, pool
+from hapticvlm.evidence.ladder import KNOWN, SURE, Evidence, decide, fuse, fuse_recognitions, pool
 from hapticvlm.evidence.names import from_name
 from hapticvlm.evidence.shader import from_shader
 from hapticvlm_lab.bench.material.data import FOUR, Source, crops
@@ -23,9 +22,11 @@ ELEVEN = tuple(materials.MATERIALS)
 
 @dataclass(frozen=True, slots=True)
 class Answers:
-    """Of N pictures or objects: forced answers, open ones (SILENT: unknown), and how familiar.
+    """Answers to N pictures or objects.
 
-    spoken is None for a method that cannot say unknown, familiar for one that only guesses.
+    four, eleven: the likeliest material among these classes, whatever its belief. spoken: the
+    material, or SILENT where its belief is too small to say it. familiar: the belief in it, by
+    which an object of no material is told from the others. A guess has neither of the last two.
     """
 
     four: Words
@@ -38,15 +39,14 @@ class Answers:
 
 
 def embed(method: Method, source: Source) -> Floats | None:
-    """Embed a source's views: (N, D); None for a method that sees no picture."""
+    """Embed a source's views, (N, D); None for a method that uses no picture."""
     if method.encoder is None:
         return None
-    cut = crops(source, method.cut or source.cut, method.encoder.side)
-    return method.encoder.embed(cut)
+    return method.encoder.embed(crops(source, method.cut or source.cut, method.encoder.side))
 
 
-def answer(method: Method, source: Source, embeddings: Floats | None) -> Answers | None:
-    """Ask a method about a source it has no reference of; None when it needs one."""
+def answer(method: Method, source: Source, embeddings: Floats | None) -> Answers:
+    """Ask a method about every picture of a source."""
     if method.family == "guess":
         return _guess(source)
     if method.rungs or method.fused:
@@ -57,13 +57,13 @@ def answer(method: Method, source: Source, embeddings: Floats | None) -> Answers
 def object_evidence(method: Method, source: Source, object_id: str) -> list[Evidence]:
     """Read what the scene states of an object, with the method's rungs."""
     stated = source.stated.get(object_id)
-    found: list[Evidence | None] = []
+    evidence: list[Evidence | None] = []
     if stated is not None and "name" in method.rungs and stated.name:
-        found.append(from_name(stated.name))
+        evidence.append(from_name(stated.name))
     if stated is not None and "shader" in method.rungs and stated.shader:
         s = stated.shader
-        found.append(from_shader(s.metallic, s.roughness, s.transmission, s.base_color))
-    return [item for item in found if item is not None]
+        evidence.append(from_shader(s.metallic, s.roughness, s.transmission, s.base_color))
+    return [item for item in evidence if item is not None]
 
 
 def evidence_of(beliefs: NDArray[np.float64], names: Sequence[str]) -> Evidence:
@@ -72,8 +72,18 @@ def evidence_of(beliefs: NDArray[np.float64], names: Sequence[str]) -> Evidence:
     return Evidence("encoder", tuple((names[i], float(beliefs[i])) for i in best))
 
 
+def encoder_evidence(method: Method, embeddings: Floats | None) -> list[Evidence]:
+    """Return the evidence of each view; none for a method that uses no picture."""
+    if method.gallery is None or embeddings is None:
+        return []
+    names = method.gallery.candidates
+    return [evidence_of(row, names) for row in method.gallery.beliefs(embeddings)]
+
+
 def _guess(source: Source) -> Answers:
-    """Answer the commonest class always: what any figure has to be compared with."""
+    """Answer the commonest class always: the floor for any other figure."""
+    # Always the same answer: right in one class and wrong in all others, so its balanced accuracy
+    # is one over the number of classes, however unequal they are.
     counts = Counter(source.truth.tolist())
     shape = len(source.views)
     commonest = [max(among, key=lambda name: counts[name]) for among in (FOUR, ELEVEN)]
@@ -82,21 +92,19 @@ def _guess(source: Source) -> Answers:
     return Answers(four, eleven, None, sure, None, source.truth, source.objects)
 
 
-def _by_beliefs(method: Method, source: Source, embeddings: Floats | None) -> Answers | None:
-    head = method.head
-    if head is None or embeddings is None:
-        return None
-    beliefs = head.beliefs(embeddings)
-    names = np.array(head.materials)
+def _by_beliefs(method: Method, source: Source, embeddings: Floats | None) -> Answers:
+    assert method.gallery is not None
+    assert embeddings is not None
+    beliefs = method.gallery.beliefs(embeddings)
+    names = np.array(method.gallery.candidates)
     best = beliefs.max(axis=1)
     four, eleven = (_among(beliefs, names, allowed) for allowed in (FOUR, ELEVEN))
-    spoken = np.where(best >= KNOWN, names[beliefs.argmax(axis=1)], SILENT)
     return Answers(
         four=four,
         eleven=eleven,
-        spoken=spoken if head.speaks else None,
-        sure=np.asarray(best >= SURE) & head.speaks,
-        familiar=head.familiar(embeddings),
+        spoken=np.where(best >= KNOWN, names[beliefs.argmax(axis=1)], SILENT),
+        sure=np.asarray(best >= SURE),
+        familiar=np.asarray(best),
         truth=source.truth,
         objects=source.objects,
     )
@@ -107,48 +115,35 @@ def _among(beliefs: Doubles, names: Words, allowed: Collection[str]) -> Words:
     return np.asarray(names[np.where(inside, beliefs, -np.inf).argmax(axis=1)])
 
 
-def _by_evidence(method: Method, source: Source, embeddings: Floats | None) -> Answers | None:
+def _by_evidence(method: Method, source: Source, embeddings: Floats | None) -> Answers:
     """Gather evidence per picture, or per object with its views fused, and decide by the ladder.
 
-    Open answers are fused as the session does; forced ones take the mean of all, since fusing
-    forgets the small beliefs.
+    What is spoken is fused as the session does. Forced answers take the mean of all views instead:
+    the session's fusion drops small beliefs, and among four classes the right one may be small.
     """
     evidence = encoder_evidence(method, embeddings)
-    if evidence is None:
-        return None
     objects = source.objects
     units = [objects == name for name in dict.fromkeys(objects.tolist())]
     if not method.fused:
         units = list(np.eye(len(objects), dtype=np.bool_))
     first = np.array([unit.argmax() for unit in units])
     stated = [object_evidence(method, source, name) for name in objects[first].tolist()]
-    seen = [[evidence[row] for row in np.flatnonzero(unit)] if evidence else [] for unit in units]
-    fused = [[ladder.fuse_recognitions(views)] if views else [] for views in seen]
-    means = [[fuse(views)] if views else [] for views in seen]
-    verdicts = [decide([*given, *view]) for given, view in zip(stated, fused, strict=True)]
-    forced = [[*given, *view] for given, view in zip(stated, means, strict=True)]
+    views = [[evidence[row] for row in np.flatnonzero(unit)] if evidence else [] for unit in units]
+    fused = [[fuse_recognitions(each)] if each else [] for each in views]
+    means = [[fuse(each)] if each else [] for each in views]
+    verdicts = [decide([*known, *view]) for known, view in zip(stated, fused, strict=True)]
+    forced = [[*known, *view] for known, view in zip(stated, means, strict=True)]
     spoken = [SILENT if v.material == materials.UNKNOWN else v.material for v in verdicts]
     confidence = np.array([verdict.confidence for verdict in verdicts])
-    speaks = method.head is None or method.head.speaks
     return Answers(
         four=np.array([_forced(items, FOUR) for items in forced]),
         eleven=np.array([_forced(items, ELEVEN) for items in forced]),
-        spoken=np.array(spoken) if speaks else None,
-        sure=(confidence >= SURE) & speaks,
+        spoken=np.array(spoken),
+        sure=confidence >= SURE,
         familiar=confidence,
         truth=source.truth[first],
         objects=objects[first],
     )
-
-
-def encoder_evidence(method: Method, embeddings: Floats | None) -> list[Evidence] | None:
-    """Each view's evidence; empty for a method that sees no picture, None for one that cannot."""
-    if method.encoder is None:
-        return []
-    if method.head is None or embeddings is None:
-        return None
-    names = method.head.materials
-    return [evidence_of(row, names) for row in method.head.beliefs(embeddings)]
 
 
 def _forced(evidence: Sequence[Evidence], allowed: Sequence[str]) -> str:

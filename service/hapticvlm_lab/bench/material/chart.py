@@ -1,64 +1,134 @@
-"""`hapticvlm chart material`: every method on the same pictures, accuracy beside what it costs.
+"""`hapticvlm chart material`: the accuracy of each method on the same pictures, beside its cost.
 
-Rows are per source and never mixed. Zero-shot forces an answer among FOUR and among all classes,
-then allows "unknown"; enrolled and probe use references of the source itself, by object.
+Rows are per source and never mixed, since a method may be good on renders and poor on photographs.
+Each method answers in three ways. Zero-shot it must choose one of FOUR materials, then one of all,
+and then it may also say "unknown". Enrolled, it gets a few references of the source itself, drawn
+by object (protocols.py).
+
+Accuracy is balanced: the mean over classes of the share found of each, so that a source with many
+wooden objects does not reward a method that says wood. The line of the picture joins the methods
+that no cheaper one equals (pareto.py).
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from hapticvlm import materials
 from hapticvlm.commands.progress import track
-from hapticvlm_lab.bench.material import plots, tables
+from hapticvlm.palette import BLUE, INK, ORANGE, PURPLE, SOFT, VERMILION
+from hapticvlm_lab.bench import figures
 from hapticvlm_lab.bench.material.answers import ELEVEN, Answers, answer, embed
 from hapticvlm_lab.bench.material.data import FOUR, Source, Where
-from hapticvlm_lab.bench.material.methods import (
-    NEAREST,
-    Floats,
-    GalleryHead,
-    Method,
-    assemble,
-    for_source,
-    networks,
+from hapticvlm_lab.bench.material.methods import Floats, Method, assemble, networks
+from hapticvlm_lab.bench.material.protocols import REFERENCES, LabelledEmbeddings, enrolled
+from hapticvlm_lab.bench.material.reading import load_sources
+from hapticvlm_lab.bench.material.scores import (
+    Open,
+    Rejection,
+    Score,
+    open_score,
+    rejection,
+    score,
 )
-from hapticvlm_lab.bench.material.protocols import REFERENCES, LabelledEmbeddings, enrolled, probe
-from hapticvlm_lab.bench.material.reading import load_sources, read_teaching
-from hapticvlm_lab.bench.material.rows import Enrolment, Row
-from hapticvlm_lab.bench.material.scores import Open, Rejection, open_score, rejection, score
 from hapticvlm_lab.bench.material.timing import Cost, costs
+from hapticvlm_lab.bench.pareto import pareto
 from hapticvlm_lab.bench.printing import made_with, publish
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 NAME = "chart-material"
+PICTURE_FAMILIES = ("named", "ours")  # families that use the picture alone
+BASELINES = ("guess", "stated", "ladder")
+
+WIDTH_IN = 12.0
+PANEL_IN = 5.4
+COLUMNS = 2
+STEP = 1.12  # between methods that take the same time, so that their intervals can be read
+SHOWN = "5"  # references a class of the hollow points
+STYLE = {  # colour and marker of each family
+    "guess": (SOFT, "_"),
+    "stated": (ORANGE, "v"),
+    "named": (PURPLE, "D"),
+    "ours": (BLUE, "o"),
+    "ladder": (VERMILION, "^"),
+}
+HEAD = (
+    f"{'method':<38}{'core ms':>9}{'wall':>9}{'p99':>9}{'floors':>8}  {'of 4':<15}{'of 11':<15}"
+    f"{'speaks, right':<15}" + "".join(f"{f'k = {k}':<10}" for k in REFERENCES) + "unknown"
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One method on one source. None: it cannot be measured there.
+
+    views: mean views per decision, by which `latency_ms` multiplies the cost of one. enrolled: the
+    score among FOUR by the number of references a class.
+    """
+
+    source: str
+    method: str
+    family: str
+    is_default: bool
+    cut: str
+    views: float
+    four: Score | None
+    eleven: Score | None
+    open: Open | None
+    unknown: Rejection | None
+    enrolled: Mapping[str, Score | None]
+    cost: Cost | None
+
+    @property
+    def latency_ms(self) -> float | None:
+        """Median time of one core for one decision, ms; None for what takes no time."""
+        return None if self.cost is None else self.cost.median * self.views
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """A dot of a panel: latency in ms, accuracy and its interval in %, hollow when enrolled."""
+
+    row: Row
+    x: float
+    score: Score
+    hollow: bool
+
+    @property
+    def y(self) -> float:
+        """Balanced accuracy, %."""
+        return 100 * self.score.accuracy
 
 
 def run(where: Where, named: Sequence[str], out: Path, *, as_json: bool) -> int:
-    """Chart all that is there; 2 when there is no picture to chart on.
+    """Chart every source; return 2 when there is no picture to chart on.
 
     named: networks as `--encoder` takes them, none for those of the data folder. Raises
     CaptureError, EncoderError, GalleryError, PictureError.
     """
     sources, skipped = load_sources(where)
     if not sources:
-        print("\n".join(["no pictures to chart on:", *skipped]))
+        print("\n".join(["no pictures found:", *skipped]))
         return 2
-    teaching = read_teaching(where.data)
-    methods, missing = assemble(named or networks(where.data), teaching)
+    methods, missing = assemble(named or networks(where.data))
     skipped += missing
     stated = next((source for source in sources if source.stated), None)
-    times = costs(for_source(methods, sources[0]), stated)
+    times = costs(methods, stated)
     rows: list[Row] = []
     for source in track(sources, "asking every method about each source"):
-        rows += chart_source(source, for_source(methods, source), times)
+        rows += chart_source(source, methods, times)
         if not as_json:
-            tables.print_source(source, rows)
-    files = plots.draw(rows, out / NAME)
-    figures = _figures(sources, rows, skipped) | {"files": [str(path) for path in files]}
-    end = partial(tables.print_end, skipped)
-    return publish(out / f"{NAME}.json", figures, as_json=as_json, show=end)
+            print_source(source, rows)
+    files = draw(rows, out / NAME)
+    report = _report(sources, rows, skipped) | {"files": [str(path) for path in files]}
+    return publish(out / f"{NAME}.json", report, as_json=as_json, show=partial(print_end, skipped))
 
 
 def chart_source(source: Source, methods: Sequence[Method], times: Mapping[str, Cost]) -> list[Row]:
@@ -75,13 +145,7 @@ def chart_source(source: Source, methods: Sequence[Method], times: Mapping[str, 
 
 
 def _row(method: Method, source: Source, embeddings: Floats | None, cost: Cost | None) -> Row:
-    found = answer(method, source, embeddings)
-    labelled = None
-    if embeddings is not None and not method.rungs:
-        sharpness = _sharpness(method)
-        labelled = LabelledEmbeddings(
-            embeddings, source.truth, source.objects, sharpness, method.fused
-        )
+    answers = answer(method, source, embeddings)
     views = len(source.views) / len(set(source.objects.tolist())) if method.fused else 1.0
     return Row(
         source=source.name,
@@ -90,22 +154,22 @@ def _row(method: Method, source: Source, embeddings: Floats | None, cost: Cost |
         is_default=method.is_default,
         cut=method.cut or source.cut,
         views=round(views, 2),
-        references=method.references if found is not None else "",
-        four=None if found is None else score(found.four, found.truth, found.objects, FOUR),
-        eleven=None if found is None else score(found.eleven, found.truth, found.objects, ELEVEN),
-        open=None if found is None else _open(found),
-        unknown=None if found is None else _rejection(found),
-        enrolled={} if labelled is None else {str(k): _enrolment(labelled, k) for k in REFERENCES},
-        probe=None if labelled is None else probe(labelled, FOUR),
+        four=score(answers.four, answers.truth, answers.objects, FOUR),
+        eleven=score(answers.eleven, answers.truth, answers.objects, ELEVEN),
+        open=_open(answers),
+        unknown=_rejection(answers),
+        enrolled=_enrolled(method, source, embeddings),
         cost=cost,
     )
 
 
-def _sharpness(method: Method) -> float:
-    head = method.head
-    return (
-        head.gallery.calibration.sharpness if isinstance(head, GalleryHead) else NEAREST.sharpness
-    )
+def _enrolled(method: Method, source: Source, embeddings: Floats | None) -> dict[str, Score | None]:
+    """Score a method that uses one picture alone, with each number of references."""
+    if embeddings is None or method.gallery is None or method.rungs or method.fused:
+        return {}
+    sharpness = method.gallery.calibration.sharpness
+    labelled = LabelledEmbeddings(embeddings, source.truth, source.objects, sharpness)
+    return {str(count): enrolled(labelled, FOUR, count) for count in REFERENCES}
 
 
 def _open(answers: Answers) -> Open | None:
@@ -123,13 +187,7 @@ def _rejection(answers: Answers) -> Rejection | None:
     return rejection(answers.familiar, answers.truth != materials.UNKNOWN, answers.objects)
 
 
-def _enrolment(labelled: LabelledEmbeddings, count: int) -> Enrolment:
-    four, _ = enrolled(labelled, FOUR, count)
-    eleven, unknown = enrolled(labelled, ELEVEN, count)
-    return Enrolment(four, eleven, unknown)
-
-
-def _figures(
+def _report(
     sources: Sequence[Source], rows: Sequence[Row], skipped: Sequence[str]
 ) -> dict[str, object]:
     return {
@@ -142,10 +200,259 @@ def _figures(
                 "pictures": len(source.views),
                 "cut": source.cut,
                 "note": source.note,
-                "knee": tables.knee_sentence([row for row in rows if row.source == source.name]),
+                "knee": knee_sentence([row for row in rows if row.source == source.name]),
             }
             for source in sources
         },
         "rows": [asdict(row) for row in rows],
         "skipped": list(skipped),
     }
+
+
+def knee(rows: Sequence[Row]) -> tuple[Row, Row] | None:
+    """Find the best zero-shot method on pictures, and the cheapest whose interval reaches it.
+
+    None if nothing was timed and graded.
+    """
+    graded = [row for row in rows if row.family in PICTURE_FAMILIES and row.four and row.latency_ms]
+    if not graded:
+        return None
+    # A cheaper method whose interval reaches the best one may be as good: the data cannot tell.
+    best = max(graded, key=_accuracy)
+    reaching = [row for row in graded if row.four and row.four.high >= _accuracy(best)]
+    return best, min(reaching, key=lambda row: row.latency_ms or 0.0)
+
+
+def undominated(rows: Sequence[Row]) -> list[Row]:
+    """Return the rows that no cheaper one equals, zero-shot, of 4; cheapest first."""
+    timed = [row for row in rows if row.four is not None and row.latency_ms is not None]
+    return pareto(timed, lambda row: row.latency_ms or 0.0, _accuracy)
+
+
+def weakness(rows: Sequence[Row]) -> tuple[str, float] | None:
+    """Return the class that the default finds least often, and its recall; None if not graded."""
+    default = next((row.four for row in rows if row.is_default and row.four is not None), None)
+    if default is None:
+        return None
+    return min(default.recall.items(), key=lambda item: (item[1], item[0]))
+
+
+def _accuracy(row: Row) -> float:
+    return row.four.accuracy if row.four else 0.0
+
+
+def print_source(source: Source, rows: Sequence[Row]) -> None:
+    """Print the rows of one source."""
+    mine = [row for row in rows if row.source == source.name]
+    objects = {view.object_id: view.truth for view in source.views}
+    counts = ", ".join(f"{name} {n}" for name, n in Counter(objects.values()).most_common())
+    note = f"; {source.note}" if source.note else ""
+    print(f"\n== {source.name}: {len(source.views)} pictures, objects: {counts}{note}")
+    print(HEAD)
+    for row in mine:
+        print(_line(row))
+    print(knee_sentence(mine))
+    for row in mine:
+        if row.is_default:
+            _print_confusion("zero-shot, of all", row.eleven, row)
+            twenty = row.enrolled.get(str(REFERENCES[-1]))
+            _print_confusion("enrolled, of 4", twenty, row)
+
+
+def knee_sentence(rows: Sequence[Row]) -> str:
+    """Name the best method by the picture alone, and the cheaper one that may equal it."""
+    knees = knee(rows)
+    if knees is None:
+        return "no method was both timed and graded zero-shot"
+    best, cheapest = knees
+    reach = "no cheaper one's interval reaches it"
+    if cheapest is not best:
+        reach = f"{cheapest.method} at {cheapest.latency_ms:.2g} ms reaches it with its interval"
+    return f"zero-shot, of 4: {best.method} is best at {best.latency_ms:.2g} ms; {reach}"
+
+
+def print_end(skipped: Sequence[str]) -> None:
+    """Print the legend, and the sources and methods that were skipped."""
+    print("\nBalanced accuracy, %, 95 % interval over objects; k: references a class from other")
+    print("objects of the source, among 4, +- s.d. of 20 draws;")
+    print("unknown: share rejected at 5 % false rejection. Core, wall: median time of one core")
+    print(
+        "and of the wall clock; p99: wall clock; floors: core time over that of decoding one JPEG."
+    )
+    for text in skipped:
+        print(f"skipped  {text}")
+
+
+def _line(row: Row) -> str:
+    mark = "* " if row.is_default else "  "
+    cost = row.cost
+    times = f"{'-':>9}{'-':>9}{'-':>9}{'-':>8}"
+    if cost is not None:
+        figures = (cost.median, cost.wall, cost.p99)
+        times = "".join(f"{figure * row.views:>9.3g}" for figure in figures)
+        times += f"{cost.floors * row.views:>8.3g}"
+    few = [row.enrolled.get(str(k)) for k in REFERENCES]
+    shares = "".join(f"{_spread(each):<10}" for each in few)
+    return (
+        f"{mark + row.method:<38}{times}  {_share(row.four):<15}{_share(row.eleven):<15}"
+        f"{_spoken(row.open):<15}{shares}{_rejected(row.unknown)}"
+    )
+
+
+def _share(score: Score | None) -> str:
+    if score is None:
+        return "-"
+    return f"{100 * score.accuracy:.0f} [{100 * score.low:.0f}, {100 * score.high:.0f}]"
+
+
+def _spread(score: Score | None) -> str:
+    if score is None or score.sd is None:
+        return "-"
+    return f"{100 * score.accuracy:.0f} +- {100 * score.sd:.0f}"
+
+
+def _spoken(open_: Open | None) -> str:
+    if open_ is None:
+        return "-"
+    right = "-" if open_.accuracy is None else f"{100 * open_.accuracy:.0f}"
+    return f"{100 * open_.coverage:.0f}, {right}"
+
+
+def _rejected(unknown: Rejection | None) -> str:
+    if unknown is None:
+        return "-"
+    return f"{100 * unknown.rejected:.0f} (n = {unknown.n})"
+
+
+def _print_confusion(title: str, score: Score | None, row: Row) -> None:
+    """Print truth by row, answer by column, in % of the truth."""
+    if score is None:
+        return
+    answers = {name for cells in score.confusion.values() for name in cells}
+    columns = [name for name in (*materials.MATERIALS, "-") if name in answers]
+    print(f"\n  {row.method}, {title}: {'truth':>9} |" + "".join(f"{c[:7]:>8}" for c in columns))
+    for truth in (name for name in materials.MATERIALS if name in score.confusion):
+        cells = score.confusion[truth]
+        total = sum(cells.values())
+        shares = "".join(f"{100 * cells.get(c, 0) / total:>8.0f}" for c in columns)
+        print(f"{truth:>{len(row.method) + len(title) + 15}} |{shares}")
+
+
+def draw(rows: Sequence[Row], stem: Path) -> list[Path]:
+    """Write `stem`.png and .svg; return both."""
+    sources = list(dict.fromkeys(row.source for row in rows))
+    size_in = (WIDTH_IN, PANEL_IN * -(-len(sources) // COLUMNS) + 0.9)
+    with figures.figure(stem, size_in, len(sources), COLUMNS) as (drawn, panels):
+        figures.title(drawn, _title())
+        shown = worth_drawing(rows)
+        for axes, source in zip(panels, sources, strict=True):
+            mine = [row for row in shown if row.source == source]
+            _panel(axes, mine)
+            figures.place(axes, _labels(mine), [(point.x, point.y) for point in points(mine)])
+    return figures.files(stem)
+
+
+def worth_drawing(rows: Sequence[Row]) -> list[Row]:
+    """Drop methods that are dominated on every source, zero-shot and enrolled.
+
+    The default and the baselines stay; the table has all methods.
+    """
+    sources = dict.fromkeys(row.source for row in rows)
+    kept = {
+        row.method
+        for source in sources
+        for row in _best([row for row in rows if row.source == source])
+    }
+    return [row for row in rows if row.method in kept or row.is_default or row.family in BASELINES]
+
+
+def _best(rows: Sequence[Row]) -> list[Row]:
+    enrolled = [
+        replace(row, four=few) for row in rows if (few := row.enrolled.get(SHOWN)) is not None
+    ]
+    return [*undominated(rows), *undominated(enrolled)]
+
+
+def points(rows: Sequence[Row]) -> list[Point]:
+    """Return every dot of a panel: zero-shot filled, enrolled hollow; none without a time."""
+    dots = []
+    beside: Counter[float | None] = Counter()
+    for row in rows:
+        few = row.enrolled.get(SHOWN)
+        for graded, hollow in ((row.four, False), (few, True)):
+            if graded is not None and row.latency_ms is not None:
+                shift = STEP ** beside[row.latency_ms]
+                dots.append(Point(row, row.latency_ms * shift, graded, hollow))
+        # Methods that share an encoder take the same time; a small shift keeps their dots apart.
+        beside[row.latency_ms] += 1
+    return dots
+
+
+def _title() -> str:
+    return (
+        "Material of 4 (wood, glass, fabric, metal): balanced accuracy with 95 % interval over "
+        "objects, against the median time one core takes for a decision.\n"
+        f"Filled: zero-shot. Hollow: enrolled with {SHOWN} references a material from other "
+        "objects of the source. Ringed: the default. Line: no cheaper one is as good, zero-shot."
+    )
+
+
+def _panel(axes: Axes, rows: Sequence[Row]) -> None:
+    dots = points(rows)
+    for point in dots:
+        _dot(axes, point)
+    for row in rows:
+        ends = [(point.x, point.y) for point in dots if point.row is row]
+        if len(ends) == 2:
+            colour = STYLE[row.family][0]
+            axes.plot(*zip(*ends, strict=True), ":", color=colour, linewidth=0.8, zorder=2)
+    best = undominated(rows)
+    corners = sorted((point.x, point.y) for point in dots if point.row in best and not point.hollow)
+    if corners:
+        axes.step(*zip(*corners, strict=True), where="post", color=INK, linewidth=0.8, zorder=1)
+    figures.level(axes, 25, "chance of 4")
+    for row in rows:
+        if row.family == "guess" and row.four is not None and len(row.four.classes) != 4:
+            figures.level(axes, 100 * row.four.accuracy, "majority", dashes=":")
+    axes.set_xscale("log")
+    axes.set_xlim(figures.span([point.x for point in dots], 2.0, 6.0))
+    axes.set_ylim(0, 104)
+    axes.set_title(_heading(rows))
+    axes.set_xlabel("ms of one core a decision")
+    axes.set_ylabel("balanced accuracy of 4, %")
+
+
+def _dot(axes: Axes, point: Point) -> None:
+    colour, marker = STYLE[point.row.family]
+    low = 100 * point.score.low
+    high = 100 * point.score.high
+    axes.vlines(point.x, low, high, color=colour, linewidth=1.0, alpha=0.45, zorder=2)
+    face = "white" if point.hollow else colour
+    axes.plot(point.x, point.y, marker, color=colour, markerfacecolor=face, markersize=7, zorder=4)
+    if point.row.is_default:
+        figures.ring(axes, point.x, point.y)
+
+
+def _labels(rows: Sequence[Row]) -> list[tuple[float, float, str, str]]:
+    """Return one label (x, y, text, colour) a method, at its zero-shot dot if it has one."""
+    first: dict[str, Point] = {}
+    for point in points(rows):
+        first.setdefault(point.row.method, point)
+    return [
+        (point.x, point.y, _label(point), STYLE[point.row.family][0])
+        for point in sorted(first.values(), key=lambda point: -point.y)
+    ]
+
+
+def _label(point: Point) -> str:
+    return f"{point.row.method} (default)" if point.row.is_default else point.row.method
+
+
+def _heading(rows: Sequence[Row]) -> str:
+    graded = next((row.four for row in rows if row.four is not None), None)
+    if graded is None:
+        return rows[0].source
+    counts = ", ".join(f"{name} {count}" for name, count in graded.classes.items())
+    weak = weakness(rows)
+    least = "" if weak is None else f"\ndefault at its weakest: {weak[0]}, {weak[1]:.0%} found"
+    return f"{rows[0].source}: objects of {counts}{least}"

@@ -1,6 +1,7 @@
-"""Held-back pictures, one `Source` per origin: never mixed, each thinned to a limit the same way.
+"""Held-back pictures, one `Source` per origin; sources are never mixed.
 
-A source is a capture (frames with object id, truth, mask) or a set of labelled photographs.
+A source is a capture (frames with object id, truth, mask) or a set of labelled photographs. A limit
+keeps the same pictures each time.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ VIEWS = 8  # most views used per object, evenly over its time
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """One picture of one object: the encoded frame, and what may show where the object is."""
+    """One picture of one object: the encoded frame, its truth, and mask or region if known."""
 
     frame: messages.Frame
     object_id: str
@@ -37,7 +38,7 @@ class View:
     region: messages.Region | None = None
 
     def as_cut(self, cut: Cut) -> messages.Frame:
-        """Return the frame as a client sends it who knows the mask, its box, or nothing."""
+        """Return the frame as sent by a client that knows the mask, its box, or neither."""
         mask = self.mask if cut == "mask" else None
         region = {"box": self.region, "whole": messages.WHOLE}.get(cut)
         return msgspec.structs.replace(self.frame, mask=mask, region=region)
@@ -45,7 +46,7 @@ class View:
 
 @dataclass(frozen=True, slots=True)
 class Stated:
-    """What the scene states of an object, its material left out."""
+    """The scene's statements about an object, without its material."""
 
     name: str | None = None
     shader: messages.Shader | None = None
@@ -62,7 +63,7 @@ class Source:
 
     @property
     def cut(self) -> Cut:
-        """How objects are cut out unless a method has its own cut."""
+        """The cut of the objects, unless a method has its own."""
         return "mask" if all(view.mask is not None for view in self.views) else "whole"
 
     @property
@@ -76,14 +77,14 @@ class Source:
         return np.array([view.object_id for view in self.views])
 
     def keep(self, classes: Collection[str]) -> Source:
-        """Leave out the views of other classes."""
+        """Drop the views of other classes."""
         views = tuple(view for view in self.views if view.truth in classes)
         return Source(self.name, views, self.stated, self.note)
 
 
 @dataclass(frozen=True, slots=True)
 class Where:
-    """Where pictures are searched, and how many views of one source are used (0: all)."""
+    """Folders of pictures, and the number of views used of each source (0: all)."""
 
     captures: tuple[Path, ...]
     data: Path | None
@@ -97,7 +98,7 @@ def crops(source: Source, cut: Cut, side: int) -> tuple[Crop, ...]:
 
 
 def thin(source: Source, limit: int, per_object: int = VIEWS) -> Source:
-    """Keep at most `limit` views (0: all objects): classes alike, objects whole, same every time.
+    """Keep at most `limit` views (0: all objects): classes equally, objects whole, repeatably.
 
     Objects are taken in the order of a checksum of their id, so that a larger limit only adds.
     """
@@ -119,7 +120,7 @@ def thin(source: Source, limit: int, per_object: int = VIEWS) -> Source:
 
 
 def by_object(views: Iterable[View]) -> dict[str, list[View]]:
-    """Group views by object, each in the order given."""
+    """Group views by object, each group in the order of the argument."""
     groups: dict[str, list[View]] = defaultdict(list)
     for view in views:
         groups[view.object_id].append(view)
@@ -132,6 +133,6 @@ def _spread(views: Sequence[View], count: int) -> list[View]:
 
 
 def shuffled(key: str | Path) -> tuple[int, str]:
-    """Key of a sort that is anything but alphabetic, and the same every time."""
+    """Return a sort key whose order is repeatable but not alphabetic."""
     text = key if isinstance(key, str) else f"{key.parent.name}/{key.name}"
     return crc32(text.encode()), text

@@ -1,8 +1,10 @@
-"""What goes wrong between an object and its picture, by degrees. Pure: severity 0 changes nothing.
+"""The things that go wrong between an object and its picture, by degrees. Pure.
 
-Each takes a `Picture`, a severity in the unit its `Shake` names, and a random generator, and gives
-a new picture; the same generator state gives the same picture. Lengths are px of a picture whose
-object is about OBJECT_PX long. Levels are as displayed (gamma 2.2) but for light, which is linear.
+Each perturbation takes a `Picture`, a severity in the unit that its `Shake` names, and a random
+generator, and returns a new picture. Severity 0 changes nothing; the same generator state gives the
+same picture again. Lengths are px of a picture whose object is about OBJECT_PX long. Levels are
+those of a display (gamma 2.2). Light is linear: it adds up, and a stop of exposure halves it, which
+levels do not do. So exposure, reflections and see-through are computed in light.
 """
 
 from __future__ import annotations
@@ -31,7 +33,7 @@ from hapticvlm_lab.bench.material.picture import (
 LAMP = (1.0, 0.70, 0.38)  # linear gain of 2700 K light beside daylight, its red kept
 NIGHT_STOPS = 4.0  # that night is darker than day
 NIGHT_NOISE = 10.0  # grey levels, of a frame lit that little
-HAND = (172.0, 128.0, 104.0)  # what mostly covers an object
+HAND = (172.0, 128.0, 104.0)  # a hand covers an object most often
 EDGE = 30.0  # grey levels of gradient drawn as a full line
 
 
@@ -40,14 +42,14 @@ Change = Callable[[Picture, float, np.random.Generator], Picture]
 
 @dataclass(frozen=True, slots=True)
 class Shake:
-    """A perturbation: severities from 0 (nothing) up, and the unit they are in."""
+    """A perturbation: severities from 0 (nothing) upwards, and their unit."""
 
     name: str
     change: Change
     severities: tuple[float, ...]
     unit: str
     needs_mask: bool = False
-    only: str | None = None  # the one class it is about
+    only: str | None = None  # for this class alone
 
 
 def apply(shake: Shake, picture: Picture, severity: float, seed: int) -> Picture:
@@ -58,14 +60,14 @@ def apply(shake: Shake, picture: Picture, severity: float, seed: int) -> Picture
 
 
 def blur(picture: Picture, sigma: float, _: np.random.Generator) -> Picture:
-    """Defocus: Gaussian of sigma px."""
+    """Defocus by a Gaussian of sigma px."""
     from scipy.ndimage import gaussian_filter
 
     return picture.over(gaussian_filter(as_float(picture), (sigma, sigma, 0)))
 
 
 def noise(picture: Picture, deviation: float, rng: np.random.Generator) -> Picture:
-    """Sensor noise: independent, of that many grey levels."""
+    """Add independent sensor noise of this standard deviation, grey levels."""
     return picture.over(as_float(picture) + rng.normal(0.0, deviation, picture.image.shape))
 
 
@@ -75,7 +77,7 @@ def darken(picture: Picture, stops: float, _: np.random.Generator) -> Picture:
 
 
 def brighten(picture: Picture, stops: float, _: np.random.Generator) -> Picture:
-    """Overexpose by so many stops of light; what is too bright clips."""
+    """Overexpose by so many stops of light; levels above white clip."""
     return picture.over(exposed(picture, 2.0**stops))
 
 
@@ -89,13 +91,15 @@ def jpeg(picture: Picture, lost: float, _: np.random.Generator) -> Picture:
 
 
 def shrink(picture: Picture, halvings: float, _: np.random.Generator) -> Picture:
-    """Move away: both sides of picture and mask halved so often."""
+    """Move away: halve both sides of picture and mask so often."""
     return scaled(picture, 0.5**halvings)
 
 
 def occlude(picture: Picture, share: float, rng: np.random.Generator) -> Picture:
-    """Cover that share of the object, which the mask does not know, from a side by a hand."""
+    """Cover that share of the object by a hand from one side; the mask does not change."""
     inside = where_object(picture)
+    # A straight edge moves over the object until the share is covered: the edge of this direction
+    # at the quantile of the object's own pixels.
     y, x = np.nonzero(inside)
     angle = rng.uniform(0.0, 2.0 * np.pi)
     grid_y, grid_x = np.mgrid[: inside.shape[0], : inside.shape[1]]
@@ -106,7 +110,7 @@ def occlude(picture: Picture, share: float, rng: np.random.Generator) -> Picture
 
 
 def shift_mask(picture: Picture, share: float, rng: np.random.Generator) -> Picture:
-    """Move the mask beside the object, by that share of its size."""
+    """Move the mask off the object, by that share of its size."""
     mask = mask_of(picture)
     angle = rng.uniform(0.0, 2.0 * np.pi)
     size = share * length_of(mask)
@@ -141,6 +145,8 @@ def move(picture: Picture, length: float, rng: np.random.Generator) -> Picture:
     from scipy.ndimage import convolve
 
     angle = rng.uniform(0.0, 2.0 * np.pi)
+    # Motion blur is the mean of the picture over a line. The mask belongs to the frame before, so
+    # it lags by the length of that line.
     side = 2 * int(np.ceil(length / 2)) + 1
     line = np.zeros((side, side))
     steps = np.linspace(-length / 2, length / 2, 4 * side)
@@ -161,7 +167,7 @@ def clutter(picture: Picture, share: float, _: np.random.Generator) -> Picture:
 
 
 def mirror(picture: Picture, share: float, _: np.random.Generator) -> Picture:
-    """Set the object among mirrors: that share of what surrounds it is its own reflection."""
+    """Put the object among mirrors: that share of its surroundings is its own reflection."""
     flipped = linear(picture.image[:, ::-1])
     mixed = (1.0 - share) * linear(picture.image) + share * flipped
     return picture.over(np.where(where_object(picture)[..., None], picture.image, display(mixed)))
@@ -176,13 +182,14 @@ def reflect(picture: Picture, share: float, _: np.random.Generator) -> Picture:
 
 def nightfall(picture: Picture, share: float, rng: np.random.Generator) -> Picture:
     """Go from day (0) to a lamp at night (1): darker, warmer, noisier."""
+    # A camera in little light amplifies its sensor, and its noise with it.
     warm = np.array(LAMP) ** share
     lit = display(linear(picture.image) * warm * 2.0 ** (-NIGHT_STOPS * share))
     return picture.over(lit + rng.normal(0.0, NIGHT_NOISE * share, picture.image.shape))
 
 
 def stylise(picture: Picture, share: float, _: np.random.Generator) -> Picture:
-    """Shade like a drawing: few levels and dark outlines, blended in by that share."""
+    """Shade like a drawing, with few levels and dark outlines, blended in by that share."""
     from scipy.ndimage import gaussian_filter, sobel
 
     smooth = gaussian_filter(as_float(picture), (1.5, 1.5, 0))

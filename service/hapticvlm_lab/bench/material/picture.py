@@ -1,4 +1,4 @@
-"""A decoded picture with its mask, and the few things every perturbation does to one. Pure."""
+"""A decoded picture with its mask, and the operations that perturbations share. Pure."""
 
 from __future__ import annotations
 
@@ -99,17 +99,17 @@ def linear(image: Pixels) -> Floats:
 
 
 def display(light: NDArray[np.floating]) -> Floats:
-    """Turn light into levels, 0..255; what is too bright clips."""
+    """Turn light into levels, 0..255; light above white clips."""
     return np.asarray(255.0 * np.clip(light, 0.0, 1.0) ** (1.0 / GAMMA), np.float32)
 
 
 def exposed(picture: Picture, gain: float) -> Floats:
-    """Return its levels with that much more light."""
+    """Return its levels with that many times the light."""
     return display(linear(picture.image) * gain)
 
 
 def mask_of(picture: Picture) -> Pixels:
-    """Return the mask, or the whole picture where none is known."""
+    """Return the mask, or the whole picture if none is known."""
     if picture.mask is not None:
         return picture.mask
     return np.full(picture.image.shape[:2], 255, np.uint8)
@@ -133,7 +133,7 @@ def length_of(mask: Pixels) -> float:
 
 
 def shifted(mask: Pixels, down: float, right: float) -> Pixels:
-    """Shift a mask, but never out of the picture whole."""
+    """Shift a mask, but never entirely out of the picture."""
     moved = np.zeros_like(mask)
     y, x = np.nonzero(mask)
     y = y + round(down)
@@ -144,14 +144,14 @@ def shifted(mask: Pixels, down: float, right: float) -> Pixels:
 
 
 def _one_point(mask: Pixels) -> Pixels:
-    """Set the middle of an empty mask: an object too small to mark is still somewhere."""
+    """Set the middle of an empty mask: an object too small to mark still has a place."""
     point = mask.copy()
     point[mask.shape[0] // 2, mask.shape[1] // 2] = 255
     return point
 
 
 def seen_behind(picture: Picture) -> Pixels:
-    """Fit what lies behind to this picture's size; without one the picture upside down."""
+    """Fit the picture behind to this one's size; without one take this one upside down."""
     from PIL import Image
 
     behind = picture.image[::-1] if picture.behind is None else picture.behind

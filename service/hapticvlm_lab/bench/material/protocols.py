@@ -1,8 +1,11 @@
-"""With references from the same source: enrolled with a few, and a linear probe. By object.
+"""Recognition with a few references from the same source, drawn object by object.
 
-References are drawn by object: no view of a tested object is ever a reference or trains a probe.
-A class gives k references from k objects, or, where it has fewer than 2 k, from half of its
-objects with several views each; a class of one object cannot be tested and is left out.
+A user who enrols a few pictures of his own scene is better off than one who relies on the shipped
+gallery; this measures by how much. Pictures of one object look so much alike that a method could
+recognise the object itself instead of its material. So references are drawn by object: no view of a
+tested object is ever a reference. A class gives k references from k objects, or, where it has fewer
+than 2 k, from half of its objects with several views each. A class of one object cannot be tested
+and is left out.
 """
 
 from __future__ import annotations
@@ -15,31 +18,24 @@ from numpy.typing import NDArray
 
 from hapticvlm import materials
 from hapticvlm.vision.galleries.gallery import Calibration, Gallery
-from hapticvlm_lab.bench.material import logistic
-from hapticvlm_lab.bench.material.scores import Rejection, Score, Words, interval, rejection, score
+from hapticvlm_lab.bench.material.scores import Score, Words, interval, score
 
 Floats = NDArray[np.float32]
-Doubles = NDArray[np.float64]
 Numbers = NDArray[np.int64]
 
 REFERENCES = (1, 5, 20)  # per material
 DRAWS = 20
-FOLDS = 5
 SEED = 11
 
 
 @dataclass(frozen=True, slots=True)
 class LabelledEmbeddings:
-    """embeddings (N, D) float32 unit, truth (N,) and objects (N,); sharpness of the match.
-
-    `fused`: an object is judged by the mean belief of its views.
-    """
+    """embeddings (N, D) float32 unit, truth (N,) and objects (N,); sharpness of the match."""
 
     embeddings: Floats
     truth: Words
     objects: Words
     sharpness: float
-    fused: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,45 +47,19 @@ class Draw:
     tested: NDArray[np.bool_]
 
 
-def enrolled(
-    labelled: LabelledEmbeddings, classes: Sequence[str], count: int
-) -> tuple[Score | None, Rejection | None]:
+def enrolled(labelled: LabelledEmbeddings, classes: Sequence[str], count: int) -> Score | None:
     """Recognise with `count` references a class, over DRAWS draws; None with under two classes."""
     usable = usable_classes(labelled, classes)
     if len(usable) < 2:
-        return None, None
+        return None
     rng = np.random.default_rng([SEED, count])
     scores = []
-    rejected = []
     for _ in range(DRAWS):
         draw = draw_references(labelled, usable, count, rng)
-        answers, truth, objects, familiar = _match(labelled, draw, usable)
-        graded = score(answers, truth, objects, usable)
+        graded = score(*_match(labelled, draw, usable), usable)
         scores += [graded] if graded is not None else []
-        rejected.append(rejection(familiar, np.isin(truth, usable), objects))
     objects_each = len(set(labelled.objects[draw.references].tolist())) // len(usable)
-    return _merge(scores, len(draw.references) // len(usable), objects_each), _mean(rejected)
-
-
-def probe(labelled: LabelledEmbeddings, classes: Sequence[str]) -> Score | None:
-    """Logistic regression inside the source, FOLDS-fold by object; None with under two classes."""
-    usable = usable_classes(labelled, classes)
-    if len(usable) < 2:
-        return None
-    rows = np.flatnonzero(np.isin(labelled.truth, usable))
-    labels = np.array([usable.index(name) for name in labelled.truth[rows].tolist()], np.int64)
-    folds = _folds(labelled, rows, usable)
-    believed = np.zeros((len(rows), len(usable)))
-    for fold in sorted(set(folds.tolist())):
-        train = rows[folds != fold]
-        test = rows[folds == fold]
-        model = logistic.fit(labelled.embeddings[train], labels[folds != fold])
-        believed[folds == fold] = model.probabilities(labelled.embeddings[test])
-    objects = labelled.objects[rows]
-    truth = labelled.truth[rows]
-    if labelled.fused:
-        believed, truth, objects = _by_object(believed, truth, objects)
-    return score(np.array(usable)[believed.argmax(axis=1)], truth, objects, usable)
+    return _merge(scores, len(draw.references) // len(usable), objects_each)
 
 
 def left_out(known: LabelledEmbeddings, embeddings: Floats) -> Words:
@@ -107,7 +77,7 @@ def left_out(known: LabelledEmbeddings, embeddings: Floats) -> Words:
 
 
 def usable_classes(labelled: LabelledEmbeddings, classes: Sequence[str]) -> list[str]:
-    """Classes of two objects or more: one to enrol, one to test."""
+    """Return the classes of two objects or more: one to enrol, one to test."""
     return [
         name for name in classes if len(set(labelled.objects[labelled.truth == name].tolist())) > 1
     ]
@@ -120,11 +90,12 @@ def draw_references(
     rows: list[int] = []
     labels: list[int] = []
     for label, name in enumerate(classes):
-        found = np.unique(labelled.objects[labelled.truth == name])
-        chosen = rng.choice(found, min(count, len(found) // 2), replace=False)
+        objects = np.unique(labelled.objects[labelled.truth == name])
+        chosen = rng.choice(objects, min(count, len(objects) // 2), replace=False)
         views = [
             rng.permutation(np.flatnonzero(labelled.objects == object_id)) for object_id in chosen
         ]
+        # One view of each object first, then a second of each, until there are enough.
         turns = [v[turn] for turn in range(max(map(len, views))) for v in views if turn < len(v)]
         rows += turns[:count]
         labels += [label] * len(turns[:count])
@@ -135,17 +106,13 @@ def draw_references(
 
 def _match(
     labelled: LabelledEmbeddings, draw: Draw, classes: Sequence[str]
-) -> tuple[Words, Words, Words, Doubles]:
-    """Answers, truth, objects and familiarity of what is tested, by the product's own match."""
+) -> tuple[Words, Words, Words]:
+    """Return answers, truth and objects of what is tested, by the product's own match."""
     plain = _gallery(labelled, draw.references, draw.labels, classes)
     embeddings = labelled.embeddings[draw.tested]
     truth = labelled.truth[draw.tested]
     objects = labelled.objects[draw.tested]
-    scores = familiar = plain.scores(embeddings)
-    if labelled.fused:
-        familiar, *_ = _by_object(scores, truth, objects)
-        scores, truth, objects = _by_object(plain.beliefs(embeddings), truth, objects)
-    return np.array(classes)[scores.argmax(axis=1)], truth, objects, familiar.max(axis=1)
+    return np.array(classes)[plain.scores(embeddings).argmax(axis=1)], truth, objects
 
 
 def _gallery(
@@ -154,31 +121,15 @@ def _gallery(
     labels: Numbers,
     classes: Sequence[str],
 ) -> Gallery:
-    """Make a gallery of these rows that is not calibrated: the nearest decides."""
+    """Build a gallery of these rows that is not calibrated: the nearest decides."""
+    # Sharp, and without any belief in unknown: a forced choice needs no calibration.
     even = Calibration(labelled.sharpness, 0.0, 0.0)
     return Gallery("", tuple(classes), labelled.embeddings[rows], labels, even)
 
 
-def _by_object(values: Doubles, truth: Words, objects: Words) -> tuple[Doubles, Words, Words]:
-    """Mean row of each object, with its truth and id."""
-    names, first, which = np.unique(objects, return_index=True, return_inverse=True)
-    sums = np.zeros((len(names), values.shape[1]))
-    np.add.at(sums, which, values)
-    return sums / np.bincount(which)[:, None], truth[first], names
-
-
-def _folds(labelled: LabelledEmbeddings, rows: Numbers, classes: Sequence[str]) -> Numbers:
-    """Give each row its fold: objects of a class go round the folds in a drawn order."""
-    rng = np.random.default_rng(SEED)
-    fold_of: dict[str, int] = {}
-    for name in classes:
-        order = rng.permutation(np.unique(labelled.objects[labelled.truth == name]))
-        fold_of |= {object_id: at % FOLDS for at, object_id in enumerate(order.tolist())}
-    return np.array([fold_of[object_id] for object_id in labelled.objects[rows].tolist()], np.int64)
-
-
 def _merge(draws: Sequence[Score], references: int, objects: int) -> Score:
-    """Mean over draws; the interval is that of the objects a draw tests, the sd that of draws."""
+    """Average over draws; the interval counts the objects a draw tests, the sd is over draws."""
+    # All draws test about the same objects, so the interval must not shrink with their number.
     first = draws[0]
     shares = [draw.accuracy for draw in draws]
     mean = float(np.mean(shares))
@@ -201,11 +152,3 @@ def _merge(draws: Sequence[Score], references: int, objects: int) -> Score:
         references=references,
         reference_objects=objects,
     )
-
-
-def _mean(draws: Sequence[Rejection | None]) -> Rejection | None:
-    found = [draw for draw in draws if draw is not None]
-    if not found:
-        return None
-    means = (float(np.mean([getattr(d, k) for d in found])) for k in ("rejected", "low", "high"))
-    return Rejection(found[0].n, *means)

@@ -1,17 +1,16 @@
-"""Reads the held-back sources, and the teaching pictures for methods that bring no references.
+"""Reads the held-back sources.
 
-A set that is not there is skipped and reported. Raises CaptureError for one that cannot be read.
+A set that is missing is skipped and reported. Raises CaptureError for one that cannot be read.
 """
 
 from __future__ import annotations
 
 import csv
 import re
-from collections import defaultdict
 from collections.abc import Collection, Mapping
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from hapticvlm import captures, materials, messages
 from hapticvlm_lab.bench.material.data import (
@@ -30,33 +29,34 @@ PICTURES = ("caltech101", "pb_renders")
 UNKNOWN_PICTURES = "unlabelled_caltech101"
 UNKNOWN_OF = "caltech101"  # the source whose collection those unknown pictures come from
 UNKNOWN_EACH = 8  # pictures of each of its folders
-TAUGHT = 40  # pictures a class and teaching source
+Kind = Literal["renders", "photographs"]
+
 HOUSE = Path(__file__).parents[4]
 
 _RENDERER = re.compile(r"_(arnold|cycles|unreal)$")  # one material of pb_renders, rendered thrice
 
 
 def default_captures() -> tuple[Path, ...]:
-    """Return the house's own held-back captures, there or not."""
+    """Return the held-back captures of the repository, whether they exist or not."""
     return tuple(HOUSE / name for name in CAPTURES)
 
 
 def load_sources(where: Where) -> tuple[list[Source], list[str]]:
-    """Read what is there; the second list names what is not. Raises CaptureError."""
-    found = []
+    """Read the sources that exist; the second list names the others. Raises CaptureError."""
+    sources_read = []
     skipped = []
     for path in where.captures:
         if (path / captures.LINES).is_file():
-            found.append(read_capture(path, where.limit))
+            sources_read.append(read_capture(path, where.limit))
         else:
             skipped.append(f"{path.name}: no capture in {path}")
     for name in PICTURES:
         source = None if where.data is None else read_pictures(where.data, name)
         if source is None:
-            skipped.append(f"{name}: no labelled pictures of it; pass --data")
+            skipped.append(f"{name}: no labelled pictures; give their folder with --data")
         else:
-            found.append(thin(source, where.limit))
-    return found, skipped
+            sources_read.append(thin(source, where.limit))
+    return sources_read, skipped
 
 
 def read_capture(path: Path, limit: int = 0) -> Source:
@@ -74,7 +74,7 @@ def read_capture(path: Path, limit: int = 0) -> Source:
 
 
 def read_pictures(data: Path, name: str) -> Source | None:
-    """Read one held-back set of labelled pictures; None when it is not there."""
+    """Read one held-back set of labelled pictures; None if it does not exist."""
     rows = [(path, sources.material_of(label)) for path, label in _rows(data, (name,))]
     if not rows:
         return None
@@ -91,22 +91,17 @@ def read_pictures(data: Path, name: str) -> Source | None:
     return Source(name, tuple(ordered), note=note)
 
 
-def read_teaching(data: Path | None) -> Source | None:
-    """Read TAUGHT pictures per class and teaching source, for methods without a gallery."""
-    if data is None:
-        return None
-    cells: dict[tuple[str, str], list[Path]] = defaultdict(list)
-    for path, label in _rows(data, sources.LABELLED):
-        truth = sources.material_of(label)
-        place = path.relative_to(data)
-        if truth != materials.UNKNOWN and not sources.is_tile_held_back(place.as_posix()):
-            cells[truth, place.parts[0]].append(path)
-    views = [
-        picture(path, truth, path.stem)
-        for (truth, _), paths in sorted(cells.items())
-        for path in sorted(paths, key=shuffled)[:TAUGHT]
+def sources_of(data: Path | None) -> list[tuple[Source, Kind]]:
+    """Read the sets that taught, chose and calibrated nothing, with their kind."""
+    sets: list[tuple[Source, Kind]] = [
+        (read_capture(path), "renders") for path in default_captures()
     ]
-    return Source("teaching", tuple(views)) if views else None
+    for name in ("caltech101", "report_web") if data is not None else ():
+        assert data is not None
+        source = read_pictures(data, name)
+        if source is not None:
+            sets.append((source, "photographs"))
+    return sets
 
 
 def picture(path: Path, truth: str, object_id: str) -> View:
@@ -122,7 +117,7 @@ def picture(path: Path, truth: str, object_id: str) -> View:
 
 
 def _rows(data: Path, names: Collection[str]) -> list[tuple[Path, str]]:
-    """(path, class) of the JPEG pictures of some sets, in the order of labels.csv."""
+    """Return (path, class) of the JPEG pictures of some sets, in the order of labels.csv."""
     table = data / "labels.csv"
     if not table.is_file():
         return []
@@ -132,15 +127,15 @@ def _rows(data: Path, names: Collection[str]) -> list[tuple[Path, str]]:
 
 
 def _unknown_pictures(data: Path) -> list[View]:
-    """Pictures of what is made of no material of the table, as many of each folder."""
-    found = []
+    """Read pictures of things without a material of the table, the same number of each folder."""
+    views = []
     for folder in sorted(sources.LIVING_HELD_BACK):
         files = sorted((data / UNKNOWN_PICTURES / folder).glob("*.jpg"), key=shuffled)
-        found += [
+        views += [
             picture(path, materials.UNKNOWN, f"{folder}/{path.stem}")
             for path in files[:UNKNOWN_EACH]
         ]
-    return found
+    return views
 
 
 def _view(fields: Mapping[str, Any], message: Mapping[str, Any], truth: str) -> View:

@@ -1,8 +1,13 @@
-"""What answers are worth: balanced accuracy with its interval, recall and confusion. Pure.
+"""Scores of answers: balanced accuracy with its interval, recall and confusion. Pure.
 
-Pictures of one object are wrong together, so the interval counts objects, not pictures: it is
-Wilson's for the balanced accuracy p over m = C^2 / sum_c(1 / m_c) trials, where m_c objects show
-class c. With equal classes m is their number; a class of one object alone keeps it wide.
+Pictures of one object are wrong together, so an interval that counted pictures would be far too
+narrow. It counts objects instead: Wilson's interval for the balanced accuracy p over
+
+    m = C^2 / sum_c(1 / m_c)
+
+trials, where m_c objects show class c. The balanced accuracy is a mean of C shares, and the
+variance of such a mean is sum_c(p (1 - p) / m_c) / C^2, which is p (1 - p) / m. With classes of
+equal size m is the number of all objects; a class of one object alone keeps the interval wide.
 """
 
 from __future__ import annotations
@@ -19,14 +24,14 @@ Words = NDArray[np.str_]
 Doubles = NDArray[np.float64]
 
 SILENT = ""  # an answer that names nothing; counts as wrong
-FALSE_REJECTION = 0.05  # of what is known, at the threshold where unknown is counted
+FALSE_REJECTION = 0.05  # share of known objects rejected at the threshold
 
 
 @dataclass(frozen=True, slots=True)
 class Score:
     """Balanced accuracy 0..1 over `classes` (objects of each), its 95 % interval and its parts.
 
-    n counts answers: pictures, or objects where views are fused. sd is that over draws.
+    n counts answers: pictures, or objects where views are fused. sd is the deviation between draws.
     """
 
     accuracy: float
@@ -43,7 +48,7 @@ class Score:
 
 @dataclass(frozen=True, slots=True)
 class Open:
-    """With "unknown" allowed: share spoken of, and how often that was right (None: never spoke)."""
+    """Answers that may be "unknown": share named, and share of that right (None: never named)."""
 
     n: int
     coverage: float
@@ -55,7 +60,7 @@ class Open:
 
 @dataclass(frozen=True, slots=True)
 class Rejection:
-    """Share of unknown rejected where FALSE_REJECTION of the known are; by pictures or objects."""
+    """Share of unknown rejected at the threshold that rejects FALSE_REJECTION of the known."""
 
     n: int
     rejected: float
@@ -64,11 +69,12 @@ class Rejection:
 
 
 def score(answers: Words, truth: Words, objects: Words, classes: Sequence[str]) -> Score | None:
-    """Grade forced answers over the classes that are there; None when none is."""
+    """Grade forced answers over the classes that occur; None if none does."""
     rows = np.isin(truth, classes)
     present = [name for name in classes if (truth == name).any()]
     if not present:
         return None
+    # Recall first, its mean over classes second: a class of few pictures counts as much as any.
     counts = {name: len(set(objects[truth == name].tolist())) for name in present}
     recall = {name: float((answers == name)[truth == name].mean()) for name in present}
     accuracy = float(np.mean(list(recall.values())))
@@ -79,7 +85,7 @@ def score(answers: Words, truth: Words, objects: Words, classes: Sequence[str]) 
 
 
 def interval(accuracy: float, objects: Sequence[int]) -> tuple[float, float]:
-    """95 % interval of a balanced accuracy over classes of so many objects."""
+    """Return the 95 % interval of a balanced accuracy over classes of so many objects."""
     trials = len(objects) ** 2 / sum(1.0 / count for count in objects)
     return wilson(accuracy * trials, trials)
 
@@ -94,7 +100,7 @@ def confusion(answers: Words, truth: Words, rows: NDArray[np.bool_]) -> dict[str
 
 
 def open_score(spoken: Words, sure: NDArray[np.bool_], truth: Words, objects: Words) -> Open:
-    """Grade answers that may be SILENT, on what has a known material."""
+    """Grade answers that may be SILENT, on objects of a known material."""
     spoke = spoken != SILENT
     right = spoken == truth
     among = len(set(objects[spoke].tolist()))
@@ -105,9 +111,11 @@ def open_score(spoken: Words, sure: NDArray[np.bool_], truth: Words, objects: Wo
 
 
 def rejection(familiar: Doubles, is_known: NDArray[np.bool_], objects: Words) -> Rejection | None:
-    """Share of unknown less familiar than FALSE_REJECTION of the known; None without either."""
+    """Return the share of unknown below the threshold; None without known or unknown objects."""
     if is_known.all() or not is_known.any():
         return None
+    # The threshold is set on the known objects alone, as a service would have to: it cannot know in
+    # advance how many unknown ones a scene has.
     threshold = np.quantile(familiar[is_known], FALSE_REJECTION, method="lower")
     rejected = float((familiar[~is_known] < threshold).mean())
     among = len(set(objects[~is_known].tolist()))

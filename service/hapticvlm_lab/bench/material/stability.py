@@ -1,8 +1,12 @@
-"""`hapticvlm stability material`: what the default loses as its pictures get worse, by degrees.
+"""`hapticvlm stability material`: the losses of the default as its pictures get worse, by degrees.
 
-Every perturbation of `perturb.SHAKES` on the same pictures of each source: accuracy among FOUR,
-zero-shot and enrolled; how many answers change against the clean picture (flips); how many are
-wrong and sure. Enrolled: references are the clean views of all other objects of the source.
+Every perturbation of `perturb.SHAKES` is applied to the same pictures of each source. For each
+severity: accuracy among FOUR, zero-shot and enrolled; the share of answers that differ from those
+to the clean picture (flips); the share that is wrong and sure. Enrolled references are the clean
+views of all other objects of the source.
+
+A method breaks at the severity where half of its lead over chance is lost. Chance among four
+classes is 25 %, so a method that is right in 85 % of the clean pictures breaks at 55 %.
 """
 
 from __future__ import annotations
@@ -10,7 +14,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
+from typing import TYPE_CHECKING
 from zlib import crc32
 
 import numpy as np
@@ -19,15 +25,14 @@ from numpy.typing import NDArray
 from hapticvlm import materials
 from hapticvlm.commands.progress import track
 from hapticvlm.evidence.ladder import KNOWN, SURE, decide
+from hapticvlm.palette import BLUE, GREEN, ORANGE, SOFT, VERMILION
 from hapticvlm.vision.encoders.encoder import Encoder
 from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.galleries.gallery import Gallery
 from hapticvlm.vision.galleries.storage import load_gallery
 from hapticvlm.vision.pictures import crop
-from hapticvlm_lab.bench.material import curves
-from hapticvlm_lab.bench.material.breaks import Curve, Step, sentence
+from hapticvlm_lab.bench import figures
 from hapticvlm_lab.bench.material.data import FOUR, Source, Where, thin
-from hapticvlm_lab.bench.material.methods import GalleryHead
 from hapticvlm_lab.bench.material.perturb import SHAKES, Shake, apply
 from hapticvlm_lab.bench.material.picture import Picture, as_frame, window
 from hapticvlm_lab.bench.material.protocols import LabelledEmbeddings, left_out
@@ -35,13 +40,27 @@ from hapticvlm_lab.bench.material.reading import load_sources
 from hapticvlm_lab.bench.material.scores import Words, score
 from hapticvlm_lab.bench.printing import made_with, publish
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 NAME = "stability-material"
+CHANCE = 0.25  # of four classes
+LEAD = 0.05  # over chance below which there is nothing to lose
 VIEWS = 2  # of an object, far and near; more where a source has few objects
-# Levels of what shows nothing and must be unknown, and of plain colours, which may be anything.
+# Levels of pictures that show nothing, which must be unknown, and of plain colours, which may not.
 BLANKS = {"black": (0, 0, 0), "white": (255, 255, 255), "grey": (127, 127, 127)}
 PLAIN = {"red": (200, 30, 30), "green": (30, 160, 60), "blue": (40, 60, 190)}
 
 Floats = NDArray[np.float32]
+WIDTH_IN = 12.0
+PANEL_IN = 2.5
+COLUMNS = 4
+LINES = (  # field, label, colour, line and marker
+    ("accuracy", "right of 4, zero-shot", BLUE, "-o"),
+    ("enrolled", "right of 4, enrolled", GREEN, "-s"),
+    ("flips", "answer changed (zero-shot)", ORANGE, "--^"),
+    ("wrong_and_sure", "wrong and sure", VERMILION, ":x"),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,14 +71,14 @@ class Default:
     gallery: Gallery
 
     def embed(self, pictures: Sequence[Picture]) -> Floats:
-        """Embed what a client would send: (N, D)."""
+        """Embed the frames that a client would send: (N, D)."""
         side = self.encoder.side
         return self.encoder.embed([crop(as_frame(picture), side) for picture in pictures])
 
 
 @dataclass(frozen=True, slots=True)
 class Predictions:
-    """Of N pictures: forced answers, zero-shot and enrolled; the open answers, how sure."""
+    """Predictions for N pictures: forced, enrolled and open answers, and the confidence."""
 
     forced: Words
     enrolled: Words
@@ -69,7 +88,7 @@ class Predictions:
 
 @dataclass(frozen=True, slots=True)
 class Clean:
-    """The unchanged pictures of a source, their embeddings, and what is predicted of them."""
+    """The unchanged pictures of a source, their embeddings and predictions."""
 
     pictures: tuple[Picture, ...]
     truth: Words
@@ -79,38 +98,80 @@ class Clean:
     predictions: Predictions
 
 
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One severity: balanced accuracy among four with its interval; shares of pictures.
+
+    flips: answers that differ from the clean picture's. wrong_and_sure: named with confidence, and
+    wrong. unknown: not named. enrolled: accuracy with the other objects' clean views as references.
+    """
+
+    severity: float
+    accuracy: float
+    low: float
+    high: float
+    flips: float
+    wrong_and_sure: float
+    unknown: float
+    enrolled: float
+    enrolled_flips: float
+
+
+@dataclass(frozen=True, slots=True)
+class Curve:
+    """A perturbation's steps, clean first; n pictures."""
+
+    name: str
+    unit: str
+    n: int
+    steps: tuple[Step, ...]
+
+    def breaks_at(self, *, enrolled: bool = False) -> float | None:
+        """Return the severity where half of the lead over chance is lost; None if it never is."""
+        lead = [(step.enrolled if enrolled else step.accuracy) - CHANCE for step in self.steps]
+        if lead[0] < LEAD:
+            return None
+        half = lead[0] / 2
+        # Between two severities the lead is taken as linear.
+        for (before, after), (low, high) in zip(pairwise(lead), pairwise(self.steps), strict=True):
+            if after <= half:
+                share = (before - half) / (before - after)
+                return low.severity + share * (high.severity - low.severity)
+        return None
+
+
 def run(where: Where, out: Path, *, as_json: bool) -> int:
-    """Shake every source that is there; 2 when none is. Raises what loading raises."""
-    found, skipped = load_sources(replace(where, limit=0))
-    sources = [_thinned(source.keep(FOUR), where.limit) for source in found]
+    """Perturb every source; return 2 if there is none. Raises what loading raises."""
+    readable, skipped = load_sources(replace(where, limit=0))
+    sources = [_thinned(source.keep(FOUR), where.limit) for source in readable]
     sources = [source for source in sources if source.views]
     if not sources:
-        print("\n".join(["no pictures to shake:", *skipped]))
+        print("\n".join(["no pictures found:", *skipped]))
         return 2
     encoder = load_encoder()
     default = Default(encoder, load_gallery(encoder=encoder))
     blanks = blank_answers(default)
     results: dict[str, list[Curve]] = {}
-    for source in track(sources, "shaking each source"):
+    for source in track(sources, "perturbing each source"):
         results[source.name] = shake_source(source, default)
         if not as_json:
-            print(f"\n== {source.name}, {len(source.views)} pictures: where it breaks")
+            print(f"\n== {source.name}, {len(source.views)} pictures")
             print("\n".join(f"  {sentence(curve)}" for curve in results[source.name]))
-    files = [path for name in results for path in curves.draw(name, results[name], out / NAME)]
-    figures = _figures(encoder, results, blanks, skipped) | {"files": [str(f) for f in files]}
+    files = [path for name in results for path in draw(name, results[name], out / NAME)]
+    report = _report(encoder, results, blanks, skipped) | {"files": [str(f) for f in files]}
     end = partial(_print_end, blanks, skipped)
-    return publish(out / f"{NAME}.json", figures, as_json=as_json, show=end)
+    return publish(out / f"{NAME}.json", report, as_json=as_json, show=end)
 
 
 def shake_source(source: Source, default: Default) -> list[Curve]:
-    """Every perturbation that the source allows, over all severities."""
+    """Apply every perturbation that the source allows, at all severities."""
     clean = predict_clean(source, default)
     shakes = [shake for shake in SHAKES if source.cut == "mask" or not shake.needs_mask]
     return [shaken(clean, shake, default) for shake in shakes if _concerned(clean, shake).any()]
 
 
 def predict_clean(source: Source, default: Default) -> Clean:
-    """Decode a source's pictures and ask about them as they are."""
+    """Decode a source's pictures and predict their materials as they are."""
     pictures = [window(view) for view in source.views]
     shown = tuple(
         replace(picture, behind=_another(pictures, source.truth, at).image)
@@ -123,7 +184,7 @@ def predict_clean(source: Source, default: Default) -> Clean:
 
 
 def shaken(clean: Clean, shake: Shake, default: Default) -> Curve:
-    """One perturbation over its severities; severity 0 is the prediction on the clean pictures."""
+    """Apply one perturbation at all severities; severity 0 is the clean prediction."""
     rows = np.flatnonzero(_concerned(clean, shake))
     steps = []
     for severity in shake.severities:
@@ -142,26 +203,27 @@ def shaken(clean: Clean, shake: Shake, default: Default) -> Curve:
 
 
 def blank_answers(default: Default) -> dict[str, str]:
-    """Ask about pictures that show nothing but one colour."""
+    """Predict pictures of a single colour."""
     side = 2 * default.encoder.side
     flat = {
         name: Picture(np.full((side, side, 3), level, np.uint8), None)
         for name, level in (BLANKS | PLAIN).items()
     }
-    found = default.embed(list(flat.values()))
-    verdicts = [decide([default.gallery.match(row)]) for row in found]
+    embeddings = default.embed(list(flat.values()))
+    verdicts = [decide([default.gallery.match(row)]) for row in embeddings]
     return {name: verdict.material for name, verdict in zip(flat, verdicts, strict=True)}
 
 
 def _ask(
     embeddings: Floats, references: Floats, truth: Words, objects: Words, gallery: Gallery
 ) -> Predictions:
-    head = GalleryHead(gallery, speaks=True)
-    beliefs = head.beliefs(embeddings)
-    names = np.array(head.materials)
+    beliefs = gallery.beliefs(embeddings)
+    names = np.array(gallery.candidates)
     among = np.where(np.isin(names, FOUR), beliefs, -np.inf)
     best = beliefs.max(axis=1)
     spoken = np.where(best >= KNOWN, names[beliefs.argmax(axis=1)], materials.UNKNOWN)
+    # References stay clean while the tested picture gets worse: a user enrols in good light, and
+    # recognises in any.
     known = LabelledEmbeddings(references, truth, objects, gallery.calibration.sharpness)
     enrolled = left_out(known, embeddings)
     return Predictions(names[among.argmax(axis=1)], enrolled, spoken, best)
@@ -202,12 +264,12 @@ def _concerned(clean: Clean, shake: Shake) -> NDArray[np.bool_]:
 
 
 def _another(pictures: Sequence[Picture], truth: Words, at: int) -> Picture:
-    """Find a picture of the source that shows another class, where there is one."""
+    """Find a picture of the source that shows another class, if there is one."""
     others = np.flatnonzero(truth != truth[at])
     return pictures[others[(7 * at + 3) % len(others)] if len(others) else at]
 
 
-def _figures(
+def _report(
     encoder: Encoder,
     results: dict[str, list[Curve]],
     blanks: dict[str, str],
@@ -219,8 +281,8 @@ def _figures(
         "encoder": encoder.name,
         "chance": 1 / len(FOUR),
         "sources": {
-            name: [asdict(curve) | {"breaks": sentence(curve)} for curve in found]
-            for name, found in results.items()
+            name: [asdict(curve) | {"breaks": sentence(curve)} for curve in curves]
+            for name, curves in results.items()
         },
         "blank": blanks,
         "blank_is_unknown": {blanks[name] for name in BLANKS} == {materials.UNKNOWN},
@@ -232,4 +294,55 @@ def _print_end(blanks: dict[str, str], skipped: Sequence[str]) -> None:
     answers = ", ".join(f"{name}: {answer}" for name, answer in blanks.items())
     print(f"\nblank frames ({', '.join(BLANKS)} must be unknown): {answers}")
     for text in skipped:
-        print(f"left out  {text}")
+        print(f"skipped  {text}")
+
+
+def sentence(curve: Curve) -> str:
+    """Return where a curve breaks, zero-shot and enrolled."""
+    worst = curve.steps[-1]
+    sure = max(step.wrong_and_sure for step in curve.steps)
+    return (
+        f"{curve.name}: zero-shot {_loss(curve, enrolled=False)}; "
+        f"enrolled {_loss(curve, enrolled=True)}; flips {worst.flips:.0%} at {worst.severity:g}; "
+        f"wrong and sure at most {sure:.0%} (n = {curve.n}, {curve.unit})"
+    )
+
+
+def _loss(curve: Curve, *, enrolled: bool) -> str:
+    first = curve.steps[0].enrolled if enrolled else curve.steps[0].accuracy
+    if first - CHANCE < LEAD:
+        return f"has no lead to lose ({first:.0%} clean)"
+    at = curve.breaks_at(enrolled=enrolled)
+    if at is None:
+        return f"keeps half its lead to {curve.steps[-1].severity:g} ({first:.0%} clean)"
+    return f"loses half its lead at {at:.2g} ({first:.0%} clean)"
+
+
+def draw(source: str, curves: Sequence[Curve], stem: Path) -> list[Path]:
+    """Write `stem`-source.png and .svg; return both."""
+    stem = stem.with_name(f"{stem.name}-{source}")
+    rows = -(-len(curves) // COLUMNS)
+    size_in = (WIDTH_IN, PANEL_IN * rows + 0.8)
+    with figures.figure(stem, size_in, len(curves), COLUMNS, sharey=True) as (drawn, panels):
+        for axes, curve in zip(panels, curves, strict=True):
+            _panel(axes, curve)
+        for axes in panels[::COLUMNS]:
+            axes.set_ylabel("% of pictures")
+        figures.title(drawn, f"{source}: the default as its pictures get worse")
+        handles, texts = panels[0].get_legend_handles_labels()
+        drawn.legend(handles, texts, loc="upper right", ncols=len(LINES) + 1, frameon=False)
+    return figures.files(stem)
+
+
+def _panel(axes: Axes, curve: Curve) -> None:
+    at = [step.severity for step in curve.steps]
+    low, high = ([100 * getattr(step, edge) for step in curve.steps] for edge in ("low", "high"))
+    axes.fill_between(at, low, high, color=LINES[0][2], alpha=0.12, linewidth=0)
+    for field, label, colour, style in LINES:
+        values = [100 * float(getattr(step, field)) for step in curve.steps]
+        axes.plot(at, values, style, color=colour, markersize=4, linewidth=1.4, label=label)
+    axes.axhline(100 * CHANCE, color=SOFT, linewidth=0.8, linestyle="--", label="chance")
+    breaks = curve.breaks_at()
+    if breaks is not None:
+        axes.axvline(breaks, color=LINES[0][2], linewidth=0.8, linestyle=":")
+    axes.set(title=f"{curve.name} (n = {curve.n})", xlabel=curve.unit, xticks=at, ylim=(-3, 103))

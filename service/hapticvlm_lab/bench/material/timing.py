@@ -1,10 +1,10 @@
-"""What one answer costs: a frame to its material on one thread, against a floor in the same run.
+"""The cost of one answer: from a frame to its material on one thread, beside a floor.
 
-The frame is decoded and cut, as the recogniser does; methods without a picture read what is stated.
+The frame is decoded and cut, as the recogniser does; methods without a picture read statements.
 
-Time of a core (all threads of this process, so one that waits for others' work is not charged) and
-by the clock, which on a busy machine shows the machine. The floor, decoding one JPEG frame
-and nothing else, is timed in turn with every method.
+Two clocks are read. The time of a core covers all threads of this process, so time spent waiting
+for other programs is not charged; the wall clock shows a busy machine. The floor, decoding one JPEG
+frame and nothing else, takes turns with every method.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from hapticvlm_lab.bench.material.answers import evidence_of, object_evidence
 from hapticvlm_lab.bench.material.data import Source
 from hapticvlm_lab.bench.material.methods import Method
 
-FRAME_PX = 448  # what clients are asked to send
+FRAME_PX = 448  # the size that clients are asked to send
 QUALITY = 80
 TURNS = 100
 MOST_S = 2.0  # per method: slow ones get fewer turns, stated as n
@@ -33,7 +33,7 @@ LEAST = 20
 
 @dataclass(frozen=True, slots=True)
 class Cost:
-    """Of one frame over n turns, ms: median of one core's time; median and p99 by the wall clock.
+    """The cost of one frame over n turns, ms: median core time; median and p99 by the wall clock.
 
     floors: median over the floor's, in core time.
     """
@@ -46,7 +46,7 @@ class Cost:
 
 
 def costs(methods: Sequence[Method], stated: Source | None) -> dict[str, Cost]:
-    """Time every method that takes time, by name, the same work once.
+    """Time every method that takes time, by name; methods with the same work share one timing.
 
     `stated` is a source that lends names and shaders.
     """
@@ -54,7 +54,7 @@ def costs(methods: Sequence[Method], stated: Source | None) -> dict[str, Cost]:
 
     picture = _picture()
     floor: Callable[[], object] = lambda: simplejpeg.decode_jpeg(picture, "RGB")  # noqa: E731
-    found: dict[str, Cost] = {}
+    times: dict[str, Cost] = {}
     same: dict[tuple[object, ...], Cost | None] = {}
     for method in methods:
         work = (id(method.encoder), method.rungs)
@@ -63,28 +63,28 @@ def costs(methods: Sequence[Method], stated: Source | None) -> dict[str, Cost]:
             same[work] = None if stage is None else _timed(stage, floor)
         cost = same[work]
         if cost is not None:
-            found[method.name] = cost
-    return found
+            times[method.name] = cost
+    return times
 
 
 def _stage(method: Method, jpeg: bytes, stated: Source | None) -> Callable[[], object] | None:
-    """One answer for one frame; None for what costs nothing or has no object to read."""
+    """Return one answer to one frame as a function; None if it costs nothing or has no object."""
     if method.rungs and stated is None:
         return None
     read = _reading(method, stated)
     if method.encoder is None:
         return read if method.rungs else None
     encoder = method.encoder
-    head = method.head
+    gallery = method.gallery
     size: dict[str, Any] = {"width": FRAME_PX, "height": FRAME_PX}
     frame = messages.Frame(id=1, captured_at=0.0, format="jpeg", image=jpeg, origin="top", **size)
 
     def recognise() -> object:
         embeddings = encoder.embed([crop(frame, encoder.side)])
-        if head is None:
+        if gallery is None:
             return embeddings
-        row = head.beliefs(embeddings)[0]
-        return decide([*read(), evidence_of(row, head.materials)])
+        row = gallery.beliefs(embeddings)[0]
+        return decide([*read(), evidence_of(row, gallery.candidates)])
 
     return recognise
 
@@ -106,6 +106,7 @@ def _timed(stage: Callable[[], object], floor: Callable[[], object]) -> Cost:
     floors: list[float] = []
     start = time.perf_counter()
     while len(cores) < TURNS and (len(cores) < LEAST or time.perf_counter() - start < MOST_S):
+        # In turns, so that a machine that slows down meanwhile slows the floor as well.
         core, wall = _once(stage)
         cores.append(core)
         walls.append(wall)

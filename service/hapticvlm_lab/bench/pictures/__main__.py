@@ -1,4 +1,4 @@
-"""Make pictures of docs/ again: `python -m hapticvlm_lab.bench.pictures [NAME ...]`."""
+"""Draw pictures of docs/ again: `python -m hapticvlm_lab.bench.pictures [NAME ...]`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ DOCS = Path(__file__).parents[4] / "docs"
 
 
 def main() -> int:
-    """Read the command line; make each picture, and print how long it took and how large it is."""
+    """Read the command line; draw each picture, and print the time it took and its size."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"{', '.join(RECIPES)} (all)")
     parser.add_argument("--out", type=Path, default=DOCS, help="folder to write to (docs)")

@@ -1,4 +1,4 @@
-"""Pictures of the pages, in a real headless Chromium, while the demo's session runs."""
+"""Pictures of the pages, taken in a real headless Chromium while the demo's session runs."""
 
 from __future__ import annotations
 
@@ -142,7 +142,7 @@ def _page() -> Iterator[Page]:
     """Open an empty page. Raises UsageError without a browser."""
     chromium = shutil.which("chromium")
     if chromium is None:
-        raise UsageError("no chromium: apt-get install chromium libegl1 libgl1-mesa-dri")
+        raise UsageError("Chromium is missing: apt-get install chromium libegl1 libgl1-mesa-dri")
     expect.set_options(timeout=PATIENCE_MS)
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=chromium, args=FLAGS)

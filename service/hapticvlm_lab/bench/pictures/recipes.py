@@ -1,4 +1,8 @@
-"""What makes each picture of docs/: a command of the project, or a page in a real browser."""
+"""The recipe of each picture of docs/: a command of the project, or a page in a real browser.
+
+The pictures in KEPT have no recipe: the programs that drew them are removed (commit 7db7716 has
+them), and the pictures stay as they are.
+"""
 
 from __future__ import annotations
 
@@ -8,30 +12,19 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from hapticvlm_lab.bench.pictures import moving_picture, pages
+from hapticvlm_lab.bench.pictures import pages
 
 Recipe = Callable[[Path, Path], None]  # (folder to work in, picture to write)
 
 
-def _command(found: str, *arguments: str) -> Recipe:
-    """Run `hapticvlm ARGUMENTS --out FOLDER` and take the picture `found` of what it leaves."""
+def _command(name: str, *arguments: str) -> Recipe:
+    """Run `hapticvlm ARGUMENTS --out FOLDER` and take the picture of this name from the folder."""
 
     def make(folder: Path, picture: Path) -> None:
         _run("hapticvlm", *arguments, "--out", str(folder))
-        shutil.copyfile(folder / found, picture)
+        shutil.copyfile(folder / name, picture)
 
     return make
-
-
-def _moving_picture(folder: Path, picture: Path) -> None:
-    _run("hapticvlm", "demo", "--quiet", "--out", str(folder))
-    session = max((folder / "session").iterdir())
-    moving_picture.write(session, picture)
-
-
-def _apart(folder: Path, picture: Path) -> None:
-    _run("hapticvlm_lab.bench.vibration.apart", "--out", str(folder))
-    shutil.copyfile(folder / "chart-apart.png", picture)
 
 
 def _run(module: str, *arguments: str) -> None:
@@ -39,20 +32,16 @@ def _run(module: str, *arguments: str) -> None:
 
 
 RECIPES: Mapping[str, Recipe] = {
-    "demo.webp": _moving_picture,
     "dashboard.png": pages.dashboard,
     "try.png": pages.feel_this,
     "webxr.png": pages.webxr,
     "chart-whole.png": _command("chart-whole.png", "chart", "whole"),
     "chart-material.png": _command("chart-material.png", "chart", "material"),
-    "chart-beliefs.png": _command("chart-beliefs.png", "chart", "beliefs"),
     "chart-thermal.png": _command("chart-thermal.png", "chart", "thermal"),
     "chart-thermal-plate.png": _command("chart-thermal-plate.png", "chart", "thermal"),
     "chart-vibration.png": _command("chart-vibration.png", "chart", "vibration"),
     "chart-safety.png": _command("chart-safety.png", "chart", "safety"),
-    "chart-apart.png": _apart,
     "stability-material.png": _command("stability-material-approach.png", "stability", "material"),
-    "stability-thermal.png": _command("stability-thermal.png", "stability", "thermal"),
     "stability-latency.png": _command("stability-latency.png", "stability", "latency"),
     "observer-ours.png": _command("observer-ours.png", "study", "predict", "--guesses", "0"),
     "observer-paper.png": _command("observer-paper.png", "study", "predict", "--guesses", "0"),
@@ -63,9 +52,11 @@ RECIPES: Mapping[str, Recipe] = {
     "study-experimenter.png": pages.experimenter,
 }
 
+KEPT = frozenset({"chart-apart.png", "chart-beliefs.png", "demo.webp", "stability-thermal.png"})
+
 
 def names(wanted: Sequence[str]) -> list[str]:
-    """Return the names of the pictures to make, all if none is named. Raises KeyError."""
+    """Return the names of the pictures to draw, all if none is named. Raises KeyError."""
     unknown = [name for name in wanted if name not in RECIPES]
     if unknown:
         raise KeyError(f"{', '.join(unknown)}: the pictures are {', '.join(RECIPES)}")

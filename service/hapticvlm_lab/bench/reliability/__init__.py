@@ -1,1 +1,1 @@
-"""How the service holds beside hostile clients, through stops and over hours."""
+"""The service under stops, random clients, hostile clients, kills and freezes."""

@@ -3,9 +3,9 @@
 `python -m hapticvlm_lab.bench.reliability.board` prints the terminal's path, then a JSON line for
 each OFF that arrives and for each new state of the plate, with its time of the monotonic clock.
 
-A pseudo-terminal hands its bytes over through a kernel thread of normal priority, which waits for
-a busy machine whatever priority both ends have: 12 ms at p99 beside a load of 11, where a socket
-takes 0.2. A second terminal, on which nothing but a ping comes, shows what that adds.
+A pseudo-terminal hands its bytes over through a kernel thread of normal priority. On a busy machine
+that thread waits, whatever priority both ends have: 12 ms at p99 beside a load of 11, where a
+socket takes 0.2. A second terminal, which carries only a ping, shows the share of that delay.
 """
 
 from __future__ import annotations
@@ -27,16 +27,16 @@ from hapticvlm.devices.simulated.simulated_board import SimulatedBoard
 from hapticvlm.processes.priority import request_priority
 from hapticvlm_lab.bench.rigs import Process, first_line, helper
 
-TURN_S = 0.005  # what arrives is taken at once
+TURN_S = 0.005  # longest step of the simulated plate
 READ_BYTES = 4096
-PING_BYTES = 16  # as an OFF and a little more
+PING_BYTES = 16  # somewhat more than an OFF
 OFF = "OFF on the line"
 PING = "ping on the line"
 
 
 @dataclass(slots=True)
 class PtyBoard:
-    """Our end: where to find the board, and what happened at it: (monotonic s, what)."""
+    """Our end: the board's port, and its events as (monotonic s, event)."""
 
     port: str
     spare: int = -1  # our end of the second terminal
@@ -56,7 +56,7 @@ class PtyBoard:
         os.write(self.spare, b"\0" * PING_BYTES)
 
     def first(self, what: str, since: float, until: float) -> float | None:
-        """Return when this first happened in between, if it did."""
+        """Return the first time of this event in between, if it happened."""
         times = (at for at, each in self.events if each == what and since <= at <= until)
         return next(times, None)
 
@@ -95,6 +95,8 @@ def main() -> None:
     deframer = Deframer()
     state = ""
     while True:
+        # Bytes wake the loop at once; without any it wakes after TURN_S, so that the simulated
+        # plate's time goes on.
         ready, _, _ = select.select([master, pinged], [], [], TURN_S)
         data = os.read(master, READ_BYTES) if master in ready else b""
         now = time.monotonic()

@@ -1,18 +1,29 @@
-"""`hapticvlm measure invariants`: random clients, kills and freezes, and what must hold after each.
+"""`hapticvlm measure invariants`: what must hold beside random clients, kills, freezes and floods.
 
-Strangers come, ask what is legal and what is not, and leave without a word; the audio engine and
-the recogniser are killed and frozen. Every second one of the checks is made, while all others keep
-on asking except where the check itself needs that nobody else touches:
+Random clients connect, send what is legal and what is not, and leave without a word, while the
+audio engine and the recogniser are killed and frozen. Once a second one of the checks runs. All
+other clients go on meanwhile, except where the check itself needs that nobody else touches:
 
 - every request has exactly one answer, within ten seconds;
-- no two connections think that they own the outputs, the status names whoever does, and who does
-  not is refused;
+- no two connections believe that they own the outputs, the status names the one that does, and a
+  connection that does not own them is refused;
 - a lease that nobody renews ends, and the outputs with it;
 - a stop is answered, silence and the end of the plate's current follow, and a touch that goes on
-  without having let go is refused and feels nothing;
-- no line of the log and no command is lost, and the service prints no traceback.
+  without a release is refused and renders nothing;
+- no line of the log and no command is lost, and the service prints no traceback;
+- a killed child is back within a quarter of a minute.
 
-At the end memory: what the gateway holds alone, as a slope over the run after its first third.
+A seed repeats the requests in their order, though not their timing.
+
+Memory is what a process holds alone (unique set size): shared pages count for no process, so a leak
+in one of them is not blamed on the others. Its growth is Theil and Sen's slope, the median over the
+slopes of all pairs of samples: a single garbage collection or a burst of clients moves a
+least-squares line, but not a median. The first third of the life of a process is left out, since
+caches fill then.
+
+At last touches run beside one hostile client of each kind, in turns with a bare echo that nobody
+attacks: what the echo is late by is the machine's doing. One row before and one after the random
+clients, beside nobody, show whether touches are as fast as before.
 """
 
 from __future__ import annotations
@@ -24,101 +35,160 @@ import os
 import random
 import signal
 import time
-from collections import Counter, deque
+from collections import Counter, defaultdict, deque
 from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from rich.console import Console
+from rich.table import Table
 from scipy import stats
 
 from hapticvlm import __version__
 from hapticvlm.client.local_service import Service, running
-from hapticvlm_lab.bench.reliability.strangers import Message, Stranger, act, arrive, garbage
-from hapticvlm_lab.bench.rigs import service_status
+from hapticvlm_lab.bench.latency.round_trip import echo, sockets
+from hapticvlm_lab.bench.latency.touch import alternate
+from hapticvlm_lab.bench.reliability.flood_clients import KINDS
+from hapticvlm_lab.bench.reliability.random_clients import (
+    Message,
+    RandomClient,
+    connect,
+    garbage,
+    random_request,
+)
+from hapticvlm_lab.bench.rigs import (
+    first_line,
+    helper,
+    is_priority_permitted,
+    priority,
+    service_status,
+    spent_s,
+    spread,
+)
 
-STRANGERS = 5
-ACTS_HZ = 150.0
+CLIENTS = 5
+REQUESTS_HZ = 150.0
 CHECK_S = 1.0
 DISTURB_S = 12.0  # between two kills or freezes
 FROZEN_S = 0.6
-LEAVES = 0.004  # of all acts
+LEAVES = 0.004  # of all requests
 GARBAGE = 0.03
 SILENT = 1e-4  # of full scale
-ENDED_S = 1.0  # from a lapse or a stop until all is at rest; the marks of their own are shorter
-BACK_S = 5.0  # a killed engine is there again
-KEPT = 12  # last acts told beside a violation
+ENDED_S = 1.0  # from a lapse or a stop until all is at rest; each has a shorter mark of its own
+BACK_S = 5.0  # from the death of the engine until its level counts again
+BACK_WITHIN_S = 15.0  # from the death of any child until another one works
+KEPT = 12  # last requests that are reported with a violation
 LEAST = 12  # samples of memory for a slope
 CHILDREN = ("speaker", "recogniser")
+
+FLOOD_MARK_MS = 10.0  # of a touch, p99
+FLOOD_MARGIN_S = 30.0  # a hostile client outlives its row
+
+Samples = list[tuple[float, float]]  # (monotonic s, figure)
 
 
 @dataclass(slots=True)
 class World:
-    """All strangers of one service, what they did, and what did not hold."""
+    """All random clients of one service, what they did, and what did not hold."""
 
     service: Service
     rng: random.Random
-    strangers: dict[Stranger, asyncio.Task[None]] = field(default_factory=dict)
+    clients: dict[RandomClient, asyncio.Task[None]] = field(default_factory=dict)
     counts: Counter[str] = field(default_factory=Counter)
     last: deque[str] = field(default_factory=lambda: deque(maxlen=KEPT))
     violations: list[dict[str, Any]] = field(default_factory=list)
-    memory_mb: list[tuple[float, float]] = field(default_factory=list)
-    arrived: int = 0
+    memory_mb: defaultdict[str, Samples] = field(default_factory=lambda: defaultdict(list))
+    files: list[int] = field(default_factory=list)
+    threads: list[int] = field(default_factory=list)
+    back_s: defaultdict[str, list[float]] = field(default_factory=lambda: defaultdict(list))
+    connected: int = 0
     disturbed_at: float = -1e9
 
-    def found(self, what: str) -> None:
-        """Note a violation with what was done before it."""
+    def violated(self, what: str) -> None:
+        """Note a violation with the requests before it."""
         self.violations.append({"what": what, "after": list(self.last)})
 
     async def fill(self) -> None:
-        """Let strangers come until all places of this run are taken."""
-        while len(self.strangers) < STRANGERS:
-            self.arrived += 1
-            stranger, reading = await arrive(self.service.url, self.arrived, self.rng)
-            self.strangers[stranger] = reading
+        """Connect clients until all places of this run are taken."""
+        while len(self.clients) < CLIENTS:
+            self.connected += 1
+            client, reading = await connect(self.service.url, self.connected, self.rng)
+            self.clients[client] = reading
 
-    async def drop(self, stranger: Stranger) -> None:
-        """Let one leave: by a clean close, or as a program that died."""
-        self.faults_of(stranger)
-        reading = self.strangers.pop(stranger)
+    async def drop(self, client: RandomClient) -> None:
+        """Let a client leave: by a clean close, or like a program that died."""
+        self.collect_faults(client)
+        reading = self.clients.pop(client)
         if self.rng.random() < 0.5:
-            stranger.socket.transport.abort()
+            client.socket.transport.abort()
         with contextlib.suppress(OSError, TimeoutError):
-            await asyncio.wait_for(stranger.socket.close(), 2.0)
+            await asyncio.wait_for(client.socket.close(), 2.0)
         reading.cancel()
 
-    def faults_of(self, stranger: Stranger) -> None:
-        """Take over what a stranger found wrong with its answers."""
-        for fault in stranger.faults + stranger.overdue(time.monotonic()):
-            self.found(fault)
-        self.counts["answers"] += stranger.answered
-        stranger.faults, stranger.answered = [], 0
+    def collect_faults(self, client: RandomClient) -> None:
+        """Take over the faults that a client found in its answers."""
+        for fault in client.faults + client.overdue(time.monotonic()):
+            self.violated(fault)
+        self.counts["answers"] += client.answered
+        client.faults = []
+        client.answered = 0
 
     async def step(self) -> None:
-        """Let one of them do one thing."""
+        """Let one of the clients do one thing."""
         await self.fill()
-        stranger = self.rng.choice(list(self.strangers))
-        if not stranger.is_open or self.rng.random() < LEAVES:
+        client = self.rng.choice(list(self.clients))
+        if not client.is_open or self.rng.random() < LEAVES:
             self.counts["left"] += 1
-            self.last.append(f"{stranger.name} leaves")
-            await self.drop(stranger)
+            self.last.append(f"{client.name} leaves")
+            await self.drop(client)
         elif self.rng.random() < GARBAGE:
             self.counts["garbage"] += 1
-            await stranger.send(garbage(self.rng))
+            await client.send(garbage(self.rng))
         else:
-            message = act(self.rng)
+            message = random_request(self.rng)
             self.counts["requests"] += 1
-            self.last.append(f"{stranger.name}: {message.get('type')} {message.get('phase', '')}")
-            await stranger.ask(**message)
+            self.last.append(f"{client.name}: {message.get('type')} {message.get('phase', '')}")
+            await client.ask(**message)
+
+    def sample(self, status: dict[str, Any]) -> None:
+        """Note the memory of each process, and descriptors and threads of the gateway."""
+        import psutil
+
+        now = time.monotonic()
+        gateway = psutil.Process(self.service.process.pid)
+        pids = {"gateway": gateway.pid}
+        pids |= {f"{part} {pid}": pid for part in CHILDREN if (pid := status[part]["pid"])}
+        for name, pid in pids.items():
+            with contextlib.suppress(psutil.Error):  # a child that was just killed
+                held = psutil.Process(pid).memory_full_info().uss / 2**20
+                self.memory_mb[name].append((now, held))
+        with contextlib.suppress(psutil.Error):
+            self.files.append(gateway.num_fds())
+            self.threads.append(gateway.num_threads())
 
 
-def run(*, minutes: float, seed: int, as_json: bool) -> int:
-    """Run it, print the figures, and return 1 where something did not hold."""
-    with running() as service:
+def run(*, minutes: float, seed: int, flood_seconds: float, as_json: bool) -> int:
+    """Run it and print the figures; return 1 where something did not hold."""
+    console = Console(quiet=as_json, width=120)
+    realtime = is_priority_permitted()
+    kinds = [None, *KINDS] if flood_seconds else []
+    with echo(realtime) as port, running() as service:
         world = World(service, random.Random(seed))
-        asyncio.run(_run(world, minutes * 60.0))
-        told = [line for line in service.printed if "Traceback" in line]
-    world.violations += [{"what": f"the service printed: {line.strip()}"} for line in told]
+
+        def touches(name: str, kind: str | None) -> dict[str, Any]:
+            with console.status(f"touches beside {name}"), priority(realtime):
+                row = asyncio.run(_touches_beside(kind, service, port, flood_seconds))
+            return {"beside": name, **row}
+
+        rows = [touches("nobody, at first", None)] if kinds else []
+        if minutes:
+            with console.status(f"{minutes:g} minutes of random clients"):
+                asyncio.run(_run(world, minutes * 60.0))
+        rows += [touches(kind or "nobody, at the end", kind) for kind in kinds]
+        tracebacks = [line for line in service.printed if "Traceback" in line]
+    world.violations += [{"what": f"the service printed: {line.strip()}"} for line in tracebacks]
     result = {
         "measure": "invariants",
         "hapticvlm": __version__,
@@ -126,15 +196,25 @@ def run(*, minutes: float, seed: int, as_json: bool) -> int:
         "seed": seed,
         "load": round(os.getloadavg()[0], 1),
         "counts": dict(world.counts),
-        "memory": _growth(world.memory_mb),
+        "back_s": {name: spread(times) for name, times in world.back_s.items()},
+        "memory": {
+            name: growth for name, held in world.memory_mb.items() if (growth := _growth(held))
+        },
+        "descriptors": _first_last_most(world.files),
+        "threads": _first_last_most(world.threads),
+        "floods": rows,
         "violations": world.violations,
     }
     if as_json:
         print(json.dumps(result))
     else:
         for name, value in result.items():
-            print(f"{name:<12} {value}")
-    return int(bool(world.violations))
+            if name != "floods":
+                console.print(f"{name:<12} {value}", highlight=False)
+        if rows:
+            console.print(_table(rows))
+    is_late = any(row["touch_ms"]["p99"] > FLOOD_MARK_MS for row in rows)
+    return int(bool(world.violations) or is_late)
 
 
 async def _run(world: World, seconds: float) -> None:
@@ -147,24 +227,24 @@ async def _run(world: World, seconds: float) -> None:
             until = time.monotonic() + CHECK_S
             while time.monotonic() < until:
                 await world.step()
-                await asyncio.sleep(1.0 / ACTS_HZ)
+                await asyncio.sleep(1.0 / REQUESTS_HZ)
             check = checks[number % len(checks)]
             number += 1
             world.counts[f"checked {check.__name__.strip('_')}"] += 1
             await check(world)
-            _sample(world)
-            for stranger in world.strangers:
-                world.faults_of(stranger)
+            world.sample(await _status(world))
+            for client in world.clients:
+                world.collect_faults(client)
     finally:
         disturbing.cancel()
         await asyncio.gather(disturbing, return_exceptions=True)
         await _settled(world)
-        for stranger in list(world.strangers):
-            await world.drop(stranger)
+        for client in list(world.clients):
+            await world.drop(client)
 
 
 async def _disturb(world: World, ends_at: float) -> None:
-    """Kill or freeze one of the children now and then; a frozen one goes on by itself."""
+    """Kill or freeze one of the children now and then; a frozen one is continued."""
     rng = random.Random(world.rng.random())
     while time.monotonic() + 2 * DISTURB_S < ends_at:
         await asyncio.sleep(DISTURB_S)
@@ -181,7 +261,24 @@ async def _disturb(world: World, ends_at: float) -> None:
             if not is_kill:
                 await asyncio.sleep(FROZEN_S)
                 os.kill(pid, signal.SIGCONT)
+        # Noted again after a freeze: the engine reports nothing while it is frozen, and its last
+        # level counts as old until it has had its time to come back.
         world.disturbed_at = time.monotonic()
+        if is_kill:
+            await _returns(world, part, pid)
+
+
+async def _returns(world: World, part: str, dead: int) -> None:
+    """Note the time until another child works in place of the dead one."""
+    killed_at = time.monotonic()
+    while time.monotonic() - killed_at < BACK_WITHIN_S:
+        child = (await _status(world))[part]
+        works = child["plays"] if part == "speaker" else child["ready"]
+        if works and child["pid"] not in (None, dead):
+            world.back_s[part].append(time.monotonic() - killed_at)
+            return
+        await asyncio.sleep(0.02)
+    world.violated(f"{part} was not back {BACK_WITHIN_S:g} s after its death")
 
 
 async def _status(world: World) -> dict[str, Any]:
@@ -189,44 +286,47 @@ async def _status(world: World) -> dict[str, Any]:
 
 
 async def _settled(world: World) -> None:
-    """Wait until all that was asked is answered, or overdue."""
+    """Wait until every request is answered or overdue."""
     for _ in range(600):
-        if not any(each.asked and each.is_open for each in world.strangers):
+        if not any(each.asked and each.is_open for each in world.clients):
             return
         await asyncio.sleep(0.02)
 
 
 async def _owns(world: World) -> None:
-    """Pass the outputs on, and compare who thinks that it owns them with what the service says."""
-    scenes = [each for each in world.strangers if each.role == "scene" and each.is_open]
+    """Pass the outputs on, and compare the clients that believe to own them with the status."""
+    # Ownership is passed on first, so that the check meets the moment at which two could own.
+    # Events are then awaited: a client that has not heard yet that it lost the outputs is not at
+    # fault.
+    scenes = [each for each in world.clients if each.role == "scene" and each.is_open]
     for giver in [each for each in scenes if each.is_owner]:
         await giver.answer(type="set", ownership="give")
         for taker in [each for each in scenes if each is not giver][:1]:
             await taker.answer(type="set", ownership="take")
     await _settled(world)
-    believed = [each.name for each in world.strangers if each.is_owner and each.is_open]
+    believed = [each.name for each in world.clients if each.is_owner and each.is_open]
     for what in contradictions(believed, (await _status(world))["owner"]):
-        world.found(what)
-    for other in [each for each in world.strangers if each.role == "scene" and not each.is_owner]:
-        answer = await _touches(other, "contact")
+        world.violated(what)
+    for other in [each for each in world.clients if each.role == "scene" and not each.is_owner]:
+        answer = await _touch(other, "contact")
         if answer is not None and answer["type"] == "ok" and not other.is_owner:
-            world.found(f"{other.name} owns nothing, and its touch was answered ok")
+            world.violated(f"{other.name} does not own the outputs, but its touch was answered ok")
 
 
 def contradictions(believed: Sequence[str], owner: str | None) -> list[str]:
-    """Return what does not fit of who believes to own the outputs, and whom the status names."""
-    found = []
+    """Compare the clients that believe to own the outputs with the owner that the status names."""
+    contradicting = []
     if len(believed) > 1:
-        found.append(f"{' and '.join(believed)} own the outputs at once")
+        contradicting.append(f"{' and '.join(believed)} own the outputs at once")
     if believed and (owner is None or believed[0] not in owner):
-        found.append(f"{believed[0]} thinks that it owns the outputs; the status says {owner}")
-    return found
+        contradicting.append(f"{believed[0]} believes to own the outputs; the status says {owner}")
+    return contradicting
 
 
-async def _owner(world: World) -> Stranger | None:
-    """Let one scene have the outputs and let go of everything; None where there is no scene."""
+async def _owner(world: World) -> RandomClient | None:
+    """Give one scene the outputs and release every hand; None where there is no scene."""
     await world.fill()
-    scenes = [each for each in world.strangers if each.role == "scene" and each.is_open]
+    scenes = [each for each in world.clients if each.role == "scene" and each.is_open]
     for scene in scenes:
         await scene.answer(type="set", ownership="take")
         if scene.is_owner:
@@ -234,26 +334,27 @@ async def _owner(world: World) -> Stranger | None:
             await scene.answer(type="scene", objects=[thing], replace=True)
             await scene.answer(type="set", vibration_gain=1.0, thermal_gain=1.0)
             for hand in ("left", "right"):
-                await _touches(scene, "release", hand)
+                await _touch(scene, "release", hand)
             return scene
     return None
 
 
-async def _touches(scene: Stranger, phase: str, hand: str = "right") -> Message | None:
+async def _touch(scene: RandomClient, phase: str, hand: str = "right") -> Message | None:
     motion = {"speed_mps": 0.5, "force_n": 3.0, "captured_at": time.monotonic()}
     return await scene.answer(type="touch", phase=phase, object_id="table", hand=hand, **motion)
 
 
-async def _goes_on(world: World, within_s: float) -> str | None:
-    """Say what has not ended within so long: leases, or vibration; None: all is at rest.
+async def _still_active(world: World, within_s: float) -> str | None:
+    """Describe what has not ended within so long, leases or vibration; None: all is at rest.
 
-    An engine that was just killed or frozen tells its level late: it has until it is back.
+    An engine that was just killed or frozen reports its level late: it has until it is back.
     """
     disturbed_s = time.monotonic() - world.disturbed_at
     gives_up_at = time.monotonic() + within_s + max(0.0, BACK_S - disturbed_s)
     while True:
-        found = await _status(world)
-        leases, level = found["leases"], found["speaker"]["level"]
+        status = await _status(world)
+        leases = status["leases"]
+        level = status["speaker"]["level"]
         if not leases and level <= SILENT:
             return None
         if time.monotonic() > gives_up_at:
@@ -262,23 +363,23 @@ async def _goes_on(world: World, within_s: float) -> str | None:
 
 
 async def _stops(world: World) -> None:
-    """Stop while something is felt; then a hand that goes on must feel nothing."""
+    """Stop during a touch; then a hand that goes on must feel nothing."""
     scene = await _owner(world)
     if scene is None:
         return
-    await _touches(scene, "contact")
+    await _touch(scene, "contact")
     answer = await scene.answer(type="stop", scope="all")
     if answer is not None and answer["type"] != "ok":
-        world.found(f"a stop was answered by {answer}")
-    if scene.is_open and (what := await _goes_on(world, ENDED_S)):
-        world.found(f"after a stop something went on: {what}")
+        world.violated(f"a stop was answered by {answer}")
+    if scene.is_open and (active := await _still_active(world, ENDED_S)):
+        world.violated(f"after a stop something went on: {active}")
     for _ in range(5):
-        refused = await _touches(scene, "slide")
+        refused = await _touch(scene, "slide")
         if refused is not None and refused["type"] == "ok":
-            world.found("a hand that did not let go after a stop was answered ok")
-    if scene.is_open and (what := await _goes_on(world, 0.0)):
-        world.found(f"a hand that did not let go after a stop felt something: {what}")
-    await _touches(scene, "release")
+            world.violated("a slide after a stop, without a release, was answered ok")
+    if scene.is_open and (active := await _still_active(world, 0.0)):
+        world.violated(f"a slide after a stop, without a release, was rendered: {active}")
+    await _touch(scene, "release")
 
 
 async def _lapses(world: World) -> None:
@@ -286,37 +387,83 @@ async def _lapses(world: World) -> None:
     scene = await _owner(world)
     if scene is None:
         return
-    await _touches(scene, "contact")
+    await _touch(scene, "contact")
     await asyncio.sleep(0.3)
-    if what := await _goes_on(world, ENDED_S):
-        world.found(f"a lease that nobody renewed went on: {what}")
+    if active := await _still_active(world, ENDED_S):
+        world.violated(f"a lease that nobody renewed went on: {active}")
 
 
 async def _loses(world: World) -> None:
-    """Look for what was lost."""
-    found = await _status(world)
-    lost = {"log lines lost": found["counts"].get("log lines lost", 0)}
-    lost["commands lost"] = found["speaker"]["lost_commands"]
+    """Look for lost lines of the log and lost commands."""
+    status = await _status(world)
+    lost = {"log lines lost": status["counts"].get("log lines lost", 0)}
+    lost["commands lost"] = status["speaker"]["lost_commands"]
     for what, count in lost.items():
         if count > world.counts[what]:
-            world.found(f"{count - world.counts[what]} {what}")
+            world.violated(f"{count - world.counts[what]} {what}")
         world.counts[what] = count
 
 
-def _sample(world: World) -> None:
+async def _touches_beside(
+    kind: str | None, service: Service, echo_port: int, seconds: float
+) -> dict[str, Any]:
+    """Measure touches and echoes in turns beside a hostile client of this kind; None: nobody."""
+    with ExitStack() as stack:
+        async with sockets(service, echo_port) as (touches, echoes):
+            if kind is not None:
+                rig = (service.url, kind, seconds + FLOOD_MARGIN_S)
+                flood = stack.enter_context(helper("reliability.flood_clients", *rig))
+                await asyncio.to_thread(first_line, flood)
+            started = time.monotonic()
+            used = spent_s(service.process.pid)
+            touch_ms, echo_ms = await alternate(touches, echoes, seconds)
+            cores = (spent_s(service.process.pid) - used) / (time.monotonic() - started)
+    return {
+        "touch_ms": spread(touch_ms),
+        "echo_ms": spread(echo_ms),
+        "gateway_cores": round(cores, 2),
+        "gateway_mb": _held_mb(service.process.pid),
+        "load": round(os.getloadavg()[0], 1),
+    }
+
+
+def _held_mb(pid: int) -> float:
     import psutil
 
-    with contextlib.suppress(psutil.Error):
-        held = psutil.Process(world.service.process.pid).memory_full_info().uss / 2**20
-        world.memory_mb.append((time.monotonic(), held))
+    held: float = psutil.Process(pid).memory_full_info().uss / 2**20
+    return round(held, 1)
 
 
-def _growth(held: list[tuple[float, float]]) -> dict[str, Any] | None:
-    """Return the slope after the first third, MB/h with 95 % (Theil-Sen); None: too short."""
+def _growth(held: Samples) -> dict[str, Any] | None:
+    """Return the memory of a process after its first third, MB, and the slope, MB/h with 95 %.
+
+    None for a process that did not live long enough.
+    """
+    # The interval of the slope is from Kendall's test: it asks how many pairs of samples rise, and
+    # so does not assume that the noise of memory is normal, which it is not.
     warm = held[len(held) // 3 :]
     if len(warm) < LEAST:
         return None
     times, sizes = np.array(warm).T
     slope, _, low, high = stats.theilslopes(sizes, times / 3600.0)
-    found = [round(float(each), 1) for each in (slope, low, high)]
-    return {"warm_mb": round(float(sizes[0]), 1), "slope_mb_per_h": found}
+    return {
+        "first_mb": round(held[0][1], 1),
+        "warm_mb": round(float(sizes[0]), 1),
+        "last_mb": round(float(sizes[-1]), 1),
+        "slope_mb_per_h": [round(float(each), 1) for each in (slope, low, high)],
+    }
+
+
+def _first_last_most(counts: list[int]) -> list[int]:
+    return [counts[0], counts[-1], max(counts)] if counts else []
+
+
+def _table(rows: list[dict[str, Any]]) -> Table:
+    columns = ("beside", "n", "touch", "bare echo", "gateway, cores", "gateway, MB", "load")
+    table = Table(*columns, title="beside one hostile client, ms (median / p99 / longest)")
+    for row in rows:
+        times = [row[name] for name in ("touch_ms", "echo_ms")]
+        cells = [f"{each['median']} / {each['p99']} / {each['max']}" for each in times]
+        numbers = (str(row[name]) for name in ("gateway_cores", "gateway_mb", "load"))
+        table.add_row(row["beside"], str(row["touch_ms"]["n"]), *cells, *numbers)
+    return table

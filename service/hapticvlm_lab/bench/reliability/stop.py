@@ -1,9 +1,10 @@
-"""Stop, measured at the outputs: until the sink is silent, and until the plate's bridge is open.
+"""`hapticvlm measure stop`: the time until the sink is silent and the plate's bridge is open.
 
 A scene touches something cold, so that speaker and plate are both driven; another connection (or
-the dashboard's button) stops at a random moment. Sound is recorded at a null sink, with what
-the sound server adds; OFF is seen on the serial line and at a simulated board behind a terminal,
-beside what a terminal takes for a few bytes alone.
+the dashboard's button) stops at a random moment. Both outputs are watched from outside. Sound is
+recorded at a null sink, which includes the delay of the sound server. OFF is observed on the serial
+line and at a simulated board behind a terminal, beside the time that a terminal needs for a few
+bytes alone.
 """
 
 from __future__ import annotations
@@ -27,8 +28,7 @@ from hapticvlm import __version__
 from hapticvlm.client import connect
 from hapticvlm.client.connection import Client, Refused
 from hapticvlm.client.local_service import Service, ServiceError
-from hapticvlm_lab.bench.audio.conditions import raise_priority
-from hapticvlm_lab.bench.audio.sink import Recording, null_sink, recording
+from hapticvlm_lab.bench.audio import Recording, null_sink, raise_priority, recording
 from hapticvlm_lab.bench.reliability.board import OFF, PING, PtyBoard, board_on_a_terminal
 from hapticvlm_lab.bench.reliability.stop_conditions import CONDITIONS, Condition, Press, Start
 from hapticvlm_lab.bench.rigs import priority
@@ -43,31 +43,32 @@ KETTLE = {"object_id": "kettle", "material": "wood", "temperature_c": 5.0}
 
 @dataclass(frozen=True, slots=True)
 class Outputs:
-    """What can be seen of both outputs from outside."""
+    """Both outputs as observed from outside."""
 
     recording: Recording
     board: PtyBoard
 
     def are_driven(self, now: float) -> bool:
-        """Return whether something sounded just now, and the plate holds a setpoint."""
+        """Return whether sound was just recorded and the plate holds a setpoint."""
         newest = self.recording.chunks[-100:]
         sounds = any(np.frombuffer(data, "f4").any() for at, data in newest if at > now - 0.05)
         return sounds and self.board.state == "HOLDING"
 
     def silent_after(self, moment: float, until: float) -> float:
-        """Return the time in s until the last chunk with a sound had arrived; inf for never."""
+        """Return the time in s until the last chunk with a sound arrived; inf if it goes on."""
         chunks = [
             each for each in list(self.recording.chunks[-20_000:]) if moment < each[0] <= until
         ]
         last = next((at for at, data in reversed(chunks) if np.frombuffer(data, "f4").any()), None)
         if last is None:
             return 0.0
+        # A sound that close to the end of the window has not ended within it.
         return float("inf") if until - last < 0.05 else last - moment
 
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """One stop: ms until answered, silent, OFF on the line, bridge open; and of a line alone."""
+    """One stop: ms until answer, silence, OFF on the line and open bridge; and of a ping."""
 
     answered: float
     silent: float
@@ -77,9 +78,10 @@ class Trial:
 
 
 def run(*, trials: int, only: list[str], as_json: bool) -> int:
-    """Measure, print a table or JSON. 1 if a p99 is above the mark or a condition failed.
+    """Measure, print a table or JSON. Returns 1 if a p99 is above the mark or a condition failed.
 
-    A condition that fails is reported with its reason, and the others go on. Raises SinkError.
+    A condition that fails is reported with its reason, and the others are measured. Raises
+    SinkError.
     """
     console = Console(quiet=as_json, width=150)
     chosen = {name: each for name, each in CONDITIONS.items() if not only or name in only}
@@ -99,7 +101,8 @@ def summary(trials: list[Trial]) -> dict[str, Any]:
     """Return median, p99 and the longest of each time, ms."""
 
     def spread(values: list[float]) -> dict[str, float]:
-        # "higher": between a figure and a stop that never came there is nothing.
+        # A stop that never came is infinite. "higher" takes a measured value, where interpolation
+        # between a figure and infinity would give no number.
         median, p99 = np.percentile(values, (50, 99), method="higher")
         return {"median": round(median, 1), "p99": round(p99, 1), "max": round(max(values), 1)}
 
@@ -140,7 +143,7 @@ def _with_service(
 
 
 def _row(condition: Condition, outputs: Outputs, service: Service, count: int) -> dict[str, Any]:
-    """Measure one condition: its figures, or why there are none."""
+    """Measure one condition: its figures, or the reason why there are none."""
     try:
         with condition.load(service):
             figures = summary(asyncio.run(_measure(condition, outputs, service, count)))
@@ -175,7 +178,7 @@ async def _trial(
     until = pressed + condition.watched_s
     await asyncio.sleep(until - time.monotonic())
     await hand.lift()
-    await asyncio.sleep(CLEAR_S)  # which the board's diary and the last sounds may need to arrive
+    await asyncio.sleep(CLEAR_S)  # the board's diary and the last sounds are still on their way
     off = outputs.board.first(OFF, pressed, until)
     opened = outputs.board.first("OFF", pressed, until)
     ping = outputs.board.first(PING, pinged, until)
@@ -222,7 +225,7 @@ class _Hand:
     async def _slide(self) -> None:
         phase = "contact"
         while True:
-            with suppress(Refused):  # what a stop holds is refused until the release
+            with suppress(Refused):  # after a stop every touch is refused until the release
                 await self._client.touch(phase, "kettle", speed_mps=0.3, force_n=1.5)
             phase = "slide"
             await asyncio.sleep(SLIDE_S)

@@ -1,4 +1,4 @@
-"""Under what a stop is measured: loads, floods, dying children, a log nobody reads, the button."""
+"""The conditions of a stop: loads, floods, dying children, an unread log, a button in a browser."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from hapticvlm.client import connect
 from hapticvlm.client.local_service import Service, running
 from hapticvlm.materials import MATERIALS
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
-from hapticvlm_lab.bench.reliability.floods import TINY
+from hapticvlm_lab.bench.reliability.flood_clients import TINY
 from hapticvlm_lab.bench.rigs import first_line, helper, service_status
 
 LOAD_S = 3600.0  # more than a condition lasts
@@ -52,7 +52,7 @@ def _plain(arguments: list[str]) -> Iterator[Service]:
 
 @asynccontextmanager
 async def _observer(service: Service) -> AsyncIterator[Press]:
-    """Stop from another connection; returns when it was sent and when it was answered."""
+    """Stop from another connection; yields a press that returns when it was sent and answered."""
     async with connect(service.url, name="stops", role="observer") as client:
 
         async def press() -> tuple[float, float]:
@@ -65,7 +65,7 @@ async def _observer(service: Service) -> AsyncIterator[Press]:
 
 @dataclass(frozen=True, slots=True)
 class Condition:
-    """How the service runs, what else goes on, who stops, what is done just before a stop."""
+    """The service, the load beside it, the source of the stop, and an event just before it."""
 
     service: Start = _plain
     load: Callable[[Service], AbstractContextManager[None]] = _nothing
@@ -73,8 +73,8 @@ class Condition:
     strike: Callable[[Service], None] | None = None
     struck_s: float = 0.0  # the stop comes within this after the strike
     watched_s: float = 0.35
-    steady_s: float = 0.0  # of life before the strike: a child that dies soon again has to wait
-    most: int | None = None  # stops, where each takes long
+    steady_s: float = 0.0  # before the strike: a child that dies again soon is restarted late
+    most: int | None = None  # number of stops, if each takes long
 
 
 @contextmanager
@@ -94,7 +94,7 @@ def _frames(service: Service) -> Iterator[None]:
 def _flooded(kind: str) -> Condition:
     @contextmanager
     def flooding(service: Service) -> Iterator[None]:
-        with _process("reliability.floods", service.url, kind, LOAD_S):
+        with _process("reliability.flood_clients", service.url, kind, LOAD_S):
             yield
 
     return Condition(load=flooding)
@@ -102,7 +102,7 @@ def _flooded(kind: str) -> Condition:
 
 @contextmanager
 def _unread(arguments: list[str]) -> Iterator[Service]:
-    """Run a service whose log goes into a pipe that nobody reads."""
+    """Run a service that logs into a pipe without a reader."""
     reading, writing = os.pipe()
     try:
         with running(arguments, log=writing) as service:
@@ -114,14 +114,14 @@ def _unread(arguments: list[str]) -> Iterator[Service]:
 
 @contextmanager
 def _fill(service: Service) -> Iterator[None]:
-    """Log more than the pipe holds, and go on with it."""
-    with _process("reliability.floods", service.url, "comings and goings", LOAD_S):
+    """Log more than the pipe holds, and keep logging."""
+    with _process("reliability.flood_clients", service.url, "reconnections", LOAD_S):
         time.sleep(FILL_S)
         yield
 
 
 def write_recordings(folder: Path, seconds: float) -> None:
-    """Write recordings of noise that `serve --patterns` takes."""
+    """Write recordings of noise in the form that `serve --patterns` takes."""
     noise = np.random.default_rng(0).normal(0.0, 0.1, round(seconds * RATE_HZ))
     names = [f"{material}-{kind}" for material in MATERIALS for kind in RECORDED][:RECORDINGS]
     for name in names:
@@ -147,7 +147,7 @@ def _kill(part: str) -> Callable[[Service], None]:
 
 @asynccontextmanager
 async def _button(service: Service) -> AsyncIterator[Press]:
-    """Stop by the dashboard's button in Chromium; its clock is the wall's."""
+    """Stop by the dashboard's button in Chromium, whose clock is the wall clock."""
     from playwright.async_api import async_playwright
 
     async with async_playwright() as playwright:
@@ -160,6 +160,8 @@ async def _button(service: Service) -> AsyncIterator[Press]:
         await page.wait_for_selector("#owner[data-owned=true]")
 
         async def press() -> tuple[float, float]:
+            # performance.timeOrigin is of the wall clock, the other times are monotonic: the offset
+            # between the two is taken at the press itself, since the wall clock may be set.
             script = """() => { const at = performance.timeOrigin + performance.now();
                 document.getElementById("stopped").textContent = "";
                 document.getElementById("stop").click(); return at; }"""
@@ -178,7 +180,7 @@ CONDITIONS = {
     "idle": Condition(),
     "2 x 120 frames/s": Condition(load=_frames),
     **{f"flood: {kind}": _flooded(kind) for kind in TINY},
-    "log nobody reads": Condition(service=_unread, load=_fill),
+    "log without a reader": Condition(service=_unread, load=_fill),
     "recogniser killed before, 30 recordings": Condition(
         service=_with_recordings,
         strike=_kill("recogniser"),

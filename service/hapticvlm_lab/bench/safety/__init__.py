@@ -1,1 +1,1 @@
-"""What the guards of the plate are worth: `hapticvlm chart safety`."""
+"""The guards of the plate: `hapticvlm chart safety`."""

@@ -1,1 +1,1 @@
-"""Methods to compute skin temperature, side by side: their cost, their error, where they break."""
+"""The course of skin temperature: how exact the product is, and against which yardstick."""

@@ -1,9 +1,14 @@
-"""How the setpoint allows for the palm-plate resistance: error of the skin against cost.
+"""The allowance for the resistance between palm and plate: error of the skin against cost.
 
-The skin lags the plate by the resistance times the heat flow (docs/physics.md 1.1). The plate here
-follows its setpoint at once and nothing limits it, so what is left is the method's own error; the
-skin on it is a sum of steps, exact between frames: each moves the skin by its height times
-1 - erfcx(sqrt(t) / (es R)). Heat from the core of the hand is left out.
+A plate that cools skin to 30 degC has to be colder than that itself: the heat that flows from palm
+to plate passes the resistance R between them, and the skin lags the plate by R times that flow
+(docs/physics.md 1.1). The product adds this term to the temperature that it wants of the skin.
+
+The chart isolates the error of the term. The plate here follows its setpoint at once and nothing
+limits it, so that neither driver nor module counts. The skin on such a plate is computed exactly: a
+setpoint held for a frame is a step, and a step of height h moves the skin by h (1 - erfcx(sqrt(t) /
+(e_skin R))), so the skin is the sum over all steps so far. Heat from the core of the hand is left
+out.
 """
 
 from __future__ import annotations
@@ -23,9 +28,8 @@ from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.heat.contact import SKIN, ThermalContact, progress, thermal_contact
 from hapticvlm.rendering.heat.trajectory import ThermalTrajectory
 from hapticvlm_lab.bench import figures
-from hapticvlm_lab.bench.labels import place
 from hapticvlm_lab.bench.rigs import core_us
-from hapticvlm_lab.bench.thermal.grids import Floats
+from hapticvlm_lab.bench.thermal.reference import Floats
 
 NAME = "chart-thermal-plate"
 FRAME_S = 0.02
@@ -35,8 +39,8 @@ ENDS_S = 6.0
 PALMS = (2e-4, 5e-4, 1e-3)  # m2 K/W
 ROOMS_C = (15.0, 22.0, 30.0)
 TOUCHED = ("wood", "glass", "fabric", "metal")
-ASSUMED = 5e-4  # of a term that does not know the palm
-LOWEST_C = 1e-3  # what errs by less is drawn there
+ASSUMED = 5e-4  # m2 K/W, for a term that does not know the palm
+LOWEST_C = 1e-3  # a smaller error is drawn here
 MARK_C = 0.3  # RMS of the skin from 1 s on
 ROUNDS = 15
 STEPS = 200
@@ -48,7 +52,7 @@ Term = Callable[[ThermalTrajectory, float, float], float]
 
 @dataclass(frozen=True, slots=True)
 class PlateRow:
-    """One method: worst RMS of the skin from AFTER_S on, on one contact and after a slide, degC."""
+    """One method: worst RMS error of the skin from AFTER_S on, on a contact and a slide, degC."""
 
     method: str
     is_default: bool
@@ -64,20 +68,24 @@ def without(trajectory: ThermalTrajectory, resistance: float, now: float) -> flo
 
 
 def closed(trajectory: ThermalTrajectory, resistance: float, now: float) -> float:
-    """Use the flow of a first contact with a thick body, dT / R'' erfcx(x): knows no past."""
+    """Use the flow of a first contact with a thick body, dT / R'' erfcx(x), without a history."""
     contact = trajectory.contact
     begun_at = trajectory.begun_at
     assert contact is not None
     assert begun_at is not None
+    # The flow through the contact is the gradient that is left across its resistance. Before the
+    # first moment it is the whole drop; later the surfaces have approached each other, and the
+    # share that is left is erfcx of the progress. An earlier contact would change the drop: not
+    # known here.
     drop_c = contact.surface_c - contact.skin_c
     left = float(erfcx(progress(contact, now - begun_at)))
     return trajectory.skin_c(now) + resistance * drop_c / contact.contact_resistance * left
 
 
 def product(trajectory: ThermalTrajectory, resistance: float, now: float) -> float:
-    """Return what the product drives the plate to."""
-    del resistance  # its trajectory has it
-    return trajectory.wanted_c(now)
+    """Return the temperature that the product drives the plate to."""
+    del resistance  # the trajectory contains it
+    return trajectory.target_c(now)
 
 
 METHODS: tuple[tuple[str, Term, float | None], ...] = (
@@ -105,7 +113,10 @@ def show(rows: Sequence[PlateRow]) -> None:
 
 
 def skin_on_plate(plate_c: Floats, resistance: float) -> Floats:
-    """Skin on a plate of these temperatures, one a frame, each held for it, (N,) degC."""
+    """Return the skin on a plate of these temperatures, one held for each frame, (N,) degC."""
+    # Superposition: conduction is linear, so the skin's answer to a course of the plate is the sum
+    # of its answers to the steps of that course, each shifted to the time of its step. That sum is
+    # a convolution of the steps with the answer to a step of one degree.
     steps = np.diff(plate_c, prepend=NEUTRAL_C)
     times = FRAME_S * np.arange(1, plate_c.size + 1)
     response = 1.0 - erfcx(np.sqrt(times) / (SKIN.effusivity * resistance))
@@ -113,7 +124,9 @@ def skin_on_plate(plate_c: Floats, resistance: float) -> Floats:
 
 
 def error_c(term: Term, palm: float, assumed: float, touched: Sequence[ThermalContact]) -> float:
-    """RMS of the skin AFTER_S from the last contact on; the hand slides after SLIDE_S, degC."""
+    """Return the RMS error of the skin from AFTER_S after the last contact on, degC."""
+    # The plate is set to the middle of each frame, so that holding it for the frame is right on
+    # average; the skin is compared at the end of the frame.
     trajectory = ThermalTrajectory(lead_s=0.0, plate_resistance=assumed)
     plate = []
     wanted = []
@@ -147,7 +160,7 @@ def _contacts(names: Sequence[str], room_c: float) -> list[ThermalContact]:
 
 
 def _step_us(term: Term) -> float:
-    """Core time of a setpoint on glass after metal, median of rounds, us."""
+    """Return the median core time of a setpoint on glass after metal, us."""
     first, second = _contacts(("metal", "glass"), 22.0)
     trajectory = ThermalTrajectory(lead_s=0.0, plate_resistance=ASSUMED).touch(first, 1, 0.0)
     trajectory = trajectory.touch(second, 2, 1.0)
@@ -183,4 +196,4 @@ def draw(rows: Sequence[PlateRow], stem: Path) -> None:
                 (x, y, f"{row.method}: {_degrees(getattr(row, field))}", INK)
                 for row, (x, y) in zip(rows, dots, strict=True)
             ]
-            place(axes, labels, dots)
+            figures.place(axes, labels, dots)

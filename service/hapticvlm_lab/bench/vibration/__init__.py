@@ -1,1 +1,1 @@
-"""What vibration costs and what skin can tell apart of it; a speaker measured."""
+"""Synthesis of vibration: its cost, and the differences that a palm feels."""

@@ -1,7 +1,8 @@
-"""How strongly a controller is told to vibrate: every material, struck and slid over.
+"""The strength that a controller is told to vibrate with: every material, struck and slid over.
 
-Of a blow it is the strongest value of the plan that is sent at the onset, of a slide the mean of
-half a second. 1 is the strongest that a controller can. This is what is sent; nobody has felt it.
+For a blow it is the strongest value of the plan that is sent at the onset, for a slide the mean of
+half a second. 1 is the strongest vibration of a controller. These are the values that are sent;
+nobody has felt them.
 """
 
 from __future__ import annotations
@@ -24,10 +25,10 @@ LEASE_S = 0.25
 
 
 def amplitudes(material: str, form: Form) -> dict[str, float]:
-    """Return what is played of each blow and slide, 0..1."""
+    """Return the value that is played of each blow and slide, 0..1."""
     planner = VibrationPlanner({material: MATERIALS[material]})
-    found = {kind: max(_blow(planner, material, kind, form).amplitude) for kind in BLOWS}
-    return found | {
+    blows = {kind: max(_blow(planner, material, kind, form).amplitude) for kind in BLOWS}
+    return blows | {
         f"slide {speed} m/s": _slide(planner, material, speed, form) for speed in SLIDES_MPS
     }
 
@@ -39,7 +40,7 @@ def _blow(planner: VibrationPlanner, material: str, kind: str, form: Form) -> Vi
 
 
 def _slide(planner: VibrationPlanner, material: str, speed_mps: float, form: Form) -> float:
-    """Return the mean of what each plan says until the next one replaces it."""
+    """Return the mean of each plan until the next one replaces it."""
     planner.rest()
     motion = Motion(speed_mps, SLIDE_N)
     played: list[float] = []
@@ -53,12 +54,12 @@ def _slide(planner: VibrationPlanner, material: str, speed_mps: float, form: For
 
 def main() -> None:
     """Print a row for each material, and all of it as one line of JSON."""
-    found = {material: amplitudes(material, "amplitude") for material in MATERIALS}
-    columns = next(iter(found.values()))
+    strengths = {material: amplitudes(material, "amplitude") for material in MATERIALS}
+    columns = next(iter(strengths.values()))
     print("material", *columns, sep=" | ")
-    for material, row in found.items():
+    for material, row in strengths.items():
         print(material, *(f"{value:.2f}" for value in row.values()), sep=" | ")
-    print(json.dumps(found))
+    print(json.dumps(strengths))
 
 
 if __name__ == "__main__":

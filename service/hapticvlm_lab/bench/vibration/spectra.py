@@ -1,4 +1,12 @@
-"""Levels of a vibration on one grid, and how far two of them are apart to a palm."""
+"""Levels of a vibration on one grid, and the distance of two of them for a palm.
+
+Two vibrations that differ on paper may feel the same, for two reasons. A component below the
+threshold of the skin is not felt; the threshold is lowest near 250 Hz and rises on both sides. And
+a strong component masks weaker ones of nearby frequency, over a width in proportion to its own
+frequency. So the levels of both vibrations are added up in third octaves, together with the
+threshold that the intended vibration leaves, masks included. The largest remaining difference of a
+band counts; below a just noticeable difference (JND_DB) no palm tells the two apart.
+"""
 
 from __future__ import annotations
 
@@ -18,19 +26,21 @@ JND_DB = 1.6  # least difference of amplitude told apart at the thenar (Forta an
 _MODEL_BEST_HZ = 250.0
 _MODEL_HZ = 550.0
 _MODEL_BEST_DB = -45.0
-# of a peak that masks: above its feet, below the highest
+# A peak masks if it stands this far above its feet, and not this far below the highest peak.
 _PROMINENT_DB = 12.0
 _REACH_DB = 45.0
 BANDS_HZ = 20.0 * 2.0 ** (np.arange(18) / 3.0)  # third octaves, 20 to 1016 Hz
 
 
 def event_db(wave: NDArray[np.float32]) -> tuple[_Floats, _Floats]:
-    """Frequencies and levels (K,) of one event within SIZE samples, dB re full scale."""
+    """Return frequencies and levels (K,) of one event within SIZE samples, dB re full scale."""
     return _levels(np.abs(np.fft.rfft(wave[:SIZE].astype(np.float64), SIZE)) ** 2)
 
 
 def steady_db(wave: NDArray[np.float32]) -> tuple[_Floats, _Floats]:
-    """Frequencies and mean levels (K,) of a steady wave (N,), dB re full scale."""
+    """Return frequencies and mean levels (K,) of a steady wave (N,), dB re full scale."""
+    # Welch's method: power spectra of windowed pieces are averaged, since that of one piece of
+    # noise scatters as much as its own mean. The window's own power is divided out.
     frames = wave[: wave.size // SIZE * SIZE].astype(np.float64).reshape(-1, SIZE)
     window = np.hanning(SIZE)
     power = np.mean(np.abs(np.fft.rfft(frames * window)) ** 2, axis=0) / np.mean(window**2)
@@ -50,7 +60,8 @@ def _levels(power: _Floats) -> tuple[_Floats, _Floats]:
 
 
 def model_threshold_db(frequency_hz: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Threshold of the psychohaptic model, dB below full scale (never above 0), any shape."""
+    """Return the threshold of the psychohaptic model, dB below full scale, any shape."""
+    # A parabola over the logarithm of a shifted frequency, with its least value at _MODEL_BEST_HZ.
     b = 1.0 - _MODEL_BEST_HZ / _MODEL_HZ
     at = np.log10(frequency_hz / _MODEL_HZ + b) ** 2
     return np.asarray(np.minimum(50.0 / np.log10(b) ** 2 * at + _MODEL_BEST_DB, 0.0))
@@ -59,9 +70,12 @@ def model_threshold_db(frequency_hz: NDArray[np.float64]) -> NDArray[np.float64]
 def masked_threshold_db(
     frequency_hz: NDArray[np.float64], level_db: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Threshold under a vibration's own peaks, (K,) dB: a mask at each, summed in power."""
+    """Return the threshold under a vibration's own peaks, (K,) dB: masks summed in power."""
     from scipy.signal import find_peaks
 
+    # Masks of several peaks add up in power, not in dB: two equal masks raise the threshold by 3
+    # dB. Each mask is a parabola in the relative distance from its peak, its top some 5 dB below
+    # that.
     peaks, _ = find_peaks(level_db, prominence=_PROMINENT_DB)
     total = 10.0 ** (model_threshold_db(frequency_hz) / 10.0)
     for peak in peaks:
@@ -79,10 +93,12 @@ def felt_difference_db(
 ) -> float:
     """Return the largest difference, in third octaves, that the meant vibration does not mask, dB.
 
-    All (K,); levels are power a band in dB re full scale. What is below the meant one's threshold
-    counts as the threshold, so only what can be felt differs; JND_DB or less is told apart by
-    nobody.
+    All (K,); levels are power a band in dB re full scale. The masked threshold is added to both, so
+    that only a difference that can be felt counts.
     """
+    # Adding the threshold to both sides turns "below the threshold" into "equal": two levels far
+    # below it give the same sum, two levels far above it keep their difference, and in between the
+    # difference fades instead of jumping.
     hidden = 10.0 ** (masked_threshold_db(frequency_hz, meant_db) / 10.0)
     differences = []
     for centre in BANDS_HZ:
@@ -92,6 +108,6 @@ def felt_difference_db(
             continue
         floor = float(hidden[inside].min())
         meant = float(np.sum(10.0 ** (meant_db[inside] / 10.0))) + floor
-        given = float(np.sum(10.0 ** (given_db[inside] / 10.0))) + floor
-        differences.append(abs(10.0 * np.log10(given / meant)))
+        other = float(np.sum(10.0 ** (given_db[inside] / 10.0))) + floor
+        differences.append(abs(10.0 * np.log10(other / meant)))
     return float(max(differences))

@@ -1,1 +1,1 @@
-"""Whole pipelines, from what is known of an object to what a palm feels of it."""
+"""Whole pipelines, from the evidence on an object to the touch of a palm."""

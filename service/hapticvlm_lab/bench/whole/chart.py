@@ -1,47 +1,93 @@
-"""`hapticvlm chart whole`: what a whole pipeline is worth, against what it costs.
+"""`hapticvlm chart whole`: the worth of a whole pipeline, against its cost.
 
-A row is a way to decide what an object is and a way to render it; the default, and every way that
-differs from it in one thing. Worth is the share of held-back objects that are felt as what they
-are (predicted, feeling.py), cost the time of one core for one look and one touch. The air's
-temperature is left out: `chart ambient` has the vision-language models, which need their weights to
-be worth anything.
+A row is a method to decide on the material of an object with a method to render it: the default,
+and each that differs from it in one respect. Worth is the share of held-back objects that are
+recognised by touch (predicted, feeling.py); cost is the time of one core for one recognition and
+one touch. The temperature of the air is left out, since it needs the weights of a vision-language
+model.
 """
 
 from __future__ import annotations
 
+import textwrap
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hapticvlm.commands.progress import track
 from hapticvlm.materials import MATERIALS
+from hapticvlm.palette import BLUE, GREEN, PURPLE, VERMILION
 from hapticvlm.statistics import wilson
+from hapticvlm_lab.bench import figures
 from hapticvlm_lab.bench.material.answers import embed
-from hapticvlm_lab.bench.material.belief_sets import sources_of
 from hapticvlm_lab.bench.material.data import Source
 from hapticvlm_lab.bench.material.methods import Floats, Method
+from hapticvlm_lab.bench.material.reading import sources_of
 from hapticvlm_lab.bench.material.timing import Cost, costs
+from hapticvlm_lab.bench.pareto import pareto
 from hapticvlm_lab.bench.printing import made_with, publish
 from hapticvlm_lab.bench.rigs import helper, least_us, report_of
-from hapticvlm_lab.bench.whole import deciding, feeling, plot
-from hapticvlm_lab.bench.whole.deciding import Decided
+from hapticvlm_lab.bench.whole import deciding, feeling
+from hapticvlm_lab.bench.whole.deciding import STATED, Decided
 from hapticvlm_lab.bench.whole.feeling import DEFAULT, Rendering
-from hapticvlm_lab.bench.whole.rows import STATED, Row, undominated
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 NAME = "chart-whole"
 ROUNDS = 9
+SIZE_IN = (11.0, 6.2)
+DPI = 90
+LOOKS = ((VERMILION, "o"), (BLUE, "s"), (GREEN, "D"), (PURPLE, "^"))  # colour, marker
 
 
 @dataclass(frozen=True, slots=True)
 class Prices:
-    """What a look costs by the way's name, a touch by how it is rendered, an eye by its name."""
+    """Cost of a recognition by method, of a touch by rendering, memory by encoder."""
 
     looks: Mapping[str, Cost]
     touch_ms: Mapping[Rendering, float]
     mb: Mapping[str, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One pipeline on one source of n objects.
+
+    `share` recognised by touch (predicted), with its 95 % interval (Wilson); mean differences from
+    the true material; ms of one core for a recognition (median; a frame is decoded and cut) and for
+    a touch of one second (least of several, in turns); `mb` that an encoder adds; `worst` the
+    material that is recognised least often.
+    """
+
+    source: str
+    decides: str
+    renders: str
+    is_default: bool
+    n: int
+    share: float
+    low: float
+    high: float
+    skin_c: float
+    texture_db: float
+    look_ms: float
+    touch_ms: float
+    mb: float
+    worst: str
+
+    @property
+    def core_ms(self) -> float:
+        """One recognition and one touch."""
+        return self.look_ms + self.touch_ms
+
+    @property
+    def name(self) -> str:
+        """The method that decides, and the change of rendering."""
+        return f"{self.decides}; {self.renders}" if self.renders else self.decides
 
 
 def run(data: Path | None, out: Path, *, as_json: bool) -> int:
@@ -50,19 +96,19 @@ def run(data: Path | None, out: Path, *, as_json: bool) -> int:
     Raises CaptureError, EncoderError, GalleryError.
     """
     rows = measure([source for source, _ in sources_of(data)])
-    files = plot.draw(rows, out / NAME, sentence(rows))
-    figures = {
+    files = draw(rows, out / NAME, sentence(rows))
+    report = {
         "chart": "whole",
         **made_with(),
         "default": sentence(rows),
         "rows": [asdict(row) | {"core_ms": round(row.core_ms, 2)} for row in rows],
         "files": [str(path) for path in files],
     }
-    return publish(out / f"{NAME}.json", figures, as_json=as_json, show=lambda: show(rows))
+    return publish(out / f"{NAME}.json", report, as_json=as_json, show=lambda: show(rows))
 
 
 def measure(sources: Sequence[Source]) -> list[Row]:
-    """Decide every object in every way, render it in every way, and time all of it."""
+    """Decide every object by every method, render it in every way, and time all of it."""
     ways = deciding.ways()
     prices = _prices(ways, next((source for source in sources if source.stated), None))
     rows = []
@@ -72,14 +118,14 @@ def measure(sources: Sequence[Source]) -> list[Row]:
             eye = id(way.encoder)
             if eye not in seen:
                 seen[eye] = embed(way, source)
-            found = deciding.decided(way, source, seen[eye])
-            hows = feeling.renderings() if deciding.is_default(way, source) else [DEFAULT]
-            rows += [_row(source, way, how, found, prices) for how in hows]
+            decisions = deciding.decided(way, source, seen[eye])
+            hows = feeling.RENDERINGS if deciding.is_default(way, source) else (DEFAULT,)
+            rows += [_row(source, way, how, decisions, prices) for how in hows]
     return rows
 
 
 def sentence(rows: Sequence[Row]) -> str:
-    """Say for each source how the default stands to the best that is cheaper or dearer."""
+    """Compare the default of each source with the best method."""
     parts = []
     for source in dict.fromkeys(row.source for row in rows):
         there = [row for row in rows if row.source == source and row.decides != STATED]
@@ -89,7 +135,13 @@ def sentence(rows: Sequence[Row]) -> str:
         if best.share > default.share:
             text += f", {best.name} {best.share:.0%} for {best.core_ms:.1f} ms"
         parts.append(text)
-    return "felt as what they are. " + "; ".join(parts)
+    return "recognised by touch: " + "; ".join(parts)
+
+
+def undominated(rows: Sequence[Row]) -> list[Row]:
+    """Return the rows that no cheaper one equals, cheapest first; STATED is left out."""
+    machines = [row for row in rows if row.decides != STATED]
+    return pareto(machines, lambda row: row.core_ms, lambda row: row.share)
 
 
 def show(rows: Sequence[Row]) -> None:
@@ -98,33 +150,32 @@ def show(rows: Sequence[Row]) -> None:
         there = [row for row in rows if row.source == source]
         kept = undominated(there)
         print(f"\n{source}: {there[0].n} objects of {len(MATERIALS)} materials")
-        print(
-            f"{'felt right':>16} {'skin':>8} {'texture':>8} {'look':>8} {'touch':>8} {'memory':>8}"
-        )
+        print(f"{'recognised':>16} {'skin':>8} {'texture':>8} {'picture':>8}", end="")
+        print(f" {'touch':>8} {'memory':>8}")
         for row in there:
             share = f"{row.share:.0%} [{100 * row.low:.0f}, {100 * row.high:.0f}]"
             cells = f"{share:>16} {row.skin_c:>5.2f} °C {row.texture_db:>5.1f} dB"
             cells += f" {row.look_ms:>5.1f} ms {row.touch_ms:>5.1f} ms {row.mb:>5.0f} MB"
             mark = " (default)" if row.is_default else ""
             line = " *" if row in kept else "  "
-            print(f"{cells}{line} {row.name}{mark}; least: {row.worst}")
-    print("\n* no cheaper one is as good, but for a scene that states its materials")
+            print(f"{cells}{line} {row.name}{mark}; weakest: {row.worst}")
+    print("\n* no cheaper pipeline equals it, except for a scene that states its materials")
     print(sentence(rows))
 
 
 def _row(
-    source: Source, way: Method, how: Rendering, found: Sequence[Decided], prices: Prices
+    source: Source, way: Method, how: Rendering, decisions: Sequence[Decided], prices: Prices
 ) -> Row:
-    felt = [feeling.felt(each.rendition, each.truth, how) for each in found]
+    felt = [feeling.felt(each.rendition, each.truth, how) for each in decisions]
     right = [each.recognised for each in felt]
     low, high = wilson(sum(right), len(right))
     look = prices.looks.get(way.name)
     return Row(
         source=source.name,
         decides=way.name,
-        renders=_changed(how),
+        renders=how.name,
         is_default=deciding.is_default(way, source) and how == DEFAULT,
-        n=len(found),
+        n=len(decisions),
         share=round(sum(right) / len(right), 3),
         low=round(low, 3),
         high=round(high, 3),
@@ -133,35 +184,31 @@ def _row(
         look_ms=0.0 if look is None else round(look.median, 3),
         touch_ms=round(prices.touch_ms[how], 2),
         mb=0.0 if way.encoder is None else prices.mb[way.encoder.name],
-        worst=_worst(found, right),
+        worst=_worst(decisions, right),
     )
 
 
-def _worst(found: Sequence[Decided], right: Sequence[float]) -> str:
+def _worst(decisions: Sequence[Decided], right: Sequence[float]) -> str:
     shares = defaultdict(list)
-    for each, share in zip(found, right, strict=True):
+    for each, share in zip(decisions, right, strict=True):
         shares[each.truth].append(share)
     name = min(shares, key=lambda name: (np.mean(shares[name]), name))
     return f"{name} {np.mean(shares[name]):.0%} of {len(shares[name])}"
-
-
-def _changed(how: Rendering) -> str:
-    if how.heat != DEFAULT.heat:
-        return how.heat.name
-    return "" if how == DEFAULT else how.vibration.name
 
 
 def _prices(ways: Sequence[Method], stated: Source | None) -> Prices:
     eyes = {way.encoder.name for way in ways if way.encoder is not None}
     return Prices(
         costs(ways, stated),
-        _touches_ms(feeling.renderings()),
+        _touches_ms(feeling.RENDERINGS),
         {eye: _memory_mb(eye) for eye in eyes},
     )
 
 
 def _touches_ms(hows: Sequence[Rendering]) -> dict[Rendering, float]:
-    """Time what a touch computes, in turns: the least of ROUNDS of each part, added up."""
+    """Time the computations of a touch, in turns: the least of ROUNDS of each part, summed."""
+    # A rendering is the sum of its parts, and parts that two renderings share are timed for each of
+    # them: what a difference of a tenth of a millisecond means is seen from those.
     parts = {(how, name): part for how in hows for name, part in feeling.work(how).items()}
     us = least_us(parts, ROUNDS)
     return {how: sum(us[key] for key in parts if key[0] == how) / 1e3 for how in hows}
@@ -170,3 +217,41 @@ def _touches_ms(hows: Sequence[Rendering]) -> dict[Rendering, float]:
 def _memory_mb(eye: str) -> float:
     with helper("whole.memory", eye) as process:
         return float(report_of(process)["mb"])
+
+
+def draw(rows: Sequence[Row], stem: Path, reason: str) -> list[Path]:
+    """Write `stem`.png and .svg; return both."""
+    with figures.figure(stem, SIZE_IN, 1, dpi=DPI) as (drawn, (axes,)):
+        heading = f"Whole pipelines: {reason}."
+        figures.title(drawn, textwrap.fill(heading, 130))
+        sources = dict.fromkeys(row.source for row in rows)
+        for source, look in zip(sources, LOOKS, strict=False):
+            _draw_source(axes, [row for row in rows if row.source == source], look)
+        axes.set(xscale="log", ylim=(-4, 108))
+        axes.set_xlim(*figures.span([row.core_ms for row in rows], 1.3, 1.6))
+        axes.set_xlabel("ms of one core for one recognition and one touch of a second")
+        axes.set_ylabel("objects recognised by touch, % (predicted)")
+        axes.legend(loc="lower right")
+        richest = max(sources, key=lambda source: sum(row.source == source for row in rows))
+        colour = LOOKS[list(sources).index(richest)][0]
+        labelled = [row for row in rows if row.source == richest]
+        labels = [(*_at(row), row.renders or row.decides, colour) for row in labelled]
+        figures.place(axes, labels, [_at(row) for row in rows])
+    return figures.files(stem)
+
+
+def _draw_source(axes: Axes, rows: Sequence[Row], look: tuple[str, str]) -> None:
+    colour, marker = look
+    title = f"{rows[0].source}, {rows[0].n} objects"
+    axes.plot(*zip(*map(_at, rows), strict=True), marker, color=colour, label=title, zorder=4)
+    kept = undominated(rows)
+    axes.step(
+        *zip(*map(_at, kept), strict=True), where="post", color=colour, linewidth=0.9, zorder=2
+    )
+    for row in rows:
+        if row.is_default:
+            figures.ring(axes, *_at(row))
+
+
+def _at(row: Row) -> tuple[float, float]:
+    return row.core_ms, 100.0 * row.share

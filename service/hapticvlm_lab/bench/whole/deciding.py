@@ -1,8 +1,8 @@
-"""The ways to decide what an object is, and what each of them decides.
+"""The methods to decide on the material of an object, and the decision of each.
 
-A way reads what the scene states (names, shaders), looks at the object's pictures with an eye, or
-both, and is asked through the product's own ladder, fusion and rendition. "Nothing" is the floor, a
-scene that states every material the ceiling.
+A method reads what the scene states (names, shaders), recognises the object's pictures with an
+encoder, or both, through the product's own ladder, fusion and rendition. "Nothing" is the floor; a
+scene that states every material is the ceiling.
 """
 
 from __future__ import annotations
@@ -11,28 +11,26 @@ from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from hapticvlm import messages
-from hapticvlm.evidence import ladder
-from hapticvlm.evidence.ladder import Evidence, decide, pool
+from hapticvlm.evidence.ladder import Evidence, decide, fuse_recognitions, pool
 from hapticvlm.materials import MATERIALS
 from hapticvlm.session.decisions import Rendition, choose_rendition
 from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.galleries.storage import load_gallery
 from hapticvlm_lab.bench.material.answers import encoder_evidence, object_evidence
 from hapticvlm_lab.bench.material.data import Source
-from hapticvlm_lab.bench.material.methods import Floats, GalleryHead, Method
-from hapticvlm_lab.bench.whole.rows import STATED
+from hapticvlm_lab.bench.material.methods import NAME, SHADER, Floats, Method
 
 NOTHING = "nothing"
+STATED = "every material stated"  # the ceiling: it costs its author, not the machine
 EYES = ("lite0", "lite2")  # the default first
 DEFAULT = f"names, shaders and {EYES[0]}"
 GUESS = f"{EYES[0]}, always its best guess"
-STATEMENTS: frozenset[messages.Rung] = frozenset({"name", "shader"})
+STATEMENTS = NAME | SHADER
 
 
 @dataclass(frozen=True, slots=True)
 class Decided:
-    """What one way decided of one object, whose truth is known."""
+    """The decision of one method on one object, whose truth is known."""
 
     object_id: str
     truth: str
@@ -40,18 +38,17 @@ class Decided:
 
 
 def ways() -> list[Method]:
-    """List the ways. Raises EncoderError, GalleryError."""
+    """List the methods. Raises EncoderError, GalleryError."""
     eyes = {eye: load_encoder(eye) for eye in EYES}
-    heads = {eye: GalleryHead(load_gallery(encoder=eyes[eye]), speaks=True) for eye in EYES}
-    name: frozenset[messages.Rung] = frozenset({"name"})
+    galleries = {eye: load_gallery(encoder=eyes[eye]) for eye in EYES}
     return [
         Method(NOTHING, "guess"),
-        Method("names", "stated", rungs=name),
+        Method("names", "stated", rungs=NAME),
         Method("names and shaders", "stated", rungs=STATEMENTS),
-        *(Method(eye, "ours", eyes[eye], heads[eye]) for eye in EYES),
-        Method(GUESS, "ours", eyes[EYES[0]], heads[EYES[0]]),
+        *(Method(eye, "ours", eyes[eye], galleries[eye]) for eye in EYES),
+        Method(GUESS, "ours", eyes[EYES[0]], galleries[EYES[0]]),
         *(
-            Method(f"names, shaders and {eye}", "ladder", eyes[eye], heads[eye], STATEMENTS)
+            Method(f"names, shaders and {eye}", "ladder", eyes[eye], galleries[eye], STATEMENTS)
             for eye in EYES
         ),
         Method(STATED, "stated"),
@@ -59,18 +56,20 @@ def ways() -> list[Method]:
 
 
 def fits(way: Method, source: Source) -> bool:
-    """Whether a source has what this way reads; without it the way is another's double."""
+    """Return whether a source has what this method reads; otherwise another does the same."""
     return not way.rungs or bool(source.stated)
 
 
 def is_default(way: Method, source: Source) -> bool:
-    """Whether the service decides so: by its eye alone where the scene states nothing."""
+    """Return whether the service decides so: by pictures alone if the scene states nothing."""
     return way.name == (DEFAULT if source.stated else EYES[0])
 
 
 def decided(way: Method, source: Source, embeddings: Floats | None) -> list[Decided]:
     """Decide every object of a source that has a material; `embeddings` of its views, (N, D)."""
-    seen = encoder_evidence(way, embeddings) or []
+    # All views of an object are fused as a session fuses what it sees over time; what the scene
+    # states of the object comes on top, and the ladder decides which of them speaks first.
+    seen = encoder_evidence(way, embeddings)
     places: dict[str, list[int]] = defaultdict(list)
     for place, view in enumerate(source.views):
         if view.truth in MATERIALS:
@@ -84,12 +83,12 @@ def decided(way: Method, source: Source, embeddings: Floats | None) -> list[Deci
 def _rendition(
     way: Method, source: Source, places: Sequence[int], seen: Sequence[Evidence]
 ) -> Rendition:
-    """Decide on one object from its views, those of these places."""
+    """Decide on one object from its views at these places."""
     view = source.views[places[0]]
     if way.name == STATED:
         return _as_sure(view.truth)
     stated = object_evidence(way, source, view.object_id)
-    looks = [ladder.fuse_recognitions(seen[place] for place in places)] if seen else []
+    looks = [fuse_recognitions(seen[place] for place in places)] if seen else []
     evidence = [*stated, *looks]
     if way.name == GUESS:
         return _as_sure(max(pool(evidence).items(), key=lambda item: item[1])[0])

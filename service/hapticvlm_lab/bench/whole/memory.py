@@ -1,4 +1,4 @@
-"""Prints what an eye adds to a process, MB: `python -m hapticvlm_lab.bench.whole.memory lite0`."""
+"""Prints the memory that an encoder adds: `python -m hapticvlm_lab.bench.whole.memory lite0`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from hapticvlm.vision.galleries.storage import load_gallery
 
 
 def main(name: str) -> None:
-    """Load the eye and its references; print an object with `mb`."""
+    """Load the encoder and its references; print an object with `mb`."""
     process = psutil.Process()
     before = process.memory_info().rss
     load_gallery(encoder=load_encoder(name))

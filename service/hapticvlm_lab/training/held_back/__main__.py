@@ -1,7 +1,7 @@
 """Render the set: `python -m hapticvlm_lab.training.held_back --data DIR --out FOLDER`.
 
-Every object depends on its id alone; pictures that exist are left as they are, so a stopped run
-goes on where it was.
+Every object depends on its id alone. Existing pictures are left as they are, so that a stopped run
+continues where it was.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Job:
 
 
 def jobs() -> dict[str, Job]:
-    """Name both sets."""
+    """Return both sets by name."""
     return {
         "approach": Job("approach", approaches(), VIEWS, 144, 6, 75, 0.15, 0.3),
         "orbit": Job("orbit", orbits(), ORBIT_FRAMES, 128, 6, 65, 0.05, 0.5),
@@ -74,7 +74,7 @@ def make_set(job: Job, catalogue: Catalogue, out: Path, limit: int | None = None
         (out / folder).mkdir(parents=True, exist_ok=True)
     plans = job.plans[:limit]
     about = _read_about(out)
-    for plan in track(plans, f"Rendering {job.name}"):
+    for plan in track(plans, f"rendering {job.name}"):
         if not all((out / name).exists() for name in _files(plan, job)):
             about[plan.object_id] = make_object(plan, job, catalogue, out)
             _write_about(out, about)
@@ -82,7 +82,7 @@ def make_set(job: Job, catalogue: Catalogue, out: Path, limit: int | None = None
 
 
 def make_object(plan: Plan, job: Job, catalogue: Catalogue, out: Path) -> dict[str, Any]:
-    """Render one object's pictures and masks; return what it is made of."""
+    """Render one object's pictures and masks; return its plan, substances and light."""
     stage = set_stage(plan, catalogue, circling=job.name == "orbit")
     seed = seed_of(plan.object_id)
     parts = []

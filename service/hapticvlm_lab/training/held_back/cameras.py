@@ -1,7 +1,7 @@
 """Camera positions of the head: a touch approach, and a slow orbit.
 
-Distances are found from the object's own points, so that every object fills the same share of the
-picture. Scene units; y is up. Knows no renderer.
+Distances follow from the object's own points, so that every object fills the same share of the
+picture. Scene units; y is up. Independent of any renderer.
 """
 
 from __future__ import annotations
@@ -62,13 +62,15 @@ def orbit(points: Array, rng: np.random.Generator, frames: int) -> list[Camera]:
 
 
 def direction(azimuth: float, elevation: float) -> Array:
-    """Point from the object to the camera: (3,) unit."""
+    """Return the direction from the object to the camera: (3,) unit."""
     level = np.cos(elevation)
     return np.array([level * np.cos(azimuth), np.sin(elevation), level * np.sin(azimuth)])
 
 
 def distance(points: Array, aim: Array, at: Array, fov: float, share: float) -> float:
-    """Find how far along `at` the points fill `share` of a picture, by halving."""
+    """Find the distance along `at` where the points fill `share` of a picture, by halving."""
+    # The share falls with the distance, so halving finds it; no formula does for points of any
+    # shape.
     low = _CLOSEST
     high = _FARTHEST
     for _ in range(_HALVINGS):
@@ -81,7 +83,7 @@ def distance(points: Array, aim: Array, at: Array, fov: float, share: float) -> 
 
 
 def filled(points: Array, camera: Camera) -> float:
-    """Share of the picture's side that points fill; infinite when one lies behind the lens."""
+    """Return the share of the picture's side that points fill; infinite behind the lens."""
     forward = camera.target - camera.eye
     forward = forward / np.linalg.norm(forward)
     right = np.cross(forward, [0.0, 1.0, 0.0])

@@ -1,7 +1,7 @@
-"""What the held-back renders may be made of: textures, models, skies and measured values.
+"""The sources of the held-back renders: textures, models, skies and measured values.
 
-Lists the data folder through labels.csv and takes only what `training.sources` holds back and
-whose licence and origin can be stated. Knows no renderer.
+Lists the data folder through labels.csv and takes only entries that `training.sources` holds back
+and whose licence and origin can be stated. Independent of any renderer.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ Row = Mapping[str, str]
 
 
 class CatalogueError(ValueError):
-    """The data folder lacks what the set is made of: what, and where it was searched."""
+    """Raised when the data folder lacks a source; the text names it and where it was searched."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +52,7 @@ class Model:
 
 @dataclass(frozen=True, slots=True)
 class Catalogue:
-    """What things are made of; values maps a substance to its measured linear colour or (n, k)."""
+    """Sources of surfaces; values maps a substance to its measured linear colour or (n, k)."""
 
     textures: Mapping[str, tuple[Texture, ...]]
     models: Mapping[str, Model]
@@ -70,7 +70,9 @@ def read_catalogue(data: Path, *, teaches: bool = False) -> Catalogue:
             rows = list(csv.DictReader(file))
         values = json.loads((data / "pb_renders" / "values.json").read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
-        raise CatalogueError(f"{data}: not the data folder ({error})") from None
+        raise CatalogueError(
+            f"{data} is not a data folder with labels.csv and pb_renders/values.json: {error}"
+        ) from None
     skies = [data / row["path"] for row in rows if is_sky(row, teaches=teaches)]
     models = {model.name: model for model in (_model(data, row) for row in rows if is_model(row))}
     if teaches:
@@ -84,7 +86,7 @@ def read_catalogue(data: Path, *, teaches: bool = False) -> Catalogue:
 
 
 def is_texture(row: Row, *, teaches: bool = False) -> bool:
-    """Whether a row is a held-back (or teaching), tileable texture of stated origin."""
+    """Return whether a row is a held-back (or teaching), tileable texture of stated origin."""
     source = row["path"].split("/")[0]
     if row["licence"] not in LICENCES or _NO_ORIGIN in row["note"] or _ATLAS in row["note"]:
         return False
@@ -94,14 +96,14 @@ def is_texture(row: Row, *, teaches: bool = False) -> bool:
 
 
 def is_model(row: Row) -> bool:
-    """Whether a row of labels.csv is a held-back model free of conditions (CC0 or MIT-0)."""
+    """Return whether a row of labels.csv is a held-back model free of conditions (CC0 or MIT-0)."""
     source = row["path"].split("/")[0]
     free = row["licence"] in LICENCES - {"MIT"}
     return source == "models" and source in sources.HELD_BACK and free
 
 
 def is_sky(row: Row, *, teaches: bool = False) -> bool:
-    """Whether a row of labels.csv is a held-back (or teaching) environment map."""
+    """Return whether a row of labels.csv is a held-back (or teaching) environment map."""
     source, _, file = row["path"].partition("/")
     name = file.removesuffix(".hdr").removesuffix("_512")
     return source == "hdri" and (name in sources.HDRI_HELD_BACK) != teaches
@@ -129,20 +131,20 @@ def _model(data: Path, row: Row) -> Model:
 
 
 def _by_material(textures: Iterable[Texture]) -> dict[str, tuple[Texture, ...]]:
-    found: dict[str, tuple[Texture, ...]] = {}
+    grouped: dict[str, tuple[Texture, ...]] = {}
     for texture in textures:
         if texture.material != materials.UNKNOWN:
-            found[texture.material] = (*found.get(texture.material, ()), texture)
-    return found
+            grouped[texture.material] = (*grouped.get(texture.material, ()), texture)
+    return grouped
 
 
 def _measured(entry: Mapping[str, Any]) -> dict[str, Any]:
-    """Pick linear sRGB colour, complex index and index of refraction where they were measured."""
-    found: dict[str, Any] = {}
+    """Return linear sRGB colour, complex index and index of refraction, if they were measured."""
+    measured: dict[str, Any] = {}
     for key in ("color", "complexIor"):
         for value in entry.get(key) or []:
             if value.get("colorSpace") == "srgb-linear":
-                found[key] = value
+                measured[key] = value
     if entry.get("ior"):
-        found["ior"] = entry["ior"]
-    return found
+        measured["ior"] = entry["ior"]
+    return measured

@@ -1,7 +1,7 @@
 """Surfaces of wood, glass, fabric and metal, drawn by a seeded generator.
 
-Each class is drawn by several recipes (`RECIPES`), from held-back textures where there are any, and
-from patterns and measured values where there are few. Knows no shape and no renderer.
+Each class is drawn by several recipes (`RECIPES`): from held-back textures if there are any, and
+from patterns and measured values if there are few. Independent of shapes and of any renderer.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ _TINTS: tuple[Triple, ...] = (
 
 
 def pick(rng: Rng, catalogue: Catalogue, material: str, kinds: tuple[str, ...] = ()) -> Texture:
-    """Pick a held-back texture of a class, of some kinds alone if any are named."""
+    """Pick a held-back texture of a class, only of some kinds if any are named."""
     pool = [t for t in catalogue.textures[material] if not kinds or t.kind in kinds]
     return pool[int(rng.integers(len(pool)))]
 

@@ -1,8 +1,8 @@
-"""Takes the path tracer's noise out of a picture that was rendered twice.
+"""Removes the path tracer's noise from a picture that was rendered twice.
 
-Non-local means whose patch distance discounts the noise seen between two independent halves
-(Rousselle, Knaus and Zwicker 2012, "Adaptive rendering with non-local means filtering"): where
-the halves agree, texture is kept; where they differ, like patches are averaged.
+Non-local means whose patch distance discounts the noise between two independent halves (Rousselle,
+Knaus and Zwicker 2012, "Adaptive rendering with non-local means filtering"): where the halves
+agree, texture is kept; where they differ, similar patches are averaged.
 """
 
 from __future__ import annotations
@@ -20,6 +20,9 @@ Linear = NDArray[np.floating]
 
 def denoise(first: Linear, second: Linear) -> Linear:
     """Join two halves (N, H, W, 3) of one picture, smoothed as far as they disagree."""
+    # The variance of the mean of two halves is a quarter of the squared difference between them; it
+    # is smoothed, since a single difference is a poor estimate. The distance of two patches is then
+    # lowered by the noise that both have, so that only a real difference of texture counts.
     mean = _root((first + second) / 2)
     spread = (_root(first) - _root(second)) ** 2 / 4
     variance = _box(spread, 2 * _PATCH + 1)
@@ -38,7 +41,7 @@ def denoise(first: Linear, second: Linear) -> Linear:
 
 
 def _root(values: Linear) -> Linear:
-    """Even out the noise, which grows with the light."""
+    """Take the square root, which evens out noise that grows with the light."""
     return np.asarray(np.sqrt(np.maximum(values, 0)), np.float32)
 
 

@@ -1,6 +1,6 @@
 """Linear renders to 8-bit pictures: exposure, highlights, tone; JPEG and mask files.
 
-As a headset's renderer does it: one exposure for an approach, highlights clipped before
+Done as a headset's renderer does it: one exposure for an approach, highlights clipped before
 antialiasing (which also tames the path tracer's fireflies), a tone curve, sRGB.
 """
 
@@ -36,7 +36,7 @@ def develop(halves: Linear, masks: Linear, rng: Rng) -> Pixels:
 def exposure(linear: Linear, masks: Linear, rng: Rng) -> float:
     """Bring the geometric mean light of object and picture, half each, to a middle grey.
 
-    What most of the object has must stay below white.
+    Most of the object must stay below white.
     """
     light = linear @ GREY
     weight = masks / max(float(masks.sum()), 1.0) + 1 / masks.size
@@ -57,7 +57,7 @@ def jpeg(picture: Pixels, quality: int) -> bytes:
 def mask_png(mask: Linear) -> bytes:
     """Compress (H, W) 0..1 as an 8-bit PNG, 255 where the object covers half a pixel or more.
 
-    Rows are unfiltered, which no option of Pillow's gives and which makes masks a quarter smaller.
+    Rows are unfiltered, which no option of Pillow allows, and which makes masks a quarter smaller.
     """
     inside = np.where(mask >= 0.5, 255, 0).astype(np.uint8)
     height, width = inside.shape
@@ -73,7 +73,7 @@ def _chunk(kind: bytes, content: bytes) -> bytes:
 
 
 def _shrunk(linear: Linear, factor: int) -> Linear:
-    """Mean squares of `factor` pixels: (N, k s, k s, 3) to (N, s, s, 3)."""
+    """Average squares of `factor` pixels: (N, k s, k s, 3) to (N, s, s, 3)."""
     count = linear.shape[0]
     side = linear.shape[1] // factor
     small: Linear = linear.reshape(count, side, factor, side, factor, 3).mean(axis=(2, 4))

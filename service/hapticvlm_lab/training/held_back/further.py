@@ -1,7 +1,7 @@
 """Surfaces of plastic, stone, ceramic, paper, leather, rubber and foliage.
 
 Few or no held-back textures exist of plastic, paper, leather and rubber: most of these are drawn
-from patterns (`made_of` names them). Knows no shape and no renderer.
+from patterns (`made_of` names them). Independent of shapes and of any renderer.
 """
 
 from __future__ import annotations

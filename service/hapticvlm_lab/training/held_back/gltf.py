@@ -1,6 +1,6 @@
-"""Read glTF 2.0 models (.gltf with files beside it, .glb): triangles, their texture maps.
+"""Reads glTF 2.0 models (.gltf with files beside it, .glb): triangles and texture maps.
 
-Only what the held-back models use: no skins, no animation, no compression, no sparse accessors.
+Supports only what the held-back models use: no skins, animation, compression or sparse accessors.
 """
 
 from __future__ import annotations
@@ -47,13 +47,13 @@ def read_model(path: Path, *, z_up: bool) -> list[Part]:
     """Read a model's parts, y up; parts of one material are one. Raises OSError, ValueError."""
     file = _open(path)
     turn = rotation(np.eye(3)[0], -np.pi / 2) if z_up else np.eye(3)
-    found: dict[int, list[Mesh]] = {}
+    meshes: dict[int, list[Mesh]] = {}
     for node in file.tree["nodes"]:
         if "mesh" in node:
             for primitive in file.tree["meshes"][node["mesh"]]["primitives"]:
                 mesh = _placed(_mesh(file, primitive), node, turn)
-                found.setdefault(primitive["material"], []).append(mesh)
-    return [_part(file, file.tree["materials"][key], join(found[key])) for key in sorted(found)]
+                meshes.setdefault(primitive["material"], []).append(mesh)
+    return [_part(file, file.tree["materials"][key], join(meshes[key])) for key in sorted(meshes)]
 
 
 def _open(path: Path) -> _File:

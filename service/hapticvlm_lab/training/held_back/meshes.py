@@ -1,7 +1,7 @@
-"""Triangle meshes of the held-back set's own shapes, and what is done to any mesh.
+"""Triangle meshes of the held-back set's own shapes, and operations on any mesh.
 
-A mesh is y up, smooth, with texture coordinates in scene units (1 is as long as the object's
-bounding radius once it is `fitted`). Knows neither material nor renderer.
+A mesh is y up and smooth, with texture coordinates in scene units (1 is the object's bounding
+radius once it is `fitted`). Independent of materials and of any renderer.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def grid_mesh(points: Array, uv: Array, *, closed: bool) -> Mesh:
 
 
 def smooth_normals(points: Array, faces: Faces) -> Array:
-    """Mean the faces' normals at each place, also where vertices are doubled along a seam."""
+    """Average the faces' normals at each place, also where vertices are doubled along a seam."""
     corners = points[faces]
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     size = max(float(np.abs(points).max()), 1e-9)
@@ -55,7 +55,7 @@ def smooth_normals(points: Array, faces: Faces) -> Array:
 
 
 def creased(mesh: Mesh, angle: float = 0.7) -> Mesh:
-    """Give a model without normals some that keep edges above `angle` (radians) sharp."""
+    """Compute normals for a model without any; edges above `angle` (radians) stay sharp."""
     corners = mesh.points[mesh.faces]
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     unit = _unit(across)
@@ -75,7 +75,7 @@ def creased(mesh: Mesh, angle: float = 0.7) -> Mesh:
 
 
 def outwards(mesh: Mesh) -> Mesh:
-    """Turn a closed mesh's faces so that it holds a positive volume."""
+    """Flip a closed mesh's faces if they enclose a negative volume."""
     a, b, c = np.moveaxis(mesh.points[mesh.faces], 1, 0)
     if not mesh.closed or float(np.einsum("ij,ij->", a, np.cross(b, c))) >= 0:
         return mesh
@@ -110,7 +110,7 @@ def fitted(meshes: list[Mesh]) -> list[Mesh]:
 
 
 def box_mapped(mesh: Mesh) -> Mesh:
-    """Give each face the two coordinates it lies along as uv: for models with a new surface."""
+    """Project each face along its main axis for its uv: for models with a new surface."""
     corners = mesh.points[mesh.faces]
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     axis = np.abs(across).argmax(axis=1)
@@ -128,7 +128,7 @@ def box_mapped(mesh: Mesh) -> Mesh:
 
 
 def rotation(axis: Array, angle: float) -> Array:
-    """Rotation matrix (3, 3) about a unit axis by an angle in radians (Rodrigues)."""
+    """Return the rotation matrix (3, 3) about a unit axis by an angle in radians (Rodrigues)."""
     x, y, z = axis
     k = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     turn: Array = np.eye(3) + np.sin(angle) * k + (1 - np.cos(angle)) * k @ k
@@ -136,7 +136,7 @@ def rotation(axis: Array, angle: float) -> Array:
 
 
 def any_rotation(rng: np.random.Generator) -> Array:
-    """Turn at random."""
+    """Return a random rotation matrix (3, 3)."""
     axis = rng.normal(size=3)
     return rotation(axis / np.linalg.norm(axis), rng.uniform(0, 2 * np.pi))
 
@@ -200,5 +200,5 @@ def sheet(height: Warp, half: tuple[float, float], side: int = 72) -> Mesh:
 
 
 def _unit(vectors: Array) -> Array:
-    """Scale (N, 3) to length 1; what has none stays."""
+    """Scale (N, 3) to length 1; a zero vector stays."""
     return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-12))

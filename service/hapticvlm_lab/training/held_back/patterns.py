@@ -1,6 +1,7 @@
-"""Textures that tile, made from nothing: noise, streaks, cells, weaves, grooves.
+"""Procedural textures that tile: noise, streaks, cells, weaves, grooves.
 
-Every pattern is (side, side) float32 in 0..1 and continues over its edges. Knows no material.
+Every pattern is (side, side) float32 in 0..1 and continues over its edges. Independent of
+materials.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ def streaks(rng: np.random.Generator) -> Plane:
 
 
 def cells(rng: np.random.Generator, count: int) -> tuple[Plane, Plane]:
-    """Distance to the nearest of `count` points, and to the border between two of them."""
+    """Return the distance to the nearest of `count` points, and to the border between two."""
     from scipy.spatial import cKDTree
 
     tree = cKDTree(rng.random((count, 2)), boxsize=1.0)

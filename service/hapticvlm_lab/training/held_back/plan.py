@@ -1,7 +1,7 @@
-"""Which objects the set has: ids, truths, shapes and what dresses them. Depends on no data.
+"""The objects of the set: ids, truths, shapes and their surfaces. Depends on no data.
 
 Within a class the shapes are the class's own models in their own textures, then models that every
-opaque class wears, then the common shapes in turn: no shape belongs to one class alone but leaves.
+opaque class wears, then the common shapes in turn: but for leaves, no shape belongs to one class.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ _ORBIT_SHAPES = {"wood": "vase", "glass": "vase", "fabric": "cushion", "metal": 
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """One object: `own` wears the model's textures; `number` counts within its class."""
+    """One object; `own` keeps the model's textures, `number` counts within its class."""
 
     object_id: str
     truth: str

@@ -1,10 +1,12 @@
 """Renders a stage with Mitsuba 3: linear pictures and the object's masks.
 
-LLVM on one thread where libLLVM 19 is found, the scalar variant otherwise. All cameras of a stage
-are one "batch" sensor: one launch. Surfaces of one form share their code in the compiled kernel,
-which so compiles and runs in a third of the time: therefore every opaque surface has all inputs as
-maps, a map's repeats are in the mesh's uv, and a relief's depth is in its heights (a transform or a
-scale would be compiled in). Knows no material class.
+Uses LLVM on one thread if libLLVM 19 is found, the scalar variant otherwise. All cameras of a stage
+are one "batch" sensor, so that there is one launch.
+
+Mitsuba compiles a kernel for each form of surface, and surfaces of one form share its code; so a
+scene compiles and runs in a third of the time if all opaque surfaces have one form. Therefore every
+opaque surface has all inputs as maps, a map's repeats are in the mesh's uv, and a relief's depth is
+in its heights: a transform or a scale would be compiled in. Independent of the material classes.
 """
 
 from __future__ import annotations
@@ -117,7 +119,7 @@ def _scene(stage: Stage, files: list[Path], sensor: Dict) -> Dict:
 
 
 def _silhouette(stage: Stage, files: list[Path], sensor: Dict) -> Dict:
-    """White object, black surroundings: the first hit's albedo is the object's share of a pixel."""
+    """Return a scene of a white object in black: the albedo of the first hit is the mask."""
     scene: Dict = {"type": "scene", "sensor": sensor}
     scene["integrator"] = {"type": "aov", "aovs": "albedo:albedo", "image": {"type": "direct"}}
     for number, file in enumerate(files):

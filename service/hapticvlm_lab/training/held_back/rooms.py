@@ -1,7 +1,7 @@
-"""What surrounds an object: held-back skies, and rooms drawn as environment maps.
+"""The surroundings of an object: held-back skies, and rooms drawn as environment maps.
 
-A room is a box with textured walls, lit windows and lamps, seen from inside through every
-direction; it lights a scene with little noise. Knows no renderer.
+A room is a box with textured walls, lit windows and lamps, projected from its inside in every
+direction; it lights a scene with little noise. Independent of any renderer.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
 """The named shapes of the held-back set: vessels, bars, sheets, cloths, lumps; seeded.
 
-Every shape is offered to every class, so that none gives its material away. Knows no material.
+Every shape is offered to every class, so that no shape reveals its material. Independent of
+materials.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ ORIGIN = np.zeros(3)
 
 
 def make(name: str, rng: Rng) -> Mesh:
-    """Make a shape by its name, turned about y, fitted to a bounding radius of 1."""
+    """Build a shape by its name, turned about y, fitted to a bounding radius of 1."""
     mesh = outwards(SHAPES[name](rng))
     return fitted([moved(mesh, rotation(Y, rng.uniform(0, 2 * np.pi)), ORIGIN)])[0]
 

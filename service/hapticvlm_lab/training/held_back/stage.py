@@ -1,6 +1,6 @@
 """Sets the scene round an object: its parts, a table, things behind it, a wall, the light.
 
-What stands around is drawn alike whatever the object is made of. Knows no renderer.
+The surroundings are drawn alike for every material. Independent of any renderer.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ _Y = np.eye(3)[1]
 
 @dataclass(frozen=True, slots=True)
 class Thing:
-    """A mesh and what it is made of."""
+    """A mesh with its surface."""
 
     mesh: Mesh
     surface: Surface
@@ -51,7 +51,7 @@ class Thing:
 
 @dataclass(frozen=True, slots=True)
 class Stage:
-    """The object, what is around it, the light (H, W, 3) linear and its turn in degrees."""
+    """The object, its surroundings, the light (H, W, 3) linear and its turn in degrees."""
 
     target: tuple[Thing, ...]
     around: tuple[Thing, ...]
@@ -62,7 +62,7 @@ class Stage:
 
 
 def seed_of(object_id: str) -> int:
-    """Every object's own seed."""
+    """Return the seed of an object."""
     return crc32(object_id.encode())
 
 
@@ -101,7 +101,7 @@ def _target(plan: Plan, catalogue: Catalogue, rng: Rng) -> tuple[Thing, ...]:
 
 
 def _dress(mesh: Mesh, surface: Surface) -> Thing:
-    """Make glass a clear pane on a sheet, which has no inside to be frosted or ribbed."""
+    """Put a surface on a mesh; glass on a sheet, which has no inside, becomes a clear pane."""
     if isinstance(surface, Clear) and not mesh.closed:
         surface = replace(surface, roughness=0.0, relief=None)
     return Thing(mesh, surface)

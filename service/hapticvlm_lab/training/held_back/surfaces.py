@@ -1,4 +1,4 @@
-"""What a surface is made of, free of any renderer, and how one is made from a texture.
+"""Surfaces, independent of any renderer, and their construction from a texture.
 
 Colours are sRGB 0..1 in maps and linear 0..1 in triples. A map repeats every 1 / `repeat` scene
 units; a relief's depth is in scene units.
@@ -34,7 +34,7 @@ class Relief:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Opaque:
-    """Everything that light does not pass: colour (H, W, 3) sRGB or a linear triple."""
+    """A surface that light does not pass: colour (H, W, 3) sRGB or a linear triple."""
 
     made_of: str
     colour: Map | Triple
@@ -62,7 +62,7 @@ class Conductor:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Clear:
-    """Light passes: index of refraction, tint per crossing, roughness 0 for polished."""
+    """A transparent surface: index of refraction, tint per crossing, roughness (0: polished)."""
 
     made_of: str
     ior: float
@@ -74,7 +74,7 @@ class Clear:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Glowing:
-    """A surface that gives light and is nothing to touch."""
+    """A surface that emits light and cannot be touched."""
 
     made_of: str
     colour: Triple
@@ -93,7 +93,7 @@ def read_map(path: Path, *, side: int = SIDE) -> Map:
 
 
 def dressed(rng: Rng, texture: Texture, *, depth: float = 0.02) -> Opaque:
-    """Make a surface of a held-back texture: its maps, or heights guessed from its lightness."""
+    """Build a surface of a held-back texture: its maps, or heights guessed from its lightness."""
     colour = read_map(texture.maps["albedo"])
     surface = Opaque(
         made_of=f"{texture.kind}: {texture.name}",

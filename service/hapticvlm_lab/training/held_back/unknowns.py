@@ -1,7 +1,7 @@
-"""Surfaces of no class of ours, which must stay unknown: skin, soil, snow, food, liquids, light.
+"""Surfaces of none of our classes, which must stay unknown: skin, soil, snow, food, liquids, light.
 
 Colours and indices are the measured ones of pb_renders/values.json; structure is noise. Water, ice
-and honey are drawn as light-passing bodies, so they are near glass, as they are in life.
+and honey are drawn as transparent bodies, so they resemble glass, as they do in life.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from hapticvlm_lab.training.held_back.surfaces import (
 
 @dataclass(frozen=True, slots=True)
 class _Appearance:
-    """How a measured colour is broken up: darkest share, slope of the noise, depth, roughness."""
+    """The texture of a measured colour: darkest share, slope of the noise, depth, roughness."""
 
     darkest: float
     slope: float
@@ -79,7 +79,7 @@ _EARTH: Triple = (0.12, 0.07, 0.035)
 
 
 def draw(number: int, rng: Rng, catalogue: Catalogue) -> Surface:
-    """Draw the unknown surface of a number; numbers past the last begin again."""
+    """Draw the unknown surface of a number; numbers past the last start over."""
     name = NAMES[number % len(NAMES)]
     if name in _OPAQUE:
         substance, appearance = _OPAQUE[name]
@@ -121,7 +121,7 @@ def _body(name: str, rng: Rng, catalogue: Catalogue) -> Clear:
 
 
 def _own(name: str, rng: Rng) -> Opaque:
-    """Draw what has no measured value: soils and foods, colours by eye."""
+    """Draw a surface without a measured value: soils and foods, colours by eye."""
     appearances: dict[str, tuple[Triple, _Appearance]] = {
         "soil": (_EARTH, _LUMPS),
         "wet soil": (scaled(_EARTH, 0.5), _Appearance(0.3, 1.0, 0.06, 0.35)),

@@ -1,4 +1,4 @@
-"""Write shards of crops, frames or a contact sheet: `python -m hapticvlm_lab.training.rooms`."""
+"""Writes shards of crops, frames or a contact sheet: `python -m hapticvlm_lab.training.rooms`."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ Crop = tuple[NDArray[np.uint8], str]  # (224, 224, 4) RGB and mask, and label
 
 
 def main() -> int:
-    """Read the command line and draw; shards that are there are left alone."""
+    """Read the command line and draw; existing shards are left as they are."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--data", type=Path, required=True, help="folder with tiles and skies")
     parser.add_argument("--out", type=Path, required=True, help="folder to write to")
@@ -53,7 +53,7 @@ def main() -> int:
 
 
 def draw(data: Path, out: Path, numbers: range) -> None:
-    """Write these shards where they are not there yet. Raises RoomsError."""
+    """Write the shards that do not exist yet. Raises RoomsError."""
     out.mkdir(parents=True, exist_ok=True)
     missing = [number for number in numbers if not _path(out, number).exists()]
     for start in range(0, len(missing), SHARDS_A_PAGE):
@@ -80,8 +80,8 @@ def _path(out: Path, number: int) -> Path:
 
 
 def _crops(rooms: Rooms, seeds: Iterable[int], most: int) -> Iterator[Crop]:
-    found = (picture for seed in seeds for picture in rooms.crops(seed))
-    large = (p for p in found if p.things and (p.ids == p.things[0].id).mean() >= LEAST)
+    pictures = (picture for seed in seeds for picture in rooms.crops(seed))
+    large = (p for p in pictures if p.things and (p.ids == p.things[0].id).mean() >= LEAST)
     for picture in itertools.islice(large, most):
         yield cut(picture), picture.things[0].label
 
@@ -99,7 +99,7 @@ def _shard(rooms: Rooms, number: int, path: Path) -> None:
 
 
 def _frames(rooms: Rooms, count: int, first: int, out: Path) -> None:
-    """Write frame_00007.png, frame_00007.ids.png and, in frames.jsonl, what all of them show."""
+    """Write frame_00007.png, frame_00007.ids.png and their things in frames.jsonl."""
     frames = (frame for seed in itertools.count(first) for frame in rooms.frames(seed))
     lines = []
     for number, frame in enumerate(itertools.islice(frames, count)):

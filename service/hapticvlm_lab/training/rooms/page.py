@@ -1,6 +1,6 @@
 """The page that draws rooms, in a headless Chromium: pictures with their truth, by seed.
 
-It gets three.js and those files of the data folder that may teach; no other file, no network.
+It can load three.js and those files of the data folder that may teach; no other file, no network.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ FOLDERS = "hdri brick ceramic concrete fabric foliage metal paper plastic rubber
 
 
 class RoomsError(Exception):
-    """Rooms cannot be drawn: what is missing, and what to do."""
+    """Raised when rooms cannot be drawn; the text says what is missing, and what to do."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +45,7 @@ class Thing:
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """pixels (H, W, 3) uint8 RGB; ids (H, W) uint8, the number of the thing seen, 0 = none.
+    """pixels (H, W, 3) uint8 RGB; ids (H, W) uint8, the number of the visible thing, 0 = none.
 
     `things`: in a frame all that it shows, in a crop the one it is of (none if that is hidden).
     """
@@ -67,7 +67,7 @@ class Rooms:
     page: Page
 
     def crops(self, seed: int, views: int = 6) -> list[Picture]:
-        """Draw single things of a room, up to 224 px a side, as frames of a headset hold them."""
+        """Draw single things of a room, up to 224 px a side, cut from frames of a headset."""
         return self._make(seed, views, 0)
 
     def frames(self, seed: int, views: int = 4, side: int = 448) -> list[Picture]:
@@ -78,33 +78,33 @@ class Rooms:
 
     def _make(self, seed: int, views: int, side: int) -> list[Picture]:
         try:
-            made = self.page.evaluate(f"rooms.make({seed:d}, {views:d}, {side:d})")
+            shots = self.page.evaluate(f"rooms.make({seed:d}, {views:d}, {side:d})")
         except Error as error:
             raise RoomsError(f"room {seed}: {error.message.splitlines()[0]}") from error
-        return [_picture(**shot) for shot in made]
+        return [_picture(**shot) for shot in shots]
 
 
 def _picture(size: tuple[int, int], things: list[dict[str, Any]], pixels: str) -> Picture:
     rows = np.frombuffer(base64.b64decode(pixels), np.uint8).reshape(size[1], size[0], 4)[::-1]
     ids = rows[..., 3].copy()
-    found = tuple(Thing(**thing) for thing in things if (ids == thing["id"]).any())
-    return Picture(rows[..., :3].copy(), ids, found)
+    visible = tuple(Thing(**thing) for thing in things if (ids == thing["id"]).any())
+    return Picture(rows[..., :3].copy(), ids, visible)
 
 
 @contextmanager
 def opened(data: Path) -> Iterator[Rooms]:
     """Open the page on a data folder. Raises RoomsError."""
-    found = teaching(data)
+    teaching_files = teaching(data)
     chromium = shutil.which("chromium")
     if chromium is None:
-        raise RoomsError("no chromium: apt-get install chromium libegl1 libgl1-mesa-dri")
+        raise RoomsError("Chromium is missing: apt-get install chromium libegl1 libgl1-mesa-dri")
     if not THREE.is_dir():
-        raise RoomsError(f"no three.js: npm ci --prefix {os.path.relpath(HERE)}")
+        raise RoomsError(f"three.js is missing: npm ci --prefix {os.path.relpath(HERE)}")
     env: dict[str, str | float | bool] = {
         "LP_NUM_THREADS": "1",
         **os.environ,
     }  # threads of the rasteriser
-    allowed = {f"/data/{name}": data / name for names in found.values() for name in names}
+    allowed = {f"/data/{name}": data / name for names in teaching_files.values() for name in names}
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=chromium, args=FLAGS, env=env)
         try:
@@ -113,25 +113,25 @@ def opened(data: Path) -> Iterator[Rooms]:
             page.route("**/*", lambda route: _answer(route, allowed))
             page.goto(f"{ADDRESS}/web/index.html")
             page.wait_for_function("window.rooms")
-            page.evaluate("found => rooms.open(found)", found)
+            page.evaluate("files => rooms.open(files)", teaching_files)
             yield Rooms(page)
         finally:
             browser.close()
 
 
 def teaching(data: Path) -> dict[str, list[str]]:
-    """List tiles by folder, and skies, that may teach. Raises RoomsError for a folder of none."""
-    found: dict[str, list[str]] = {name: [] for name in FOLDERS.split()}
+    """List tiles by folder, and skies, that may teach. Raises RoomsError for an empty folder."""
+    files: dict[str, list[str]] = {name: [] for name in FOLDERS.split()}
     tiles = data.glob("ambientcg_tiles/*/*.jpg")
     skies = data.glob("hdri/*_512.hdr")
     shown = [path for path in tiles if not sources.is_tile_held_back(path.name)]
     lit = [path for path in skies if path.name[: -len("_512.hdr")] not in sources.HDRI_HELD_BACK]
     for path in sorted([*shown, *lit]):
-        if path.parent.name in found:
-            found[path.parent.name].append(path.relative_to(data).as_posix())
-    if empty := [name for name, paths in found.items() if not paths]:
-        raise RoomsError(f"{data}: nothing that may teach in {', '.join(empty)}")
-    return found
+        if path.parent.name in files:
+            files[path.parent.name].append(path.relative_to(data).as_posix())
+    if empty := [name for name, paths in files.items() if not paths]:
+        raise RoomsError(f"{data}: no teaching pictures in {', '.join(empty)}")
+    return files
 
 
 def _answer(route: Route, allowed: dict[str, Path]) -> None:

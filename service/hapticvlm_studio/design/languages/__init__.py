@@ -1,4 +1,4 @@
-"""The texts of the study page, a TOML file for each language; a study may bring its own."""
+"""Loads the texts of the study page, one TOML file per language; a study may add its own."""
 
 from __future__ import annotations
 
@@ -11,23 +11,26 @@ from hapticvlm import documents
 from hapticvlm_studio.design.stimuli import StudyError
 
 SHIPPED = Path(__file__).parent
-REFERENCE = "en"  # has every text
+REFERENCE = "en"  # has every text; other languages are compared with it
 
 
 def texts(language: str, folder: Path) -> dict[str, Any]:
-    """Return the page's texts in a language; `folder` may hold a file of it. Raises StudyError."""
+    """Return the page's texts in a language; a file in `folder` overrides the shipped one.
+
+    Raises StudyError when the language is not known or its file lacks a text.
+    """
     own = folder / f"{language}.toml"
     shipped = sorted(path.stem for path in SHIPPED.glob("*.toml"))
     if own.exists():
-        found = _load(own)
-        missing = _keys(_load(SHIPPED / f"{REFERENCE}.toml")) - _keys(found)
+        table = _load(own)
+        missing = _keys(_load(SHIPPED / f"{REFERENCE}.toml")) - _keys(table)
         if missing:
             raise StudyError(f"{own}: lacks {', '.join(sorted(missing)[:5])}")
-        return found
+        return table
     if language not in shipped:
         raise StudyError(
-            f"no language {language!r}: shipped are {', '.join(shipped)}; for another, put "
-            f"{own.name} into {folder} (a translated copy of {SHIPPED / f'{REFERENCE}.toml'})"
+            f"no language {language!r}: shipped are {', '.join(shipped)}; to add another, put "
+            f"{own.name} into {folder}, a translated copy of {SHIPPED / f'{REFERENCE}.toml'}"
         )
     return _load(SHIPPED / f"{language}.toml")
 
@@ -41,11 +44,11 @@ def _load(path: Path) -> dict[str, Any]:
 
 
 def _keys(table: Mapping[str, Any], above: str = "") -> set[str]:
-    """Return the dotted names of all texts of the page; names of patterns may stay as they are."""
-    found = set()
+    """Return the dotted names of all texts; names of patterns need no translation."""
+    keys = set()
     for name, value in table.items():
         if isinstance(value, dict) and name != "names":
-            found |= _keys(value, f"{above}{name}.")
+            keys |= _keys(value, f"{above}{name}.")
         elif name != "names":
-            found.add(above + name)
-    return found
+            keys.add(above + name)
+    return keys

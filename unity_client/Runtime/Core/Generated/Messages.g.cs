@@ -4,7 +4,7 @@ using System.Collections.Generic;
 
 namespace HapticVLM.Wire
 {
-    /// <summary>What a message is.</summary>
+    /// <summary>Type of a message.</summary>
     public enum Kind { Other, Hello, Scene, Frame, Touch, Set, Stop, Welcome, Decision, Telemetry, View, Vibration, Ownership, Skipped, Ok, Error }
 
     public static class Protocol
@@ -57,13 +57,7 @@ namespace HapticVLM.Wire
         }
     }
 
-    /// <summary>What an object is and how it will feel; id 0 when it is an event.
-    ///
-    /// `sub_material` is what its name says it is made of more exactly, with bulk values of its own;
-    /// `thickness_m` is the thickness that its temperature is computed with, absent when it is thick.
-    /// `basis` says what the feel is made from: the material, the expectation over all materials
-    /// believed in while none is sure enough to be named, or neither (neutral).
-    /// Observers also get its `name`, as the scene gave it.</summary>
+    /// <summary>Material, temperatures and vibration pattern decided for one object.</summary>
     public sealed class Decision
     {
         public long Id;
@@ -472,7 +466,7 @@ namespace HapticVLM.Wire
         public static readonly byte[] Tag = MsgPackWriter.Encoded("decision");
     }
 
-    /// <summary>One output and whether it is simulated.</summary>
+    /// <summary>One output device.</summary>
     public struct Device
     {
         public string Name;
@@ -525,7 +519,7 @@ namespace HapticVLM.Wire
         public static readonly byte[] Simulated = MsgPackWriter.Encoded("simulated");
     }
 
-    /// <summary>The outputs of this service.</summary>
+    /// <summary>Output devices of the service.</summary>
     public struct Devices
     {
         public Device Speaker;
@@ -577,7 +571,7 @@ namespace HapticVLM.Wire
         public static readonly byte[] Peltier = MsgPackWriter.Encoded("peltier");
     }
 
-    /// <summary>Refused, and why; id 0 when the request had none or it is an event.</summary>
+    /// <summary>The reply to a request that was refused, or an event that reports a fault.</summary>
     public sealed class Error
     {
         public long Id;
@@ -665,7 +659,7 @@ namespace HapticVLM.Wire
         public static readonly byte[] Tag = MsgPackWriter.Encoded("error");
     }
 
-    /// <summary>What one rung of the ladder says.</summary>
+    /// <summary>Evidence from one source.</summary>
     public struct EvidenceItem
     {
         public Rung Rung;
@@ -728,10 +722,7 @@ namespace HapticVLM.Wire
         public static readonly byte[] Confidence = MsgPackWriter.Encoded("confidence");
     }
 
-    /// <summary>Which hands get `vibration` events, and in which form; a hand that is absent gets none.
-    ///
-    /// `amplitude` is one value a display frame, for actuators of one frequency; `parametric` is finer
-    /// and brings frequencies and transients too.</summary>
+    /// <summary>Subscription to `vibration` events per hand; a hand that is absent gets none.</summary>
     public struct Feel
     {
         public FeelForm? Left;
@@ -792,7 +783,7 @@ namespace HapticVLM.Wire
         public static readonly byte[] Right = MsgPackWriter.Encoded("right");
     }
 
-    /// <summary>One rendered frame; `mask` is an 8-bit PNG of the frame's size, nonzero = object.</summary>
+    /// <summary>One rendered frame.</summary>
     public struct Frame
     {
         public long Id;
@@ -971,7 +962,7 @@ namespace HapticVLM.Wire
         public static readonly byte[] Tag = MsgPackWriter.Encoded("frame");
     }
 
-    /// <summary>First message of every connection.</summary>
+    /// <summary>The first message of every connection.</summary>
     public struct Hello
     {
         public long Id;
@@ -1062,7 +1053,7 @@ namespace HapticVLM.Wire
         public static readonly byte[] Tag = MsgPackWriter.Encoded("hello");
     }
 
-    /// <summary>What the service enforces.</summary>
+    /// <summary>Limits that the service enforces.</summary>
     public struct Limits
     {
         public long MessageBytes;
@@ -1141,7 +1132,7 @@ namespace HapticVLM.Wire
         public static readonly byte[] SetpointC = MsgPackWriter.Encoded("setpoint_c");
     }
 
-    /// <summary>What decides; absent = not loaded.</summary>
+    /// <summary>Models in use; absent: not loaded.</summary>
     public struct Models
     {
         public string Encoder;
@@ -1217,7 +1208,7 @@ namespace HapticVLM.Wire
         public static readonly byte[] Vlm = MsgPackWriter.Encoded("vlm");
     }
 
-    /// <summary>Done as asked.</summary>
+    /// <summary>The reply to a request that succeeded.</summary>
     public sealed class Ok
     {
         public long Id;
@@ -1268,10 +1259,9 @@ namespace HapticVLM.Wire
         public static readonly byte[] Tag = MsgPackWriter.Encoded("ok");
     }
 
-    /// <summary>Sent to each scene when the outputs become free or change hands. An event.
+    /// <summary>Sent to each scene when the outputs become free or change owner. An event.
     ///
-    /// `owner`: whether this scene owns them now. `free`: whether nobody does; a scene that wants them
-    /// answers `set` with `ownership` take, and the first that asks gets them.</summary>
+    /// A scene that wants free outputs sends `set` with `ownership` take; the first request gets them.</summary>
     public sealed class Ownership
     {
         public long Id;
@@ -1342,7 +1332,7 @@ namespace HapticVLM.Wire
         public static readonly byte[] Tag = MsgPackWriter.Encoded("ownership");
     }
 
-    /// <summary>Who speaks: a client or the service.</summary>
+    /// <summary>Name and version of a client or of the service.</summary>
     public struct Party
     {
         public string Name;
@@ -1398,7 +1388,7 @@ namespace HapticVLM.Wire
         public static readonly byte[] Version = MsgPackWriter.Encoded("version");
     }
 
-    /// <summary>What happens to pictures; a crop shows one object, cut out of its frame.</summary>
+    /// <summary>Use of pictures. A crop is the part of a frame that shows one object.</summary>
     public struct Privacy
     {
         public bool FramesStored;
@@ -1462,7 +1452,7 @@ namespace HapticVLM.Wire
         public static readonly byte[] CropsLeaveMachine = MsgPackWriter.Encoded("crops_leave_machine");
     }
 
-    /// <summary>Same major needed; a newer minor is answered with the service's own.</summary>
+    /// <summary>Version of the protocol. Majors must match; a newer minor is answered with the service's.</summary>
     public struct ProtocolVersion
     {
         public long Major;
@@ -1516,7 +1506,7 @@ namespace HapticVLM.Wire
         public static readonly byte[] Minor = MsgPackWriter.Encoded("minor");
     }
 
-    /// <summary>A rectangle of the upright frame, as fractions counted from the top left.</summary>
+    /// <summary>A rectangle of the upright frame, in fractions from its top left corner.</summary>
     public struct Region
     {
         public double X;
@@ -1590,13 +1580,12 @@ namespace HapticVLM.Wire
         public static readonly byte[] H = MsgPackWriter.Encoded("h");
     }
 
-    /// <summary>Objects of the scene; `replace` forgets those not listed.
+    /// <summary>Objects of the scene.
     ///
-    /// `forget` names objects that are no more: what breaks or is shot costs a scene one id then, and
-    /// not all its objects anew. An id that is not known is no error.
-    /// `materials` are all that the scene's objects can be made of: recognition considers no other.
-    /// An observer on the service's own machine may state materials of the owner's objects: `object_id`
-    /// and `material` only, with `replace` false.</summary>
+    /// `forget` removes single objects, so that a scene need not send all others again. Unknown ids in
+    /// it are ignored. If `materials` is given, recognition considers only these.
+    /// An observer on the service's own machine may override materials of the owner's objects: it sends
+    /// `object_id` and `material` only, with `replace` false.</summary>
     public struct Scene
     {
         public long Id;
@@ -1718,11 +1707,11 @@ namespace HapticVLM.Wire
         public static readonly byte[] Tag = MsgPackWriter.Encoded("scene");
     }
 
-    /// <summary>What the scene says of one object; everything but the id is optional.
+    /// <summary>One object of the scene; all fields except the id are optional.
     ///
-    /// `sunlit` says whether the sun shines on it now: an object in the sun is warmer than the air.
-    /// What `vibrates` is felt through whatever touches it: `stands_on` names what carries an object.
-    /// Without `vibrates` its name may say so; `on` false says that it does not.</summary>
+    /// An object in the sun (`sunlit`) is warmer than the air. An object that `vibrates` is also felt
+    /// through objects in contact with it; `stands_on` declares such contacts. Without `vibrates`, the
+    /// name may imply a hum; `on` false prevents that.</summary>
     public struct SceneObject
     {
         public string ObjectId;
@@ -1894,12 +1883,12 @@ namespace HapticVLM.Wire
         public static readonly byte[] StandsOn = MsgPackWriter.Encoded("stands_on");
     }
 
-    /// <summary>Settings of this connection's session; `feel` and gains are the owner's alone.
+    /// <summary>Settings of this connection's session.
     ///
-    /// `ownership`: a scene may take the outputs when nobody owns them or their owner has touched
-    /// nothing for 30 s. Their owner may give them up, as a tool that only shows pictures does.
-    /// Anybody may end the owner's connection. The event `ownership` says when the outputs are free.
-    /// Gains, `feel` and the touch are sent again after they were taken.</summary>
+    /// A scene may take the outputs if nobody owns them or if their owner has touched nothing for 30 s.
+    /// The owner may give them up, as a tool that only sends pictures does. Any connection may end the
+    /// owner's connection. The event `ownership` reports free outputs. After taking them, a scene sends
+    /// its gains, `feel` and current touch again.</summary>
     public struct Set
     {
         public long Id;
@@ -2043,7 +2032,7 @@ namespace HapticVLM.Wire
         public static readonly byte[] Tag = MsgPackWriter.Encoded("set");
     }
 
-    /// <summary>The band the plate's setpoint is kept in, degC.</summary>
+    /// <summary>Range of the plate's setpoint.</summary>
     public struct SetpointRange
     {
         public double Low;
@@ -2095,7 +2084,7 @@ namespace HapticVLM.Wire
         public static readonly byte[] High = MsgPackWriter.Encoded("high");
     }
 
-    /// <summary>Physically based shader parameters; base_color is linear or sRGB red, green, blue.</summary>
+    /// <summary>Physically based shader parameters.</summary>
     public struct Shader
     {
         public double? Metallic;
@@ -2192,7 +2181,7 @@ namespace HapticVLM.Wire
         public static readonly byte[] BaseColor = MsgPackWriter.Encoded("base_color");
     }
 
-    /// <summary>A frame that was not looked at, and why.</summary>
+    /// <summary>The reply to a frame that was dropped.</summary>
     public sealed class Skipped
     {
         public long Id;
@@ -2253,11 +2242,11 @@ namespace HapticVLM.Wire
         public static readonly byte[] Tag = MsgPackWriter.Encoded("skipped");
     }
 
-    /// <summary>Rest the outputs at once; always honoured, never queued.
+    /// <summary>Turn outputs off at once; always obeyed, never queued.
     ///
-    /// The scope is held at rest for each hand until the owner sends `release` of that hand and then a
-    /// new `approach` or `contact`. A new session does not undo it: a scene that begins sends
-    /// `release` of each hand that touches nothing, so that its first touch is felt.</summary>
+    /// The outputs stay off for each hand until the owner sends `release` of that hand and then a new
+    /// `approach` or `contact`. A new session does not end a stop. A new scene therefore sends
+    /// `release` for each hand that touches nothing, so that its first touch is felt.</summary>
     public struct Stop
     {
         public long Id;
@@ -2314,9 +2303,7 @@ namespace HapticVLM.Wire
         public static readonly byte[] Tag = MsgPackWriter.Encoded("stop");
     }
 
-    /// <summary>State of the outputs, ten times a second, to every connection.
-    ///
-    /// `speaker_level` is the rms of the loudest few milliseconds since the telemetry before.</summary>
+    /// <summary>State of the outputs, sent to every connection ten times a second.</summary>
     public sealed class Telemetry
     {
         public long Id;
@@ -2469,10 +2456,10 @@ namespace HapticVLM.Wire
         public static readonly byte[] Tag = MsgPackWriter.Encoded("telemetry");
     }
 
-    /// <summary>What a hand does now; renews that hand's lease unless it is a release.
+    /// <summary>Current state of one hand; every phase except `release` renews the hand's lease.
     ///
-    /// `distance_m` to the object and `closing_mps`, the speed at which it shrinks (negative: it
-    /// grows), say when an approach will become a contact; the plate leads by that time.</summary>
+    /// From `distance_m` and `closing_mps` the service predicts when an approach becomes a contact, so
+    /// that the plate can start in time.</summary>
     public struct Touch
     {
         public long Id;
@@ -2646,7 +2633,7 @@ namespace HapticVLM.Wire
         public static readonly byte[] Tag = MsgPackWriter.Encoded("touch");
     }
 
-    /// <summary>A short pulse within a plan, `at_ms` after the plan begins.</summary>
+    /// <summary>A short pulse within a vibration plan.</summary>
     public struct Transient
     {
         public double AtMs;
@@ -2708,7 +2695,7 @@ namespace HapticVLM.Wire
         public static readonly byte[] FrequencyHz = MsgPackWriter.Encoded("frequency_hz");
     }
 
-    /// <summary>How an object vibrates by itself; `level` is how strongly it is felt in the hand.</summary>
+    /// <summary>Vibration of an object that hums by itself.</summary>
     public struct Vibrates
     {
         public double FrequencyHz;
@@ -2774,13 +2761,11 @@ namespace HapticVLM.Wire
         public static readonly byte[] On = MsgPackWriter.Encoded("on");
     }
 
-    /// <summary>What one hand feels from now on: a short plan that replaces the one before. An event.
+    /// <summary>Vibration of one hand from now on: a short plan that replaces the previous plan. An event.
     ///
-    /// `amplitude` holds one value for each `period_ms`, 1 for the strongest that a controller can: it
-    /// is on the scale of controllers, so play it as it is. After the last value there is silence, so a
-    /// lost link ends within 100 ms. `frequency_hz` is as long or, in the form `amplitude`, empty; a
-    /// transient is part of the amplitude too. An empty plan means silence now; `stopped` says that a
-    /// `stop`, perhaps of another connection, holds the vibration.</summary>
+    /// Amplitudes are scaled for controllers (1 is the strongest), so play them unchanged. After the
+    /// last value play nothing: vibration then ends within 100 ms if the link is lost. Transients are
+    /// already contained in the amplitude. An empty plan means silence now.</summary>
     public sealed class Vibration
     {
         public long Id;
@@ -2912,10 +2897,10 @@ namespace HapticVLM.Wire
         public static readonly byte[] Tag = MsgPackWriter.Encoded("vibration");
     }
 
-    /// <summary>What an observer asked to watch; nobody else gets it.
+    /// <summary>Data that an observer subscribed to with `set.watch`; other connections do not get it.
     ///
-    /// A waveform comes in pieces that follow each other: `start` is the number of its first sample,
-    /// counted at `rate_hz` since the audio engine began.</summary>
+    /// A waveform comes in consecutive pieces. `start` counts samples at `rate_hz` since the audio
+    /// engine started.</summary>
     public sealed class View
     {
         public long Id;
@@ -3139,7 +3124,7 @@ namespace HapticVLM.Wire
         public static readonly byte[] Tag = MsgPackWriter.Encoded("view");
     }
 
-    /// <summary>The answer to hello.</summary>
+    /// <summary>The reply to `hello`.</summary>
     public sealed class Welcome
     {
         public long Id;

@@ -2,26 +2,26 @@ using System;
 
 namespace HapticVLM
 {
-    /// <summary>How long to wait before the next try: doubling, with jitter, so that clients spread.</summary>
+    /// <summary>Exponential back-off with jitter, so that many clients do not reconnect at the same moment.</summary>
     public sealed class Backoff
     {
         readonly double first;
-        readonly double most;
+        readonly double longest;
         readonly Random random;
         int tries;
 
-        public Backoff(double firstS, double mostS, int seed)
+        public Backoff(double firstS, double longestS, int seed)
         {
             first = firstS;
-            most = mostS;
+            longest = longestS;
             random = new Random(seed);
         }
 
-        /// <summary>Seconds to wait now: between half and all of first * 2^tries, at most mostS.</summary>
+        /// <summary>Returns the next wait in seconds: between 50 % and 100 % of first * 2^tries, at most longestS.</summary>
         public double Next()
         {
-            double all = Math.Min(most, first * Math.Pow(2.0, Math.Min(tries++, 30)));
-            return all * (0.5 + 0.5 * random.NextDouble());
+            double full = Math.Min(longest, first * Math.Pow(2.0, Math.Min(tries++, 30)));
+            return full * (0.5 + 0.5 * random.NextDouble());
         }
 
         public void Reset()

@@ -2,7 +2,7 @@ using System.Diagnostics;
 
 namespace HapticVLM
 {
-    /// <summary>Seconds that only grow, the same on all threads: the clock of captured_at.</summary>
+    /// <summary>A monotonic clock in seconds, the same on all threads; captured_at is a time of it.</summary>
     public static class Clock
     {
         public static double Now { get { return (double)Stopwatch.GetTimestamp() / Stopwatch.Frequency; } }

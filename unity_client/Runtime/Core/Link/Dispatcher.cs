@@ -4,7 +4,7 @@ using HapticVLM.Wire;
 
 namespace HapticVLM
 {
-    /// <summary>Takes messages from the receiving thread and raises their events on the main thread.</summary>
+    /// <summary>Collects messages on the receiving thread and raises their events on the main thread.</summary>
     public sealed class Dispatcher
     {
         readonly Inbox inbox = new Inbox();
@@ -14,38 +14,38 @@ namespace HapticVLM
         readonly Skipped skipped = new Skipped();
         readonly Error error = new Error();
         readonly Vibration vibration = new Vibration();
-        LinkState told = LinkState.Closed;
+        LinkState reportedState = LinkState.Closed;
         bool wasOwner;
         long unreadable;
         Exception failure;
 
-        /// <summary>An object was decided, or decided anew.</summary>
+        /// <summary>The service decided the material of an object, or changed its decision.</summary>
         public event Action<Decision> Decided;
 
-        /// <summary>State of the outputs, ten times a second.</summary>
+        /// <summary>The state of the outputs, ten times a second.</summary>
         public event Action<Telemetry> Measured;
 
-        /// <summary>What one hand feels from now on; only where Outbox.SetFeel asked for it.</summary>
+        /// <summary>The vibration of one hand from now on; raised only after Outbox.SetFeel requested it.</summary>
         public event Action<Vibration> Vibrated;
 
         /// <summary>A frame was not recognised.</summary>
         public event Action<Skipped> Skipped;
 
-        /// <summary>A message was refused, and why.</summary>
+        /// <summary>The service refused a message; the error states the reason.</summary>
         public event Action<Error> Refused;
 
         public event Action<LinkState> StateChanged;
 
-        /// <summary>This scene is felt from now on, or no longer.</summary>
+        /// <summary>This scene gained or lost the outputs.</summary>
         public event Action<bool> OwnershipChanged;
 
-        /// <summary>Something could not be sent because of an error of this client; the link goes on or starts over.</summary>
+        /// <summary>A message could not be sent because of a bug of this client; the link continues or reconnects.</summary>
         public event Action<Exception> Failed;
 
-        /// <summary>Messages dropped because nobody pumped.</summary>
+        /// <summary>Messages dropped because Pump was not called often enough.</summary>
         public long Dropped { get { return inbox.Dropped; } }
 
-        /// <summary>Messages that were not of the protocol.</summary>
+        /// <summary>Received messages that could not be decoded.</summary>
         public long Unreadable { get { return Interlocked.Read(ref unreadable); } }
 
         internal void CountUnreadable()
@@ -66,9 +66,9 @@ namespace HapticVLM
         internal void Pump(LinkState state, bool isOwner, double budgetS)
         {
             double until = Clock.Now + budgetS;
-            if (state != told)
+            if (state != reportedState)
             {
-                told = state;
+                reportedState = state;
                 if (StateChanged != null) StateChanged(state);
             }
             if (isOwner != wasOwner)
@@ -76,8 +76,8 @@ namespace HapticVLM
                 wasOwner = isOwner;
                 if (OwnershipChanged != null) OwnershipChanged(isOwner);
             }
-            Exception failed = Interlocked.Exchange(ref failure, null);
-            if (failed != null && Failed != null) Failed(failed);
+            Exception pending = Interlocked.Exchange(ref failure, null);
+            if (pending != null && Failed != null) Failed(pending);
             ArraySegment<byte> message;
             Kind kind;
             while (inbox.Take(out message, out kind))

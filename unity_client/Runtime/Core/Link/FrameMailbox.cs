@@ -4,8 +4,8 @@ using HapticVLM.Wire;
 namespace HapticVLM
 {
     /// <summary>
-    /// Holds the newest frame that was not sent yet. Three buffers change places, so that nobody waits
-    /// and nothing is copied or allocated: one is written, one waits, one is being sent.
+    /// Holds the newest frame that was not sent yet. Three buffers rotate, so that no thread waits and
+    /// nothing is copied or allocated: one is being written, one is waiting, one is being sent.
     /// </summary>
     public sealed class FrameMailbox
     {
@@ -16,19 +16,19 @@ namespace HapticVLM
         bool isFull;
         long dropped;
 
-        /// <summary>Frames that a newer one replaced before they were sent.</summary>
+        /// <summary>Frames replaced by a newer one before they were sent.</summary>
         public long Dropped { get { return Interlocked.Read(ref dropped); } }
 
         public bool IsFull { get { lock (gate) return isFull; } }
 
-        /// <summary>Where the one producer writes its next message.</summary>
+        /// <summary>Returns the buffer for the next frame. Only one producer may use it.</summary>
         public MsgPackWriter Begin()
         {
             writing.Reset();
             return writing;
         }
 
-        /// <summary>Makes what was written the newest frame.</summary>
+        /// <summary>Publishes the frame written since Begin as the newest.</summary>
         public void Publish()
         {
             lock (gate)
@@ -41,7 +41,7 @@ namespace HapticVLM
             }
         }
 
-        /// <summary>The newest frame, or null. Valid until the next call.</summary>
+        /// <summary>Takes the newest frame, or null. It stays valid until the next call.</summary>
         public MsgPackWriter Take()
         {
             lock (gate)

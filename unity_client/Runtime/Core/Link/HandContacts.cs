@@ -4,12 +4,12 @@ using HapticVLM.Wire;
 namespace HapticVLM
 {
     /// <summary>
-    /// What the fingers of one hand are in contact with, the newest last. A contact is known by who
-    /// met it (a finger) and what it met (a collider). No allocation after the first.
+    /// The contacts of one hand, the newest last. A contact is identified by the finger and the
+    /// collider it met. Allocates nothing after construction.
     /// </summary>
     internal sealed class HandContacts
     {
-        const int Most = 64;
+        const int Capacity = 64;
 
         struct Contact
         {
@@ -20,14 +20,14 @@ namespace HapticVLM
             public double ForceN;
         }
 
-        readonly Contact[] contacts = new Contact[Most];
+        readonly Contact[] contacts = new Contact[Capacity];
 
         public int Count { get; private set; }
 
-        /// <summary>What is touched: the object met last; null when none is.</summary>
+        /// <summary>Id of the object touched last; null when the hand touches nothing.</summary>
         public string ObjectId { get { return Count > 0 ? contacts[Count - 1].ObjectId : null; } }
 
-        /// <summary>How fast the newest contact is.</summary>
+        /// <summary>Speed of the newest contact, m/s.</summary>
         public double NewestSpeedMps { get { return contacts[Count - 1].SpeedMps; } }
 
         public object Finger(int index)
@@ -40,10 +40,10 @@ namespace HapticVLM
             return contacts[index].Met;
         }
 
-        /// <summary>Adds a contact; false when it is there already, or one too many.</summary>
+        /// <summary>Adds a contact; false if it exists already or the list is full.</summary>
         public bool Add(object finger, object met, string objectId, double speedMps, double forceN)
         {
-            if (Find(finger, met) >= 0 || Count == Most) return false;
+            if (Find(finger, met) >= 0 || Count == Capacity) return false;
             contacts[Count++] = new Contact { Finger = finger, Met = met, ObjectId = objectId, SpeedMps = speedMps, ForceN = forceN };
             return true;
         }
@@ -56,7 +56,7 @@ namespace HapticVLM
             contacts[at].ForceN = forceN;
         }
 
-        /// <summary>Removes a contact; false when it was not there.</summary>
+        /// <summary>Removes a contact; false if it does not exist.</summary>
         public bool Remove(object finger, object met)
         {
             int at = Find(finger, met);
@@ -72,7 +72,7 @@ namespace HapticVLM
             Count = 0;
         }
 
-        /// <summary>Of all contacts with the target the fastest and the hardest count.</summary>
+        /// <summary>Fills in the object, and the greatest speed and force of all contacts with it.</summary>
         public void Fill(ref Touch touch)
         {
             double speed = 0.0, force = 0.0;
@@ -87,9 +87,9 @@ namespace HapticVLM
             touch.ForceN = force;
         }
 
-        internal static double Within(double value, double most)
+        internal static double Within(double value, double limit)
         {
-            return value > 0.0 ? Math.Min(value, most) : 0.0; // NaN is no speed
+            return value > 0.0 ? Math.Min(value, limit) : 0.0; // NaN counts as 0
         }
 
         int Find(object finger, object met)

@@ -3,7 +3,7 @@ using HapticVLM.Wire;
 
 namespace HapticVLM
 {
-    /// <summary>What a script plays on one hand for a while: a contact that no collider makes.</summary>
+    /// <summary>An effect that a script plays on one hand for a while: a contact without a collider.</summary>
     public struct HandEffect
     {
         public string ObjectId;
@@ -14,7 +14,7 @@ namespace HapticVLM
 
         public bool IsOn { get { return ObjectId != null; } }
 
-        /// <summary>A contact that begins or renews it; with its interaction named it makes no second blow.</summary>
+        /// <summary>The contact message that starts or renews it. As it names its interaction, a renewal is not felt as a second impact.</summary>
         public Touch Touch(HandName hand, double now)
         {
             return new Touch

@@ -4,17 +4,17 @@ using HapticVLM.Wire;
 namespace HapticVLM
 {
     /// <summary>
-    /// Turns what the colliders of one hand meet into touches: contact at the first, slide to renew
-    /// the lease and to change target, release after the last; approach before. After a reconnect it
-    /// sends again what the hand touches, and so it does when the outputs become this scene's. All
-    /// fingers of a hand are one touch.
+    /// Turns the collisions of one hand into touch messages: contact at the first collision, slide to
+    /// renew the lease or to change the target, release after the last, and approach before the first.
+    /// Sends the current contact again after a reconnect and when this scene gains the outputs. All
+    /// fingers of a hand count as one touch.
     /// </summary>
     public sealed class HandTouches
     {
-        /// <summary>A slower contact is a press, m/s; our choice.</summary>
+        /// <summary>A contact slower than this is a press, m/s; our choice.</summary>
         public const double PressBelowMps = 0.1;
 
-        /// <summary>A faster contact is a strike, in between is a tap, m/s; our choice.</summary>
+        /// <summary>A contact at least this fast is a strike; between the two limits it is a tap, m/s; our choice.</summary>
         public const double StrikeFromMps = 0.7;
 
         struct Nearest
@@ -44,17 +44,17 @@ namespace HapticVLM
 
         public bool IsTouching { get { return contacts.Count > 0; } }
 
-        /// <summary>What is touched: the object met last; null when none is.</summary>
+        /// <summary>Id of the object touched last; null when the hand touches nothing.</summary>
         public string ObjectId { get { return contacts.ObjectId; } }
 
-        /// <summary>The object the hand is about to touch; null when none is near.</summary>
+        /// <summary>Id of the object the hand is about to touch; null when none is near.</summary>
         public string NearId { get { return near.ObjectId; } }
 
         public int Count { get { return contacts.Count; } }
 
         /// <summary>
-        /// How the hand acts, where a script knows it: carving, say. Null: by the speed of contact.
-        /// While it swings, the air is felt without a touch.
+        /// The gesture of the hand as set by a script, carving for example; null chooses one by the speed
+        /// of contact. A swinging hand feels the air without touching anything.
         /// </summary>
         public Interaction? Gesture
         {
@@ -78,19 +78,19 @@ namespace HapticVLM
             string target = ObjectId;
             if (!contacts.Add(finger, met, objectId, speedMps, forceN)) return;
             near = default(Nearest);
-            if (isFirst) Send(Phase.Contact, gesture ?? ByContact(speedMps), to);
+            if (isFirst) Send(Phase.Contact, gesture ?? BySpeed(speedMps), to);
             else if (target != objectId) Send(Phase.Slide, gesture ?? Interaction.Slide, to);
         }
 
-        /// <summary>Follows a finger's contact; it goes out with the next renewal.</summary>
+        /// <summary>Updates speed and force of a contact; the next renewal sends them.</summary>
         public void Follow(object finger, object met, double speedMps, double forceN)
         {
             contacts.Follow(finger, met, speedMps, forceN);
         }
 
         /// <summary>
-        /// Follows how fast a hand moves that touches nothing, and what it swings: a swing is felt by
-        /// both; null when it holds nothing that is known.
+        /// Updates the speed of a hand that touches nothing and the object it swings, null for none.
+        /// Both determine how a swing feels.
         /// </summary>
         public void Move(double speedMps, string swungObjectId)
         {
@@ -106,7 +106,7 @@ namespace HapticVLM
             else if (ObjectId != target) Send(Phase.Slide, gesture ?? Interaction.Slide, to);
         }
 
-        /// <summary>Ends the contacts of a finger, as when it vanishes.</summary>
+        /// <summary>Ends the contacts of one finger, for example when it disappears.</summary>
         public void EndFinger(object finger, HapticConnection to)
         {
             for (int i = Count - 1; i >= 0; i--)
@@ -115,7 +115,7 @@ namespace HapticVLM
             }
         }
 
-        /// <summary>Ends all contacts, as when the hand vanishes.</summary>
+        /// <summary>Ends all contacts, for example when the hand disappears.</summary>
         public void EndAll(HapticConnection to)
         {
             bool wasActive = IsTouching || near.ObjectId != null;
@@ -125,8 +125,8 @@ namespace HapticVLM
         }
 
         /// <summary>
-        /// Notes the object the hand is about to touch, how far it is and how fast the hand comes
-        /// nearer; a null id when none is near.
+        /// Updates the object the hand is about to touch, its distance and the closing speed; a null id
+        /// when none is near.
         /// </summary>
         public void Near(string objectId, double distanceM, double closingMps, HapticConnection to)
         {
@@ -138,8 +138,8 @@ namespace HapticVLM
         }
 
         /// <summary>
-        /// Plays an effect: as a contact of its own, before what the hand touches, which goes on after it.
-        /// A hand that touches is let go first, so that a blow is felt.
+        /// Plays an effect as a contact of its own. It suspends the current contact, which resumes
+        /// afterwards. The current contact is released first, so that an impact is felt.
         /// </summary>
         public void Play(HandEffect next, HapticConnection to)
         {
@@ -148,10 +148,10 @@ namespace HapticVLM
             SendEffect(Clock.Now, to);
         }
 
-        /// <summary>Whether an effect is played now.</summary>
+        /// <summary>Whether an effect is being played.</summary>
         public bool IsPlaying { get { return effect.IsOn; } }
 
-        /// <summary>Renews the lease when it is time. Call once a frame.</summary>
+        /// <summary>Renews the lease when it is due. Call it once per frame.</summary>
         public void Tick(double now, HapticConnection to)
         {
             if (to == null || to.State != LinkState.Ready)
@@ -159,27 +159,27 @@ namespace HapticVLM
                 effect = default(HandEffect);
                 return;
             }
-            if (IsPlaying && GoOn(now, to)) return;
+            if (IsPlaying && ContinueEffect(now, to)) return;
             bool isNew = epoch != to.Outbox.Ownership.Epoch;
             epoch = to.Outbox.Ownership.Epoch;
-            if (IsTouching && isNew) Send(Phase.Contact, gesture ?? ByContact(contacts.NewestSpeedMps), to);
-            else if (isNew) Release(to); // a stop holds until a hand lets go, whatever session it was in
+            if (IsTouching && isNew) Send(Phase.Contact, gesture ?? BySpeed(contacts.NewestSpeedMps), to);
+            else if (isNew) Release(to); // a stop lasts until the hand releases, also across sessions
             else if (now < dueAt) return;
             else if (IsTouching) Send(Phase.Slide, gesture ?? Interaction.Slide, to);
-            else if (gesture == Interaction.Swing || near.ObjectId != null) Send(Phase.Approach, Approaching, to);
+            else if (gesture == Interaction.Swing || near.ObjectId != null) Send(Phase.Approach, ApproachGesture, to);
         }
 
-        /// <summary>A hand in the air can only swing.</summary>
-        Interaction? Approaching { get { return gesture == Interaction.Swing ? gesture : null; } }
+        /// <summary>The gesture of a hand in the air: a swing or none.</summary>
+        Interaction? ApproachGesture { get { return gesture == Interaction.Swing ? gesture : null; } }
 
-        static Interaction ByContact(double speedMps)
+        static Interaction BySpeed(double speedMps)
         {
             if (speedMps >= StrikeFromMps) return Interaction.Strike;
             return speedMps < PressBelowMps ? Interaction.Press : Interaction.Tap;
         }
 
-        /// <summary>Renews the effect, or ends it; then false, unless the hand is let go with it.</summary>
-        bool GoOn(double now, HapticConnection to)
+        /// <summary>Renews or ends the effect; returns false if it ended and the hand still touches something.</summary>
+        bool ContinueEffect(double now, HapticConnection to)
         {
             if (now < effect.Until)
             {
@@ -187,7 +187,7 @@ namespace HapticVLM
                 return true;
             }
             effect = default(HandEffect);
-            dueAt = 0.0; // what the hand touches is told at once, as a slide: it was met before
+            dueAt = 0.0; // the suspended contact is sent at once, as a slide because it began earlier
             if (IsTouching) return false;
             Release(to);
             return true;

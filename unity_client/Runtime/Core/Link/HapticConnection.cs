@@ -5,9 +5,9 @@ using HapticVLM.Wire;
 namespace HapticVLM
 {
     /// <summary>
-    /// The connection to the service: opens, greets, tells the scene, sends and receives off the main
-    /// thread, and starts over when the link is lost, until Close. No call blocks. Events are raised
-    /// by Pump on the thread that calls it; what they carry is used again for the next message.
+    /// The connection to the service. A thread of its own connects, sends the handshake and the scene,
+    /// and reconnects when the link is lost, until Close. No call blocks. Pump raises events on the
+    /// thread that calls it. The objects passed to events are reused for the next message.
     /// </summary>
     public sealed class HapticConnection
     {
@@ -20,7 +20,7 @@ namespace HapticVLM
         readonly ManualResetEvent closing = new ManualResetEvent(false);
         readonly Dispatcher dispatcher = new Dispatcher();
         readonly Backoff backoff;
-        volatile Conversation conversation;
+        volatile ConnectionLoop loop;
         volatile Link link;
         volatile Welcome welcome;
         volatile string lastError = "";
@@ -38,36 +38,36 @@ namespace HapticVLM
             backoff = new Backoff(settings.FirstRetryS, settings.LongestRetryS, GetHashCode() ^ Environment.TickCount);
         }
 
-        /// <summary>Threads and receive loops of all connections that have not ended yet.</summary>
-        public static int Running { get { return Thread.VolatileRead(ref threads) + Conversation.Running; } }
+        /// <summary>Number of threads and receive loops of all connections that are still running.</summary>
+        public static int Running { get { return Thread.VolatileRead(ref threads) + ConnectionLoop.Running; } }
 
         public LinkState State { get { return (LinkState)state; } }
 
-        /// <summary>How often a link was made and welcomed.</summary>
+        /// <summary>Number of times that a link was opened and welcomed.</summary>
         public int Openings { get { return openings; } }
 
         /// <summary>
-        /// Number of the session, from 1: another with every welcome, and no two connections of this
-        /// process share one. A new session knows no object and no picture.
+        /// Number of the session, from 1. It changes with every welcome, and no two connections of this
+        /// process share a number. In a new session the service knows no object and no picture.
         /// </summary>
         public int Session { get { return session; } }
 
-        /// <summary>Whether this scene is felt: one scene owns the outputs of a service.</summary>
+        /// <summary>Whether this scene owns the outputs of the service and is felt; one scene does at a time.</summary>
         public bool IsOwner { get { return State == LinkState.Ready && Outbox.Ownership.IsOwner; } }
 
-        /// <summary>Why the last link ended or could not be made; empty if none did.</summary>
+        /// <summary>The reason why the last link ended or could not be opened; empty before the first failure.</summary>
         public string LastError { get { return lastError; } }
 
-        /// <summary>What the service last said of itself; null before the first welcome.</summary>
+        /// <summary>The last welcome of the service; null before the first.</summary>
         public Welcome Welcome { get { return welcome; } }
 
-        /// <summary>Touches given while there was no link or another scene owned the outputs, and not sent.</summary>
+        /// <summary>Touches dropped because there was no link or another scene owned the outputs.</summary>
         public long TouchesRefused { get { return Interlocked.Read(ref touchesRefused); } }
 
-        /// <summary>What arrived: events and counts.</summary>
+        /// <summary>Events of received messages, and counts of dropped ones.</summary>
         public Dispatcher Arrivals { get { return dispatcher; } }
 
-        /// <summary>Starts to connect. Once.</summary>
+        /// <summary>Starts to connect. Call it once.</summary>
         public void Open()
         {
             state = (int)LinkState.Connecting;
@@ -75,14 +75,14 @@ namespace HapticVLM
             new Thread(Run) { IsBackground = true, Name = "hapticvlm" }.Start();
         }
 
-        /// <summary>Says goodbye, if the link is up, and ends, both on another thread.</summary>
+        /// <summary>Closes the link and ends the thread. Returns at once; both happen on the other thread.</summary>
         public void Close()
         {
             closing.Set();
             Outbox.Wake();
         }
 
-        /// <summary>Ends at once, for when the threads are about to be killed anyway.</summary>
+        /// <summary>Closes without a closing handshake, for the moment before all threads are killed.</summary>
         public void Abort()
         {
             Close();
@@ -90,37 +90,39 @@ namespace HapticVLM
             if (open != null) open.Abort();
         }
 
-        /// <summary>Raises the events of what arrived, for at most this long. Main thread.</summary>
+        /// <summary>Raises events of received messages for at most this many seconds. Call it on the main thread.</summary>
         public void Pump(double budgetS = 0.001)
         {
             dispatcher.Pump(State, IsOwner, budgetS);
         }
 
         /// <summary>
-        /// Sends a touch, whose captured_at is of Clock; false if there is no link, or another scene owns
-        /// the outputs, which are then asked for. A touch of the past is of no use, so none is kept for
-        /// later. A ring full of contacts and releases means that the link is dead: it is given up. Throws WireException when it names no hand or no phase.
+        /// Sends a touch, whose captured_at is a time of Clock. Returns false if there is no link or
+        /// another scene owns the outputs; in the second case the outputs are requested. A touch is
+        /// never stored for later, because a late one would be wrong. When the ring is full of contacts
+        /// and releases the link counts as dead and is closed. Throws WireException for a touch without
+        /// hand or phase.
         /// </summary>
         public bool Send(ref Touch touch)
         {
             if (touch.Hand == HandName.Other || touch.Phase == Phase.Other)
                 throw new WireException("a touch has a hand, left or right, and a phase");
-            Conversation with = conversation;
-            if (with == null || !Outbox.Ownership.IsOwner)
+            ConnectionLoop current = loop;
+            if (current == null || !Outbox.Ownership.IsOwner)
             {
-                if (touch.Phase == Phase.Contact || touch.Phase == Phase.Slide) Outbox.Ownership.AskForTouch(Clock.Now);
+                if (touch.Phase == Phase.Contact || touch.Phase == Phase.Slide) Outbox.Ownership.RequestForTouch(Clock.Now);
                 Interlocked.Increment(ref touchesRefused);
                 Flush();
                 return false;
             }
             touch.ObjectId = WireText.Within(touch.ObjectId, Touch.ObjectIdMaxLength);
-            bool isKept = Outbox.Touches.Add(ref touch);
-            if (!isKept) with.GiveUp("the service takes no touches");
+            bool isQueued = Outbox.Touches.Add(ref touch);
+            if (!isQueued) current.Fail("the service does not accept touches fast enough");
             Flush();
-            return isKept;
+            return isQueued;
         }
 
-        /// <summary>Makes this the newest frame; its id is set here. One thread at a time.</summary>
+        /// <summary>Queues a frame in place of one not sent yet, and sets its id. One thread at a time.</summary>
         public void Send(ref Frame frame)
         {
             frame.Id = Outbox.Ids.Next();
@@ -129,18 +131,18 @@ namespace HapticVLM
             Flush();
         }
 
-        /// <summary>Rests the outputs at once; goes before everything else.</summary>
+        /// <summary>Stops the outputs. The message goes before all others.</summary>
         public void Stop(Scope scope)
         {
             Outbox.Stop(scope);
             Flush();
         }
 
-        /// <summary>Sends what can be sent now from this thread, and has the rest sent soon.</summary>
+        /// <summary>Sends the next message from this thread if it can, and wakes the sending thread for the rest.</summary>
         public void Flush()
         {
-            Conversation with = conversation;
-            if (with != null) with.SendNow();
+            ConnectionLoop current = loop;
+            if (current != null) current.SendNow();
             Outbox.Wake();
         }
 
@@ -168,7 +170,7 @@ namespace HapticVLM
             try
             {
                 link = Link.To(settings.Url, settings.ConnectTimeoutMs, closing);
-                Converse(new Conversation(link, settings, Outbox, dispatcher));
+                RunLoop(new ConnectionLoop(link, settings, Outbox, dispatcher));
             }
             catch (LinkException error)
             {
@@ -176,13 +178,13 @@ namespace HapticVLM
             }
             catch (Exception error)
             {
-                // A defect of this package must neither end this thread nor, as Mono would, the process.
-                lastError = "an error of the client: " + error.Message;
+                // A bug of this package must not end this thread, nor the process, as an unhandled exception would.
+                lastError = "internal error of the client: " + error.Message;
                 dispatcher.Fail(error);
             }
             finally
             {
-                conversation = null;
+                loop = null;
                 Link open = link;
                 link = null;
                 if (open != null && closing.WaitOne(0)) open.Close(CloseTimeoutMs);
@@ -190,16 +192,16 @@ namespace HapticVLM
             }
         }
 
-        void Converse(Conversation with)
+        void RunLoop(ConnectionLoop next)
         {
-            welcome = with.Greet(closing);
+            welcome = next.Handshake(closing);
             Outbox.Restart(welcome);
-            conversation = with;
+            loop = next;
             session = Interlocked.Increment(ref sessions);
             state = (int)LinkState.Ready;
             openings++;
             backoff.Reset();
-            with.SendUntilLost(closing);
+            next.SendUntilLost(closing);
         }
     }
 }

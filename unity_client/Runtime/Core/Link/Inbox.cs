@@ -4,8 +4,8 @@ using HapticVLM.Wire;
 namespace HapticVLM
 {
     /// <summary>
-    /// Messages that wait for the main thread, as bytes in buffers that are used again. Of telemetry
-    /// only the newest waits. Full, it drops the oldest and counts it.
+    /// A bounded queue of received messages for the main thread, stored as bytes in reused buffers. It
+    /// holds only the newest telemetry. When it is full, the oldest message is dropped and counted.
     /// </summary>
     public sealed class Inbox
     {
@@ -48,7 +48,7 @@ namespace HapticVLM
             }
         }
 
-        /// <summary>The oldest message; its bytes are valid until the next call.</summary>
+        /// <summary>Takes the oldest message; its bytes stay valid until the next call.</summary>
         public bool Take(out ArraySegment<byte> message, out Kind kind)
         {
             lock (gate)

@@ -6,16 +6,16 @@ using System.Threading.Tasks;
 namespace HapticVLM
 {
     /// <summary>
-    /// One WebSocket. What the runtime does badly is cured here: connecting ignores every token, so it
-    /// is timed and left behind; a socket connects once; a cancelled receive ends the socket, so only
-    /// Abort ends one; an aborted socket throws whatever it trips over, so whatever it throws means
-    /// that the link is lost.
+    /// One WebSocket, with workarounds for ClientWebSocket: ConnectAsync ignores cancellation, so a
+    /// connect that times out is abandoned; a socket can connect only once; cancelling a receive closes
+    /// the socket, so only Abort ends a receive; an aborted socket throws exceptions of many types, so
+    /// any exception means that the link is lost.
     /// </summary>
     internal sealed class Link
     {
         readonly ClientWebSocket socket = new ClientWebSocket();
 
-        /// <summary>Connects within the time given, or until closing is set; throws LinkException.</summary>
+        /// <summary>Connects, unless the timeout passes or closing is set first; then throws LinkException.</summary>
         public static Link To(Uri url, int timeoutMs, WaitHandle closing)
         {
             var link = new Link();
@@ -33,25 +33,25 @@ namespace HapticVLM
             catch (Exception error)
             {
                 link.Abort();
-                throw new LinkException("nobody answers at " + url + ": start `hapticvlm serve`", error);
+                throw new LinkException("no service answers at " + url + ": start `hapticvlm serve`", error);
             }
             link.Abort();
             throw new LinkException("no answer from " + url + " within " + timeoutMs + " ms");
         }
 
-        /// <summary>Sends one binary message. One at a time.</summary>
+        /// <summary>Sends one binary message. Only one send may be in progress.</summary>
         public Task Send(ArraySegment<byte> message)
         {
             return socket.SendAsync(message, WebSocketMessageType.Binary, true, CancellationToken.None);
         }
 
-        /// <summary>Receives a piece of a message. One must always be waiting, or pings go unanswered.</summary>
+        /// <summary>Receives a part of a message. Keep one receive pending, or pings are not answered.</summary>
         public Task<WebSocketReceiveResult> Receive(ArraySegment<byte> into)
         {
             return socket.ReceiveAsync(into, CancellationToken.None);
         }
 
-        /// <summary>Waits for a send; throws LinkException.</summary>
+        /// <summary>Waits for a send; throws LinkException if it fails or times out.</summary>
         public static void WaitFor(Task sending, int timeoutMs)
         {
             try
@@ -63,10 +63,10 @@ namespace HapticVLM
             {
                 throw new LinkException("the link was lost while sending", error);
             }
-            throw new LinkException("the service takes nothing any more");
+            throw new LinkException("the service stopped reading");
         }
 
-        /// <summary>Says goodbye without waiting for the answer, then ends.</summary>
+        /// <summary>Sends a close frame without waiting for the answer, then disposes the socket.</summary>
         public void Close(int timeoutMs)
         {
             try
@@ -76,19 +76,19 @@ namespace HapticVLM
             }
             catch (Exception)
             {
-                // It is lost already, which is what is wanted.
+                // The socket is closed already, which is the aim.
             }
             Abort();
         }
 
-        /// <summary>Ends at once; a waiting Receive or Send throws.</summary>
+        /// <summary>Disposes the socket at once; a pending Receive or Send throws.</summary>
         public void Abort()
         {
             socket.Abort();
             socket.Dispose();
         }
 
-        /// <summary>Takes note of how a task ends that nobody waits for, so that it is not reported.</summary>
+        /// <summary>Observes the exception of an abandoned task, so that the runtime does not report it.</summary>
         static void Forget(Task task)
         {
             task.ContinueWith(Observe, CancellationToken.None, TaskContinuationOptions.OnlyOnFaulted, TaskScheduler.Default);

@@ -2,7 +2,7 @@ using System;
 
 namespace HapticVLM
 {
-    /// <summary>The link could not be made or is lost; the text says why, for the user.</summary>
+    /// <summary>Raised when the link cannot be opened or is lost; the message states the reason for the user.</summary>
     public sealed class LinkException : Exception
     {
         public LinkException(string message) : base(message) { }

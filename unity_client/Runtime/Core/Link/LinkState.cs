@@ -2,16 +2,16 @@ namespace HapticVLM
 {
     public enum LinkState
     {
-        /// <summary>Not opened yet, or closed for good.</summary>
+        /// <summary>Not opened yet, or closed by Close.</summary>
         Closed,
 
-        /// <summary>Opening the socket and saying hello.</summary>
+        /// <summary>Opening the socket and waiting for the welcome.</summary>
         Connecting,
 
-        /// <summary>Welcomed: touches and frames are sent.</summary>
+        /// <summary>Connected: touches and frames are sent.</summary>
         Ready,
 
-        /// <summary>Lost or not found; the next try comes by itself.</summary>
+        /// <summary>Lost, or no service found; waiting for the next automatic attempt.</summary>
         Waiting,
     }
 }

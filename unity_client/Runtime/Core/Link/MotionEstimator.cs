@@ -3,15 +3,15 @@ using System;
 namespace HapticVLM
 {
     /// <summary>
-    /// The velocity of a point from its position at each rendered frame, smoothed over some 30 ms.
-    /// A jump faster than any hand is a teleport and says nothing of velocity. Knows no frame rate.
+    /// Estimates the velocity of a point from its position in each rendered frame, smoothed over about
+    /// 30 ms. A jump faster than any hand counts as a teleport and is ignored. Works at any frame rate.
     /// </summary>
     public sealed class MotionEstimator
     {
-        /// <summary>Time constant of the smoothing, s: two frames of a headset; our choice.</summary>
+        /// <summary>Time constant of the smoothing, s: about two frames of a headset; our choice.</summary>
         public const double SmoothingS = 0.03;
 
-        /// <summary>Faster than this no hand moves, m/s: above a fast punch; our choice.</summary>
+        /// <summary>Upper limit of a hand's speed, m/s, above a fast punch; our choice.</summary>
         public const double TeleportMps = 10.0;
 
         Vec3 position;
@@ -23,7 +23,7 @@ namespace HapticVLM
 
         public double SpeedMps { get { return Velocity.Length; } }
 
-        /// <summary>Begins anew at this position, with no velocity.</summary>
+        /// <summary>Restarts at this position with zero velocity.</summary>
         public void Restart(Vec3 at)
         {
             position = at;
@@ -32,7 +32,7 @@ namespace HapticVLM
             Velocity = default(Vec3);
         }
 
-        /// <summary>Begins anew at this position, with a velocity known from elsewhere.</summary>
+        /// <summary>Restarts at this position with a known velocity.</summary>
         public void Restart(Vec3 at, Vec3 velocity)
         {
             Restart(at);
@@ -40,7 +40,7 @@ namespace HapticVLM
             Velocity = velocity;
         }
 
-        /// <summary>Takes the position of the next frame, `seconds` after the last.</summary>
+        /// <summary>Adds the position of the next frame, `seconds` after the last.</summary>
         public void Add(Vec3 at, double seconds)
         {
             if (!isStarted) Restart(at);

@@ -5,12 +5,12 @@ using HapticVLM.Wire;
 namespace HapticVLM
 {
     /// <summary>
-    /// Everything that waits to be sent, in order of urgency: stop, ownership, settings, scene, touch, frame.
-    /// The scene goes before touches, so that no touch meets an object the service does not know.
+    /// All unsent messages, in order of priority: stop, ownership, settings, scene, touch, frame. The
+    /// scene goes before touches, so that no touch names an object that the service does not know.
     /// </summary>
     public sealed class Outbox
     {
-        public readonly SceneBook Scene = new SceneBook();
+        public readonly SceneRegistry Scene = new SceneRegistry();
         public readonly TouchRing Touches = new TouchRing();
         public readonly FrameMailbox Frames = new FrameMailbox();
         public readonly Requests Requests = new Requests();
@@ -18,7 +18,7 @@ namespace HapticVLM
 
         public readonly OutputOwnership Ownership;
 
-        readonly AutoResetEvent somethingNew = new AutoResetEvent(false);
+        readonly AutoResetEvent wakeup = new AutoResetEvent(false);
         readonly MsgPackWriter writer = new MsgPackWriter(4096);
         readonly object gate = new object();
         Set settings;
@@ -32,14 +32,14 @@ namespace HapticVLM
             Ownership = new OutputOwnership(wantsOutputs);
         }
 
-        /// <summary>Asks for rest; of several scopes not sent yet all are meant.</summary>
+        /// <summary>Queues a stop. Different scopes that are not sent yet combine to All.</summary>
         public void Stop(Scope scope)
         {
             lock (gate) stop = stop == Scope.Other || stop == scope ? scope : Scope.All;
             Wake();
         }
 
-        /// <summary>Gains, 0..1; they are told again whenever the outputs become this scene's.</summary>
+        /// <summary>Sets the gains, 0..1; they are sent again whenever this scene gains the outputs.</summary>
         public void SetGains(double vibration, double thermal)
         {
             lock (gate)
@@ -52,8 +52,8 @@ namespace HapticVLM
         }
 
         /// <summary>
-        /// Which hands' vibration to send, and in which form; null for none. A message of its own, since
-        /// a service of before refuses it. It goes out again whenever the outputs become this scene's.
+        /// Requests the vibration of each hand in this form; null for none. It is sent as a message of its
+        /// own, since an older service refuses it, and again whenever this scene gains the outputs.
         /// </summary>
         public void SetFeel(FeelForm? left, FeelForm? right)
         {
@@ -66,21 +66,21 @@ namespace HapticVLM
             Wake();
         }
 
-        /// <summary>Has Wait return.</summary>
+        /// <summary>Makes Wait return.</summary>
         public void Wake()
         {
-            somethingNew.Set();
+            wakeup.Set();
         }
 
-        /// <summary>Waits until Wake was called, or so many milliseconds.</summary>
+        /// <summary>Waits for Wake, at most this many milliseconds.</summary>
         public void Wait(int milliseconds)
         {
-            somethingNew.WaitOne(milliseconds);
+            wakeup.WaitOne(milliseconds);
         }
 
         /// <summary>
-        /// Starts over after a welcome: touches and frames of before are of no use. Whose the outputs are
-        /// was taken over when the welcome came, before what the service says after it.
+        /// Resets the outbox after a welcome and drops old touches and frames. Ownership is not reset here:
+        /// the receiving thread did so when the welcome arrived, before any later message of the service.
         /// </summary>
         public void Restart(Welcome welcome)
         {
@@ -88,18 +88,18 @@ namespace HapticVLM
             Frames.Clear();
             Requests.Restart();
             Scene.Restart(welcome.Materials);
-            TellSettingsAgain();
+            QueueSettings();
         }
 
-        /// <summary>The service did as was asked: the outputs are this scene's, or given up.</summary>
+        /// <summary>Records that the service granted the request to take or release the outputs.</summary>
         internal void OwnershipGranted()
         {
             Ownership.Granted();
-            TellSettingsAgain();
+            QueueSettings();
             Wake();
         }
 
-        void TellSettingsAgain()
+        void QueueSettings()
         {
             lock (gate)
             {
@@ -108,7 +108,7 @@ namespace HapticVLM
             }
         }
 
-        /// <summary>The next message, or null; valid until the next call. For the sending thread.</summary>
+        /// <summary>Encodes and returns the next message, or null. It stays valid until the next call.</summary>
         public MsgPackWriter Next(double now)
         {
             writer.Reset();
@@ -130,9 +130,9 @@ namespace HapticVLM
 
         bool WriteOwnership()
         {
-            SetOwnership wanted = Ownership.Next();
-            if (wanted == SetOwnership.Other) return false;
-            var message = new Set { Id = Ids.Next(), Ownership = wanted };
+            SetOwnership request = Ownership.Next();
+            if (request == SetOwnership.Other) return false;
+            var message = new Set { Id = Ids.Next(), Ownership = request };
             message.Write(writer);
             Requests.Sent(message.Id, Kind.Set, Clock.Now);
             return true;

@@ -4,21 +4,21 @@ using HapticVLM.Wire;
 namespace HapticVLM
 {
     /// <summary>
-    /// Whether this connection owns the outputs of the service, and what it asks for to own them: one
-    /// scene does, and only it is felt. Outputs that become free are taken at once. While another owns
-    /// them, a hand that touches asks from time to time, as an owner that touches nothing gives way.
+    /// Tracks whether this connection owns the outputs of the service, and requests them. One scene
+    /// owns them at a time, and only that scene is felt. Free outputs are taken at once. While another
+    /// scene owns them, a touching hand repeats the request, since an idle owner loses the outputs.
     /// </summary>
     public sealed class OutputOwnership
     {
-        const double AskEveryS = 2.0;
+        const double RequestIntervalS = 2.0;
 
         static int epochs;
 
         readonly object gate = new object();
         readonly bool isWanted;
         bool isOwner;
-        bool isAsked;
-        double askedAt = double.NegativeInfinity;
+        bool isRequestPending;
+        double requestedAt = double.NegativeInfinity;
         int epoch;
 
         internal OutputOwnership(bool isWanted)
@@ -29,33 +29,33 @@ namespace HapticVLM
         public bool IsOwner { get { lock (gate) return isOwner; } }
 
         /// <summary>
-        /// Changes whenever the service knows nothing of what a hand does: with every session, and when
-        /// the outputs were taken. No two connections of this process share a value.
+        /// Changes whenever the service has no state of the hands: with every session, and when the
+        /// outputs are taken. No two connections of this process share a value.
         /// </summary>
         public int Epoch { get { lock (gate) return epoch; } }
 
-        internal void Restart(bool ownsFromTheStart)
+        internal void Restart(bool isInitialOwner)
         {
             lock (gate)
             {
-                isOwner = ownsFromTheStart;
-                isAsked = isOwner && !isWanted;
-                askedAt = double.NegativeInfinity;
+                isOwner = isInitialOwner;
+                isRequestPending = isOwner && !isWanted;
+                requestedAt = double.NegativeInfinity;
                 epoch = Interlocked.Increment(ref epochs);
             }
         }
 
-        /// <summary>The service says whose the outputs are.</summary>
+        /// <summary>Applies an ownership message of the service.</summary>
         internal void Follow(bool isMine, bool isFree)
         {
             lock (gate)
             {
                 isOwner = isMine;
-                if (isFree && isWanted) isAsked = true;
+                if (isFree && isWanted) isRequestPending = true;
             }
         }
 
-        /// <summary>The service did what was asked.</summary>
+        /// <summary>Records that the service granted the request.</summary>
         internal void Granted()
         {
             lock (gate)
@@ -65,24 +65,24 @@ namespace HapticVLM
             }
         }
 
-        /// <summary>A hand touches something and is not felt.</summary>
-        internal void AskForTouch(double now)
+        /// <summary>Requests the outputs for a touch that is not felt, at most once every two seconds.</summary>
+        internal void RequestForTouch(double now)
         {
             lock (gate)
             {
-                if (isOwner || !isWanted || now < askedAt + AskEveryS) return;
-                askedAt = now;
-                isAsked = true;
+                if (isOwner || !isWanted || now < requestedAt + RequestIntervalS) return;
+                requestedAt = now;
+                isRequestPending = true;
             }
         }
 
-        /// <summary>What to ask the service for now; Other for nothing.</summary>
+        /// <summary>Returns the next request to send; Other for none.</summary>
         internal SetOwnership Next()
         {
             lock (gate)
             {
-                if (!isAsked) return SetOwnership.Other;
-                isAsked = false;
+                if (!isRequestPending) return SetOwnership.Other;
+                isRequestPending = false;
                 return isWanted ? SetOwnership.Take : SetOwnership.Give;
             }
         }

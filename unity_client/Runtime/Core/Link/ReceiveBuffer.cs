@@ -2,20 +2,20 @@ using System;
 
 namespace HapticVLM
 {
-    /// <summary>The parts of a message as they come in, put together; used again for the next one.</summary>
+    /// <summary>Joins the received parts of a message in one buffer, which is reused for the next message.</summary>
     internal sealed class ReceiveBuffer
     {
-        const int LargestMessage = 8 * 1024 * 1024; // a service that says more is not ours
+        const int MaxMessageBytes = 8 * 1024 * 1024; // no message of the protocol is as large
 
         byte[] bytes = new byte[16384];
         int length;
 
-        /// <summary>Room for the next part; throws LinkException when the message is too large.</summary>
+        /// <summary>Returns free space for the next part; throws LinkException when the message is too large.</summary>
         public ArraySegment<byte> Free()
         {
             if (length == bytes.Length)
             {
-                if (bytes.Length >= LargestMessage) throw new LinkException("a message exceeds 8 MiB");
+                if (bytes.Length >= MaxMessageBytes) throw new LinkException("the service sent a message of more than 8 MiB");
                 Array.Resize(ref bytes, bytes.Length * 2);
             }
             return new ArraySegment<byte>(bytes, length, bytes.Length - length);
@@ -26,7 +26,7 @@ namespace HapticVLM
             length += count;
         }
 
-        /// <summary>The whole message; it lasts until the next part comes in.</summary>
+        /// <summary>Returns the whole message; it stays valid until the next part is added.</summary>
         public ArraySegment<byte> Take()
         {
             var message = new ArraySegment<byte>(bytes, 0, length);

@@ -2,7 +2,7 @@ using System.Threading;
 
 namespace HapticVLM
 {
-    /// <summary>Counts requests from 1, on any thread.</summary>
+    /// <summary>Issues request ids from 1 upwards; safe on any thread.</summary>
     public sealed class RequestIds
     {
         long last;

@@ -3,8 +3,8 @@ using HapticVLM.Wire;
 namespace HapticVLM
 {
     /// <summary>
-    /// Touches that wait to be sent, oldest first. Contact and release are never dropped. Approach and
-    /// slide only renew: of one hand the newest replaces the one that waits, and makes room if need be.
+    /// A queue of unsent touches, oldest first. Contact and release are never dropped. Approach and slide
+    /// are renewals: the newest of a hand replaces a waiting one, and a full ring drops a renewal first.
     /// </summary>
     public sealed class TouchRing
     {
@@ -21,7 +21,7 @@ namespace HapticVLM
 
         public int Count { get { lock (gate) return count; } }
 
-        /// <summary>Renewals that a newer one replaced or a contact or release displaced.</summary>
+        /// <summary>Renewals replaced by a newer one, or dropped to make room.</summary>
         public long Superseded { get { lock (gate) return superseded; } }
 
         /// <summary>Adds a touch; false if the ring is full of contacts and releases.</summary>
@@ -58,7 +58,7 @@ namespace HapticVLM
             return phase == Phase.Approach || phase == Phase.Slide;
         }
 
-        /// <summary>Replaces this hand's last waiting touch if that one only renews, too.</summary>
+        /// <summary>Replaces the last waiting touch of this hand if it is a renewal as well.</summary>
         bool Supersede(ref Touch touch)
         {
             for (int i = count - 1; i >= 0; i--)

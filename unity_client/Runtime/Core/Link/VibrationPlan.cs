@@ -4,20 +4,20 @@ using HapticVLM.Wire;
 namespace HapticVLM
 {
     /// <summary>
-    /// What one hand feels for the next moments, as the service planned it. Each plan replaces the one
-    /// before; after its end, and at the latest after 100 ms, there is silence, so a lost link is
-    /// silent. Allocates nothing.
+    /// The vibration that the service planned for one hand. Each plan replaces the one before. A plan
+    /// lasts at most 100 ms and silence follows its end, so the hand is silent when the link is lost.
+    /// Allocates nothing.
     /// </summary>
     public sealed class VibrationPlan
     {
-        /// <summary>No plan lasts longer, s.</summary>
+        /// <summary>Longest duration of a plan, s.</summary>
         public const double HorizonS = 0.1;
 
-        const double BeginningS = 0.0125; // one value of the form amplitude
-        const int MostValues = 128;
+        const double BeginningS = 0.0125; // duration of one value of the form "amplitude"
+        const int MaxValues = 128;
 
-        readonly double[] amplitude = new double[MostValues];
-        readonly double[] frequencyHz = new double[MostValues];
+        readonly double[] amplitude = new double[MaxValues];
+        readonly double[] frequencyHz = new double[MaxValues];
         int count;
         double beganAt;
         double periodS;
@@ -25,32 +25,32 @@ namespace HapticVLM
         double unplayed;
         double unplayedHz;
 
-        /// <summary>How long there is still something to feel, s; not positive when the plan is over.</summary>
+        /// <summary>Remaining duration of the plan, s; zero or negative when it is over.</summary>
         public double RemainingS(double now)
         {
             return beganAt + Math.Min(HorizonS, count * periodS) - now;
         }
 
         /// <summary>
-        /// Replaces the plan by one that begins now; a plan of a period that is not positive is silence.
-        /// A blow lasts a few milliseconds and the next plan may follow before a display frame has
-        /// played it, so the strongest moment that was not played yet is kept for the next Strongest.
+        /// Replaces the plan by one that begins now. A plan whose period is not positive is silence. An
+        /// impact lasts a few milliseconds, and the next plan may arrive before a display frame has played
+        /// it. So the strongest value that was not played yet is carried over to the next Strongest.
         /// </summary>
         public void Take(Vibration plan, double now)
         {
-            KeepUnplayed(now);
+            CarryOver(now);
             count = 0;
             if (!(plan.PeriodMs > 0.0)) return;
             beganAt = now;
             playedUntil = now;
             periodS = plan.PeriodMs * 1e-3;
-            count = Math.Min(plan.Amplitude.Count, MostValues);
+            count = Math.Min(plan.Amplitude.Count, MaxValues);
             for (int i = 0; i < count; i++)
             {
                 amplitude[i] = Share(plan.Amplitude[i]);
                 frequencyHz[i] = i < plan.FrequencyHz.Count ? plan.FrequencyHz[i] : 0.0;
             }
-            for (int i = 0; i < plan.Transients.Count; i++) Lift(plan.Transients[i]);
+            for (int i = 0; i < plan.Transients.Count; i++) Raise(plan.Transients[i]);
         }
 
         public void Silence()
@@ -59,7 +59,7 @@ namespace HapticVLM
             unplayed = 0.0;
         }
 
-        /// <summary>Amplitude 0..1 at this time, and its frequency in Hz; 0 Hz where the plan names none.</summary>
+        /// <summary>Returns the amplitude 0..1 at this time, and its frequency in Hz; 0 Hz if the plan has none.</summary>
         public double Sample(double now, out double hz)
         {
             hz = 0.0;
@@ -70,60 +70,60 @@ namespace HapticVLM
         }
 
         /// <summary>
-        /// The largest amplitude from where the last call ended until so many seconds from now, and its
-        /// frequency: what an output plays that can be told one amplitude a display frame. One sample of
-        /// the plan would miss the peak of most blows.
+        /// Returns the largest amplitude, and its frequency, between the end of the last call and forS
+        /// seconds from now. It is for outputs that accept one amplitude per display frame, where a single
+        /// sample of the plan would miss the peak of most impacts.
         /// </summary>
         public double Strongest(double now, double forS, out double hz)
         {
-            double most = unplayed;
+            double largest = unplayed;
             hz = unplayedHz;
             unplayed = 0.0;
             unplayedHz = 0.0;
-            Search(Math.Min(playedUntil, now), now + forS, ref most, ref hz);
+            Search(Math.Min(playedUntil, now), now + forS, ref largest, ref hz);
             playedUntil = now + forS;
-            return most;
+            return largest;
         }
 
         /// <summary>
-        /// What a controller is told to play of a planned amplitude: so many times as strong, and lifted
-        /// above the weakest that its user feels, so that what is weaker than another stays weaker.
+        /// Converts a planned amplitude to the one a controller plays: multiplied by the gain, then mapped
+        /// to the range from the threshold to 1, which keeps the order of weak and strong.
         /// </summary>
         public static double Played(double planned, double gain, double threshold)
         {
-            double wanted = Share(planned * gain);
-            return wanted > 0.0 ? threshold + (1.0 - threshold) * wanted : 0.0;
+            double scaled = Share(planned * gain);
+            return scaled > 0.0 ? threshold + (1.0 - threshold) * scaled : 0.0;
         }
 
         /// <summary>
-        /// Of a plan that no frame has played at all, its beginning counts too: then two plans came in
-        /// one frame, and the blow may begin the first of them.
+        /// Carries over the strongest unplayed value. For a plan that no frame has played, its beginning
+        /// counts too: two plans then arrived within one frame, and the first may begin with an impact.
         /// </summary>
-        void KeepUnplayed(double now)
+        void CarryOver(double now)
         {
             double until = playedUntil > beganAt ? now : Math.Max(now, beganAt + BeginningS);
             if (playedUntil < until) Search(playedUntil, until, ref unplayed, ref unplayedHz);
         }
 
-        void Search(double from, double to, ref double most, ref double hz)
+        void Search(double from, double to, ref double largest, ref double hz)
         {
             double end = Math.Min(to, beganAt + HorizonS);
             for (int i = count == 0 ? 0 : Math.Max(0, (int)((from - beganAt) / periodS + 1e-6)); i < count; i++)
             {
                 if (beganAt + i * periodS >= end - 1e-9) return;
-                if (amplitude[i] <= most) continue;
-                most = amplitude[i];
+                if (amplitude[i] <= largest) continue;
+                largest = amplitude[i];
                 hz = frequencyHz[i];
             }
         }
 
-        /// <summary>A transient is a blow within one period, of which the period's own amplitude is the mean.</summary>
-        void Lift(Transient blow)
+        /// <summary>Raises the amplitude of the period that contains a transient: the plan states only the period's mean.</summary>
+        void Raise(Transient transient)
         {
-            int at = blow.AtMs >= 0.0 ? (int)Math.Min(blow.AtMs * 1e-3 / periodS, MostValues) : MostValues;
-            if (at >= count || Share(blow.Amplitude) <= amplitude[at]) return;
-            amplitude[at] = Share(blow.Amplitude);
-            if (frequencyHz[at] > 0.0) frequencyHz[at] = blow.FrequencyHz;
+            int at = transient.AtMs >= 0.0 ? (int)Math.Min(transient.AtMs * 1e-3 / periodS, MaxValues) : MaxValues;
+            if (at >= count || Share(transient.Amplitude) <= amplitude[at]) return;
+            amplitude[at] = Share(transient.Amplitude);
+            if (frequencyHz[at] > 0.0) frequencyHz[at] = transient.FrequencyHz;
         }
 
         static double Share(double value)

@@ -1,9 +1,9 @@
 namespace HapticVLM.Wire
 {
-    /// <summary>Reads and writes an enum whose first member is Other: a value this version does not know.</summary>
+    /// <summary>Reads and writes an enum whose first member, Other, stands for values unknown to this version.</summary>
     internal static class Choice
     {
-        /// <summary>Index of the next string in texts, counted from 1; 0 when it is none of them.</summary>
+        /// <summary>Reads a string and returns its index in texts, counted from 1; 0 if it is not in the list.</summary>
         public static int Read(ref MsgPackReader r, byte[][] texts)
         {
             for (int i = 0; i < texts.Length; i++)

@@ -2,7 +2,7 @@ using System.Runtime.InteropServices;
 
 namespace HapticVLM.Wire
 {
-    /// <summary>The bits of a 32-bit float; .NET Standard 2.0 has no other way without unsafe code.</summary>
+    /// <summary>Converts between a 32-bit float and its bits; .NET Standard 2.0 offers no other way without unsafe code.</summary>
     [StructLayout(LayoutKind.Explicit)]
     internal struct Float32Bits
     {

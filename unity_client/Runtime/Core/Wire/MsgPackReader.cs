@@ -6,8 +6,8 @@ namespace HapticVLM.Wire
     public enum MsgPackType { Nil, Bool, Int, Float, Str, Bin, Array, Map, Ext }
 
     /// <summary>
-    /// Reads MessagePack in place. Whatever the bytes are, it throws nothing but WireException, reads
-    /// nothing outside them, allocates no more than they hold, and recurses not at all.
+    /// Reads MessagePack in place. For any input it throws only WireException, never reads outside the
+    /// given bytes, allocates no more memory than they contain, and does not recurse.
     /// </summary>
     public struct MsgPackReader
     {
@@ -26,7 +26,7 @@ namespace HapticVLM.Wire
 
         public MsgPackType Peek()
         {
-            Have(1);
+            Require(1);
             byte tag = data[at];
             if (tag < 0x80 || tag >= 0xe0) return MsgPackType.Int;
             if (tag < 0x90) return MsgPackType.Map;
@@ -37,13 +37,13 @@ namespace HapticVLM.Wire
         /// <summary>Consumes a nil if one is next.</summary>
         public bool TryNil()
         {
-            Have(1);
+            Require(1);
             if (data[at] != 0xc0) return false;
             at++;
             return true;
         }
 
-        /// <summary>Consumes the string whose encoding this is, if it is next; never allocates.</summary>
+        /// <summary>Consumes the next value if it is the string with this encoding; never allocates.</summary>
         public bool TryKey(byte[] encoded)
         {
             if (encoded.Length > end - at) return false;
@@ -83,7 +83,7 @@ namespace HapticVLM.Wire
         /// <summary>A number of any kind, finite or not.</summary>
         public double Double()
         {
-            Have(1);
+            Require(1);
             switch (data[at])
             {
                 case 0xca:
@@ -99,11 +99,11 @@ namespace HapticVLM.Wire
             }
         }
 
-        /// <summary>A string; the pool gives the same instance for the same bytes.</summary>
+        /// <summary>Reads a string; the pool returns the same instance for the same bytes.</summary>
         public string Str(StringPool pool)
         {
             int count = StrLength();
-            Have(count);
+            Require(count);
             try
             {
                 string text = pool.Get(data, at, count);
@@ -116,11 +116,11 @@ namespace HapticVLM.Wire
             }
         }
 
-        /// <summary>Bytes, as a view into the data that was given.</summary>
+        /// <summary>Reads bytes, as a view into the input.</summary>
         public ArraySegment<byte> Bin()
         {
             int count = BinLength();
-            Have(count);
+            Require(count);
             var view = new ArraySegment<byte>(data, at, count);
             at += count;
             return view;
@@ -144,7 +144,7 @@ namespace HapticVLM.Wire
             throw new WireException("map expected");
         }
 
-        /// <summary>Passes over one value of any kind and depth.</summary>
+        /// <summary>Skips one value of any type and depth.</summary>
         public void Skip()
         {
             for (long left = 1; left > 0; left--)
@@ -155,11 +155,11 @@ namespace HapticVLM.Wire
                     case MsgPackType.Bool: at++; break;
                     case MsgPackType.Int: Int(); break;
                     case MsgPackType.Float: Double(); break;
-                    case MsgPackType.Str: Pass(StrLength()); break;
-                    case MsgPackType.Bin: Pass(BinLength()); break;
+                    case MsgPackType.Str: Advance(StrLength()); break;
+                    case MsgPackType.Bin: Advance(BinLength()); break;
                     case MsgPackType.Array: left += ArrayHeader(); break;
                     case MsgPackType.Map: left += 2L * MapHeader(); break;
-                    default: Pass(1L + ExtLength()); break;
+                    default: Advance(1L + ExtLength()); break;
                 }
             }
         }
@@ -167,7 +167,7 @@ namespace HapticVLM.Wire
         static MsgPackType PeekLong(byte tag)
         {
             if (tag == 0xc0) return MsgPackType.Nil;
-            if (tag == 0xc1) throw new WireException("0xc1 is never used");
+            if (tag == 0xc1) throw new WireException("0xc1 is not a valid MessagePack tag");
             if (tag <= 0xc3) return MsgPackType.Bool;
             if (tag <= 0xc6) return MsgPackType.Bin;
             if (tag <= 0xc9) return MsgPackType.Ext;
@@ -218,21 +218,21 @@ namespace HapticVLM.Wire
             return (long)value;
         }
 
-        void Pass(long count)
+        void Advance(long count)
         {
-            Have(count);
+            Require(count);
             at += (int)count;
         }
 
         ulong Bytes(int count)
         {
-            Have(count);
+            Require(count);
             ulong value = 0;
             for (int i = 0; i < count; i++) value = value << 8 | data[at++];
             return value;
         }
 
-        void Have(long count)
+        void Require(long count)
         {
             if (count > end - at) throw new WireException("the message ends too early");
         }

@@ -4,9 +4,9 @@ using System.Text;
 namespace HapticVLM.Wire
 {
     /// <summary>
-    /// Writes MessagePack into a buffer of its own, which only grows: writing allocates nothing once
-    /// the buffer has the size of the largest message. Integers and lengths take their shortest form.
-    /// No extension types. Not for two threads at once.
+    /// Writes MessagePack into its own buffer, which never shrinks: writing allocates nothing once the
+    /// buffer fits the largest message. Integers and lengths use their shortest form. Extension types
+    /// are not supported. Not thread-safe.
     /// </summary>
     public sealed class MsgPackWriter
     {
@@ -23,7 +23,7 @@ namespace HapticVLM.Wire
         /// <summary>Bytes written since the last Reset.</summary>
         public int Length { get { return length; } }
 
-        /// <summary>What was written; valid until the next call.</summary>
+        /// <summary>The bytes written since the last Reset; valid until the next call.</summary>
         public ArraySegment<byte> Written { get { return new ArraySegment<byte>(buffer, 0, length); } }
 
         public void Reset()
@@ -72,7 +72,7 @@ namespace HapticVLM.Wire
             Tagged(0xcb, (ulong)BitConverter.DoubleToInt64Bits(value), 8);
         }
 
-        /// <summary>Writes a string as UTF-8; throws WireException on half a surrogate pair.</summary>
+        /// <summary>Writes a string as UTF-8; throws WireException on an unpaired surrogate.</summary>
         public void Str(string value)
         {
             try
@@ -80,7 +80,7 @@ namespace HapticVLM.Wire
                 int count = Utf8.GetByteCount(value);
                 if (count < 32) Tag((byte)(0xa0 | count));
                 else Header(0xd9, 0xda, 0xdb, count);
-                Need(count);
+                Reserve(count);
                 length += Utf8.GetBytes(value, 0, value.Length, buffer, length);
             }
             catch (EncoderFallbackException error)
@@ -92,7 +92,7 @@ namespace HapticVLM.Wire
         public void Bin(ArraySegment<byte> value)
         {
             Header(0xc4, 0xc5, 0xc6, value.Count);
-            Need(value.Count);
+            Reserve(value.Count);
             if (value.Count > 0) Buffer.BlockCopy(value.Array, value.Offset, buffer, length, value.Count);
             length += value.Count;
         }
@@ -111,15 +111,15 @@ namespace HapticVLM.Wire
             else Tagged(0xdf, (ulong)count, 4);
         }
 
-        /// <summary>Appends bytes that are MessagePack already, such as a key from Encoded.</summary>
+        /// <summary>Appends bytes that are already MessagePack, such as a key from Encoded.</summary>
         public void Raw(byte[] encoded)
         {
-            Need(encoded.Length);
+            Reserve(encoded.Length);
             Buffer.BlockCopy(encoded, 0, buffer, length, encoded.Length);
             length += encoded.Length;
         }
 
-        /// <summary>A string's encoding, made once and written with Raw or matched with TryKey.</summary>
+        /// <summary>Encodes a string once, to be written with Raw or compared with TryKey.</summary>
         public static byte[] Encoded(string text)
         {
             var writer = new MsgPackWriter(text.Length * 3 + 5);
@@ -138,18 +138,18 @@ namespace HapticVLM.Wire
 
         void Tag(byte tag)
         {
-            Need(1);
+            Reserve(1);
             buffer[length++] = tag;
         }
 
         void Tagged(byte tag, ulong value, int bytes)
         {
-            Need(1 + bytes);
+            Reserve(1 + bytes);
             buffer[length++] = tag;
             for (int shift = 8 * (bytes - 1); shift >= 0; shift -= 8) buffer[length++] = (byte)(value >> shift);
         }
 
-        void Need(int bytes)
+        void Reserve(int bytes)
         {
             if (length + bytes <= buffer.Length) return;
             Array.Resize(ref buffer, Math.Max(buffer.Length * 2, length + bytes));

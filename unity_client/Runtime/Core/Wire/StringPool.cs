@@ -3,46 +3,46 @@ using System;
 namespace HapticVLM.Wire
 {
     /// <summary>
-    /// Gives the same string for the same UTF-8 bytes, so that what the service says again and again
-    /// is allocated once. Bounded: long strings are not kept, and a full pool starts afresh.
+    /// Returns the same string for the same UTF-8 bytes, so that repeated texts of the service are
+    /// allocated once. The cache is bounded: long strings are not cached, and a full cache is cleared.
     /// </summary>
     public sealed class StringPool
     {
-        const int LongestKept = 64;
+        const int MaxCachedLength = 64;
         const int Slots = 1024;
-        const int MostKept = Slots / 2;
+        const int MaxCached = Slots / 2;
 
         readonly string[] texts = new string[Slots];
         readonly byte[][] keys = new byte[Slots][];
-        int kept;
+        int cached;
 
-        /// <summary>Throws DecoderFallbackException when the bytes are not UTF-8.</summary>
+        /// <summary>Returns the string; throws DecoderFallbackException when the bytes are not UTF-8.</summary>
         public string Get(byte[] data, int offset, int count)
         {
             if (count == 0) return "";
-            if (count > LongestKept) return MsgPackWriter.Utf8.GetString(data, offset, count);
+            if (count > MaxCachedLength) return MsgPackWriter.Utf8.GetString(data, offset, count);
             int slot = Find(data, offset, count);
-            return texts[slot] ?? Keep(slot, data, offset, count);
+            return texts[slot] ?? Cache(slot, data, offset, count);
         }
 
-        string Keep(int slot, byte[] data, int offset, int count)
+        string Cache(int slot, byte[] data, int offset, int count)
         {
             string text = MsgPackWriter.Utf8.GetString(data, offset, count);
-            if (kept == MostKept)
+            if (cached == MaxCached)
             {
                 Array.Clear(texts, 0, Slots);
-                kept = 0;
+                cached = 0;
                 slot = Find(data, offset, count);
             }
             var key = new byte[count];
             Buffer.BlockCopy(data, offset, key, 0, count);
             keys[slot] = key;
             texts[slot] = text;
-            kept++;
+            cached++;
             return text;
         }
 
-        /// <summary>The slot that holds these bytes, or the free one where they belong.</summary>
+        /// <summary>Returns the slot that holds these bytes, or the free slot for them.</summary>
         int Find(byte[] data, int offset, int count)
         {
             uint hash = 2166136261; // FNV-1a

@@ -2,7 +2,7 @@ using System;
 
 namespace HapticVLM.Wire
 {
-    /// <summary>The bytes or the message are wrong. The codec throws nothing else.</summary>
+    /// <summary>Raised when bytes or a message violate the protocol. The codec throws no other type.</summary>
     public sealed class WireException : Exception
     {
         public WireException(string message) : base(message) { }

@@ -3,14 +3,14 @@ using System.Text;
 
 namespace HapticVLM.Wire
 {
-    /// <summary>Makes any string of a scene fit for the wire.</summary>
+    /// <summary>Makes any string of a scene valid for the protocol.</summary>
     public static class WireText
     {
         const char Replacement = '\uFFFD';
 
         /// <summary>
-        /// At most this many characters of the text, never half of a surrogate pair; lone halves are
-        /// replaced. The text itself when nothing is wrong with it; null stays null.
+        /// Truncates the text to this many characters without splitting a surrogate pair, and replaces
+        /// unpaired surrogates. Returns the same instance if nothing changes; null stays null.
         /// </summary>
         public static string Within(string text, int length)
         {

@@ -1,1 +1,0 @@
-"""How well the ambient temperature is judged, at what cost."""

@@ -1,1 +1,0 @@
-"""Contact to the first sample at a recorded sink, beside a bare audio program."""

@@ -1,1 +1,0 @@
-"""One shared recogniser asked by many simulated scenes."""

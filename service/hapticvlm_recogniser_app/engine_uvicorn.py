@@ -1,0 +1,152 @@
+"""Serves the shared recogniser from one process, on uvicorn: for one machine or one container.
+
+To use more cores, run one process per core behind a proxy. Requests beyond the queue are answered
+with 503 at once, and a body that does not arrive within BODY_S with 408, so that neither a burst of
+requests nor a stalled client holds memory for long.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import socket
+import urllib.parse
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator, MutableMapping
+from pathlib import Path
+from typing import Any
+
+import uvicorn
+
+from hapticvlm.vision.remote import contract
+from hapticvlm_recogniser_app.batches import Batches
+from hapticvlm_recogniser_app.recogniser import PendingCrop, Recogniser, Reply, Request
+from hapticvlm_recogniser_app.replies import Embedded, Refusal
+from hapticvlm_recogniser_app.settings import AppSettings
+
+BODY_S = 10.0
+KEEP_ALIVE_S = 90
+SHUTDOWN_S = 5
+CONNECTIONS_PER_REQUEST = 4  # a service keeps one open, and opens a second while it retries
+
+Message = MutableMapping[str, Any]
+Receive = Callable[[], Awaitable[Message]]
+Send = Callable[[Message], Awaitable[None]]
+
+
+class Application:
+    """The ASGI application; at most `queue` requests are answered at once."""
+
+    def __init__(self, settings: AppSettings) -> None:
+        """Load encoder and galleries. Raises HapticVLMError."""
+        live = settings.live
+        self._recogniser = Recogniser(settings.model, self._put)
+        self._recogniser.load(live)
+        self._batches: Batches[PendingCrop, Embedded | None] = Batches(
+            self._recogniser.embed, live.batch, live.batch_wait_ms / 1000.0
+        )
+        self._queue = settings.scale.queue
+        self._in_progress = 0
+
+    async def __call__(self, scope: Message, receive: Receive, send: Send) -> None:
+        """Answer one HTTP request; other ASGI scopes (WebSocket, lifespan) are ignored."""
+        if scope["type"] != "http":
+            return
+        reply = await self._reply(scope, receive)
+        headers = [(b"content-type", reply.media_type.encode())]
+        await send({"type": "http.response.start", "status": reply.status, "headers": headers})
+        await send({"type": "http.response.body", "body": reply.content})
+
+    async def _put(self, crop: PendingCrop) -> Embedded | None:
+        return await self._batches.put(crop)
+
+    async def _reply(self, scope: Message, receive: Receive) -> Reply:
+        # A full queue does not make the process unhealthy, and a monitor that cannot ask would
+        # restart it: health and readiness are answered whatever the load.
+        is_exempt = scope["path"] in (contract.HEALTH, contract.READY)
+        if self._in_progress >= self._queue and not is_exempt:
+            return self._recogniser.refuse(Refusal(503, "the queue is full: try again later"))
+        self._in_progress += 1
+        try:
+            return await self._recogniser.answer(_request(scope, receive))
+        finally:
+            self._in_progress -= 1
+
+
+def _request(scope: Message, receive: Receive) -> Request:
+    query = urllib.parse.parse_qs(scope["query_string"].decode("latin-1"))
+    headers: dict[bytes, bytes] = dict(scope["headers"])
+    authorization = headers.get(b"authorization")
+    return Request(
+        scope["method"],
+        scope["path"],
+        query.get("gallery", [contract.SHIPPED])[0],
+        None if authorization is None else authorization.decode("latin-1"),
+        _body(receive),
+    )
+
+
+async def _body(receive: Receive) -> AsyncIterator[bytes]:
+    """Yield the parts of a body. Raises Refusal (400 cut off, 408 not received in time)."""
+    # One deadline for the whole body: a client that sends a byte now and then must not extend it.
+    ends_at = asyncio.get_running_loop().time() + BODY_S
+    while True:
+        try:
+            async with asyncio.timeout_at(ends_at):
+                message = await receive()
+        except TimeoutError:
+            raise Refusal(408, f"the body did not arrive within {BODY_S:.0f} s") from None
+        if message["type"] == "http.disconnect":
+            raise Refusal(400, "the body was cut off")
+        yield message.get("body", b"")
+        if not message.get("more_body"):
+            return
+
+
+@contextlib.contextmanager
+def listening(host: str, port: int) -> Iterator[socket.socket]:
+    """Listen on an address; port 0 takes any free port. Raises OSError."""
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    with socket.create_server((host, port), family=family, backlog=256) as listener:
+        yield listener
+
+
+class Server(uvicorn.Server):
+    """Answers requests until `leave` is called; `on_ready` is called once it listens."""
+
+    def __init__(
+        self,
+        settings: AppSettings,
+        certificate: tuple[Path, Path] | None,
+        on_ready: Callable[[], None],
+    ) -> None:
+        """Load encoder and galleries. `certificate` holds the PEM files of certificate and key.
+
+        Raises HapticVLMError.
+        """
+        cert, key = certificate or (None, None)
+        config = uvicorn.Config(
+            Application(settings),
+            loop="asyncio",
+            http="h11",
+            ws="none",
+            lifespan="off",
+            log_config=None,
+            access_log=False,
+            server_header=False,
+            limit_concurrency=CONNECTIONS_PER_REQUEST * settings.scale.queue,
+            timeout_keep_alive=KEEP_ALIVE_S,
+            timeout_graceful_shutdown=SHUTDOWN_S,
+            ssl_certfile=cert,
+            ssl_keyfile=key,
+        )
+        super().__init__(config)
+        self._on_ready = on_ready
+
+    def leave(self) -> None:
+        """Answer the requests in progress, then end. May be called before `serve`."""
+        self.should_exit = True
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Listen, and report it."""
+        await super().startup(sockets)
+        self._on_ready()

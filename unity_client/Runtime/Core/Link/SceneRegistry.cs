@@ -1,0 +1,166 @@
+using System;
+using System.Collections.Generic;
+using HapticVLM.Wire;
+
+namespace HapticVLM
+{
+    /// <summary>
+    /// The objects of the scene, and which of them have changes that were not sent yet. Changes are
+    /// sent together; after a reconnect all objects are. A material that the service does not know is
+    /// omitted, because the service would refuse the whole message for it. Removed objects are sent as a
+    /// list of ids in a separate message, which an older service can refuse without losing anything else.
+    /// </summary>
+    public sealed class SceneRegistry
+    {
+        const int MaxPerMessage = 1024; // the protocol allows 4096 objects, but also only 4 MiB
+        const int MaxMaterials = 64; // limit of the scene message
+
+        readonly object gate = new object();
+        readonly Dictionary<string, SceneObject> objects = new Dictionary<string, SceneObject>();
+        readonly List<string> changed = new List<string>(); // oldest first, each once
+        readonly HashSet<string> isChanged = new HashSet<string>();
+        readonly List<string> removed = new List<string>();
+        readonly List<string> removedBatch = new List<string>();
+        readonly List<SceneObject> batch = new List<SceneObject>();
+        readonly HashSet<string> knownMaterials = new HashSet<string>();
+        readonly List<string> allowed = new List<string>();
+        readonly List<string> allowedKnown = new List<string>();
+        double? ambientC;
+        bool sendsAll = true;
+
+        public int Count { get { lock (gate) return objects.Count; } }
+
+        /// <summary>Adds or changes an object. Its texts are truncated to the limits of the protocol.</summary>
+        public void Put(SceneObject sceneObject)
+        {
+            if (string.IsNullOrEmpty(sceneObject.ObjectId)) throw new WireException("an object of the scene needs an id");
+            sceneObject.ObjectId = WireText.Within(sceneObject.ObjectId, SceneObject.ObjectIdMaxLength);
+            sceneObject.Name = WireText.Within(sceneObject.Name, SceneObject.NameMaxLength);
+            sceneObject.Material = WireText.Within(sceneObject.Material, SceneObject.MaterialMaxLength);
+            lock (gate)
+            {
+                objects[sceneObject.ObjectId] = sceneObject;
+                if (!sendsAll && isChanged.Add(sceneObject.ObjectId)) changed.Add(sceneObject.ObjectId);
+            }
+        }
+
+        public void Remove(string objectId)
+        {
+            lock (gate)
+            {
+                if (objects.Remove(objectId) && !sendsAll) removed.Add(objectId);
+            }
+        }
+
+        /// <summary>Sets the ambient temperature of the scene, degC; null if the scene states none.</summary>
+        public void SetAmbient(double? celsius)
+        {
+            lock (gate)
+            {
+                if (celsius != ambientC) sendsAll = true;
+                ambientC = celsius;
+            }
+        }
+
+        /// <summary>Sets the materials that objects of the scene can have; null or empty allows all.</summary>
+        public void SetMaterials(IList<string> names)
+        {
+            lock (gate)
+            {
+                int count = names == null ? 0 : names.Count;
+                bool same = count == allowed.Count;
+                for (int i = 0; same && i < count; i++) same = names[i] == allowed[i];
+                if (same) return;
+                allowed.Clear();
+                for (int i = 0; i < count; i++) allowed.Add(names[i]);
+                sendsAll = true;
+            }
+        }
+
+        /// <summary>Queues all objects for a new session, whose service knows these materials.</summary>
+        public void Restart(List<string> known)
+        {
+            lock (gate)
+            {
+                knownMaterials.Clear();
+                knownMaterials.UnionWith(known);
+                sendsAll = true;
+            }
+        }
+
+        /// <summary>Whether the service knows this material; true before the first welcome.</summary>
+        public bool IsKnown(string material)
+        {
+            lock (gate) return material == null || knownMaterials.Count == 0 || knownMaterials.Contains(material);
+        }
+
+        /// <summary>Encodes the next scene message; false if there are no changes.</summary>
+        public bool Write(MsgPackWriter writer, RequestIds ids)
+        {
+            lock (gate)
+            {
+                if (sendsAll) Restart();
+                else if (removed.Count > 0) return WriteRemoved(writer, ids);
+                else if (changed.Count == 0) return false;
+                FillBatch();
+                var scene = new Scene { Id = ids.Next(), Objects = batch, Replace = sendsAll, AmbientC = ambientC };
+                if (sendsAll) scene.Materials = AllowedKnown();
+                sendsAll = false;
+                scene.Write(writer);
+                return true;
+            }
+        }
+
+        /// <summary>Queues all objects, to replace those the service knows.</summary>
+        void Restart()
+        {
+            removed.Clear();
+            changed.Clear();
+            changed.AddRange(objects.Keys);
+            isChanged.Clear();
+            isChanged.UnionWith(changed);
+        }
+
+        /// <summary>Encodes the latest removals. An object added again since is sent after them.</summary>
+        bool WriteRemoved(MsgPackWriter writer, RequestIds ids)
+        {
+            int from = Math.Max(0, removed.Count - MaxPerMessage);
+            removedBatch.Clear();
+            for (int i = from; i < removed.Count; i++)
+            {
+                removedBatch.Add(removed[i]);
+                if (objects.ContainsKey(removed[i]) && isChanged.Add(removed[i])) changed.Add(removed[i]);
+            }
+            removed.RemoveRange(from, removed.Count - from);
+            batch.Clear();
+            new Scene { Id = ids.Next(), Objects = batch, Replace = false, Forget = removedBatch }.Write(writer);
+            return true;
+        }
+
+        List<string> AllowedKnown()
+        {
+            allowedKnown.Clear();
+            for (int i = 0; i < allowed.Count && allowedKnown.Count < MaxMaterials; i++)
+            {
+                bool isName = !string.IsNullOrEmpty(allowed[i]);
+                if (isName && IsKnown(allowed[i]) && !allowedKnown.Contains(allowed[i])) allowedKnown.Add(allowed[i]);
+            }
+            return allowedKnown.Count == 0 ? null : allowedKnown;
+        }
+
+        void FillBatch()
+        {
+            batch.Clear();
+            int from = changed.Count > MaxPerMessage ? changed.Count - MaxPerMessage : 0;
+            for (int i = from; i < changed.Count; i++)
+            {
+                SceneObject sceneObject;
+                isChanged.Remove(changed[i]);
+                if (!objects.TryGetValue(changed[i], out sceneObject)) continue;
+                if (!IsKnown(sceneObject.Material)) sceneObject.Material = null;
+                batch.Add(sceneObject);
+            }
+            changed.RemoveRange(from, changed.Count - from);
+        }
+    }
+}
