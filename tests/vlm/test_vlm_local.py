@@ -347,9 +347,7 @@ def test_a_model_larger_than_the_free_memory_is_refused(
         RuntimeError("DefaultCPUAllocator: can't allocate memory: you tried to allocate 9 bytes"),
     ],
 )
-def test_lack_of_memory_during_a_question_is_reported(
-    vlm: LocalVlm, error: Exception
-) -> None:
+def test_lack_of_memory_during_a_question_is_reported(vlm: LocalVlm, error: Exception) -> None:
     def fail(*_: object) -> None:
         raise error
 
