@@ -107,8 +107,8 @@ def test_every_gallery_is_calibrated_on_its_own_pictures_beside_the_shipped_ones
     assert own.calibration != shipped.calibration == both.calibration
     assert sorted(own.materials) == sorted(COLOURS)
     assert both.materials == shipped.materials
-    assert both.own is not None
-    assert len(both.own.labels) == 8 * VIEWS
+    assert both.user is not None
+    assert len(both.user.labels) == 8 * VIEWS
 
 
 def test_two_materials_with_the_same_pictures_cannot_be_told_apart(
@@ -187,27 +187,27 @@ def test_what_is_wrong_with_pictures_is_said_naming_the_file(
 
     assert "nowhere: no such folder" in said(tmp_path / "nowhere")
     (tmp_path / "empty").mkdir()
-    assert "empty: no folder of pictures" in said(tmp_path / "empty")
+    assert "empty holds no folders of pictures" in said(tmp_path / "empty")
     loose = collect(tmp_path / "loose", 1)
     photograph(loose / "stray.png", (1, 2, 3), 1)
-    assert "stray.png: lies in no material's folder" in said(loose)
+    assert "stray.png is not in a material's folder" in said(loose)
     strange = collect(tmp_path / "strange", 1)
     (strange / "wood").rename(strange / "woood")
-    assert "no material `woood`; nearest is `wood`" in said(strange)
+    assert "`woood` is not a material; nearest is `wood`" in said(strange)
     bare = collect(tmp_path / "bare", 1)
     (bare / "stone").mkdir()
-    assert f"{bare / 'stone'}: no .jpg" in said(bare)
+    assert f"{bare / 'stone'} holds no .jpg" in said(bare)
     for name, data in (("a.jpg", b""), ("b.png", b"\x89PNG\r\n\x1a\n"), ("c.jpg", b"hello")):
         broken = collect(tmp_path / f"broken-{name}", 1)
         (broken / "wood" / name).write_bytes(data)
-        assert f"{broken / 'wood' / name}: no JPEG, PNG or WebP" in said(broken)
+        assert f"{broken / 'wood' / name}: not a JPEG, PNG or WebP" in said(broken)
     cut = collect(tmp_path / "cut", 1)
     whole = (cut / "wood" / "0.jpg").read_bytes()
     (cut / "wood" / "0.jpg").write_bytes(whole[: len(whole) // 2])
     assert f"{cut / 'wood' / '0.jpg'}: broken JPEG" in said(cut)
     plain = collect(tmp_path / "plain", 1)
     Image.new("RGB", (64, 64), (90, 90, 90)).save(plain / "wood" / "plain.png")
-    assert "plain.png: one plain colour, shows no material; take it out" in said(plain)
+    assert "plain.png is one plain colour" in said(plain)
     dark = collect(tmp_path / "dark", 1)
     Image.new("L", (128, 96), 0).save(dark / "wood" / "0.mask.png")
     assert f"{dark / 'wood' / '0.mask.png'}: no pixel is nonzero" in said(dark)
@@ -279,7 +279,7 @@ def test_a_material_added_can_have_its_own_pictures_in_a_build(
     folder, pictures = tmp_path / "gallery", collect(tmp_path / "in", 2)
     shot = photograph(pictures / "obsidian" / "a.jpg", (20, 20, 25), 1)
     refused = complaint(capsys, "build", pictures, "-o", folder)
-    assert "no material `obsidian`" in refused
+    assert "`obsidian` is not a material" in refused
     assert "gallery add" in refused
     assert gallery("add", "obsidian", shot, "--like", "glass", "--out", folder) == 0
     assert gallery("build", pictures, "-o", folder) == 0
@@ -373,7 +373,7 @@ def test_a_gallery_is_tested_with_its_own_encoder_only(
     pictures, file = collect(tmp_path / "in", 2), tmp_path / "my.npz"
     assert gallery("build", pictures, "-o", file, "--encoder", tiny) == 0
     assert "made with encoder `tiny-1`" in complaint(capsys, "test", file, pictures)
-    assert "no.npz is no gallery (No such file" in complaint(capsys, "list", tmp_path / "no.npz")
+    assert "no.npz is not a gallery (No such file" in complaint(capsys, "list", tmp_path / "no.npz")
 
 
 def test_the_shipped_gallery_is_listed_without_being_named(

@@ -41,7 +41,6 @@ PACKAGES = {
     "statsmodels": "statsmodels",
     "pandas": "statsmodels",
     "onnx": "onnx",
-    "openvino": "openvino",
     "mitsuba": "mitsuba",
     "httpx2": "httpx2",
     "uvicorn": "uvicorn",

@@ -140,8 +140,6 @@ def _view(options: argparse.Namespace) -> int:
 
 def _recogniser(options: argparse.Namespace) -> Recognise:
     """Load an encoder and a gallery; return a function that recognises pictures with them."""
-    import msgspec
-
     from hapticvlm.recordings.session_log import SessionLogError
     from hapticvlm.vision.encoders.loading import load_encoder
     from hapticvlm.vision.frame_recogniser import FrameRecogniser
@@ -151,9 +149,11 @@ def _recogniser(options: argparse.Namespace) -> Recognise:
     recogniser = FrameRecogniser(encoder, load_gallery(options.gallery, encoder=encoder))
 
     def recognise(picture: Frame, subject: str) -> Evidence:
-        result = recogniser.recognise(msgspec.msgpack.encode(picture), subject, 0.0, force=True)
+        result = recogniser.recognise(picture, subject, 0.0, force=True)
         if result.evidence is None:
-            raise SessionLogError(f"{options.folder}: a frame cannot be recognised: {result.error}")
+            raise SessionLogError(
+                f"{options.folder}: {result.error}; --recognise needs the frames kept"
+            )
         return result.evidence
 
     return recognise

@@ -101,7 +101,7 @@ def show(path: Path | None, *, as_json: bool) -> int:
     gallery = read_gallery(file)
     title = "shipped" if file == SHIPPED else str(file)
     rows = [(name, count, "") for name, count in _counted(gallery)]
-    rows += [(name, count, "your pictures") for name, count in _counted(gallery.own)]
+    rows += [(name, count, "your pictures") for name, count in _counted(gallery.user)]
     rows += [
         (entry.material.name, len(entry.references), f"your own: {_details(entry)}")
         for entry in user_materials
@@ -136,7 +136,7 @@ def _gallery_of(enrolled: Enrolled, encoder: Encoder, base: Gallery | None) -> t
         places=enrolled.places,
     )
     user_gallery = replace(user_gallery, calibration=calibration.calibrate(user_gallery, base))
-    return user_gallery if base is None else replace(base, own=user_gallery), _origin(
+    return user_gallery if base is None else replace(base, user=user_gallery), _origin(
         user_gallery, encoder
     )
 

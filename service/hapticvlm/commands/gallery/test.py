@@ -39,7 +39,7 @@ def run(path: Path, folder: Path, encoder_name: str | None, *, as_json: bool) ->
     """
     encoder = load_encoder(encoder_name)
     user_materials = read_folder(path)
-    gallery = load_gallery(path, encoder=encoder, own=user_materials)
+    gallery = load_gallery(path, encoder=encoder, user_materials=user_materials)
     labelled = find_pictures(folder, [*table_with(user_materials), UNKNOWN])
     embeddings = embed(track(labelled, "reading the pictures"), encoder)
     confusion: Confusion = {}
