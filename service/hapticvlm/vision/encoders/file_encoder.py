@@ -280,8 +280,8 @@ def _prepare(
     if preprocessing is None:
         images = pixels[..., :3]
         masks = (pixels[..., 3] > 0).astype(np.float32)
-        ordered = images if layout.colours_last else images.transpose(0, 3, 1, 2)
-        return np.ascontiguousarray(ordered), masks
+        levels = images if layout.colours_last else images.transpose(0, 3, 1, 2)
+        return np.ascontiguousarray(levels), masks
     floats, masks = preprocessing.apply(pixels)
     ordered = floats.transpose(0, 2, 3, 1) if layout.colours_last else floats
     return np.ascontiguousarray(ordered, layout.dtype), masks
