@@ -4,7 +4,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 CAPTURE := examples/captures/make
 
-.PHONY: demo fuzz test unit check schemas hashes format pictures toolchains coverage clean
+.PHONY: demo fuzz test nightly unit check schemas hashes format pictures toolchains coverage clean
 
 demo: $(VENV)/.demo
 	@$(BIN)/hapticvlm demo
@@ -12,15 +12,20 @@ demo: $(VENV)/.demo
 	@echo "The program is $(abspath $(BIN)/hapticvlm). To call it hapticvlm in this shell:"
 	@echo "  . $(BIN)/activate"
 
+# Three tiers, by the markers of the tests: .ci/tests says what each of them is.
 test: $(VENV)/.dev toolchains
-	@echo "About 5,800 tests follow: a quarter of an hour on two cores."
-	$(BIN)/python .ci/tests
+	@echo "About 4,600 tests follow: some eight minutes on two cores. \`make nightly\` runs the rest."
+	$(BIN)/python .ci/tests test
 
-# What needs no process, no browser and no toolchain: the loop of a developer.
-# Where everything is installed already, that is taken; else a third of it is enough.
-UNIT := tests/captures tests/devices tests/evidence tests/rendering tests/session tests/vision tests/vlm tests/studio tests/test_backoff.py tests/test_messages.py tests/test_palette.py tests/test_perception.py
+nightly: $(VENV)/.dev toolchains
+	@echo "About 500 long tests follow: some twenty minutes on two cores."
+	$(BIN)/python .ci/tests nightly
+
+# The loop of a developer. Where everything is installed already, that is taken; else a third of it
+# is enough.
 unit: $(if $(wildcard $(VENV)/.dev),$(VENV)/.dev,$(VENV)/.unit)
-	$(BIN)/python -m pytest -q -n 2 --dist loadfile -m "not slow and not torch and not process and not realtime" --ignore tests/vlm/test_vlm_local.py $(UNIT)
+	@echo "About 2,600 tests follow: a minute on two cores."
+	$(BIN)/python .ci/tests unit -q
 
 check: $(VENV)/.dev
 	$(BIN)/ruff format --check .
@@ -47,8 +52,8 @@ format: $(VENV)/.dev
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-# Every planted defect, then every kind of input from strangers: hours on one core. `make test` plants a few defects,
-# others each day, and fuzzes for a moment.
+# Every planted defect, then every kind of input from strangers: hours on one core. `make nightly` plants those of the
+# service and three of the firmware, and `make test` fuzzes for a moment.
 fuzz: $(VENV)/.dev
 	$(BIN)/python tests/server/mutate.py
 	$(BIN)/python tests/firmware/mutate.py

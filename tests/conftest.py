@@ -1,4 +1,4 @@
-"""What several test modules share: a running service and a raw MessagePack client."""
+"""Shared by test modules: a running service, a raw MessagePack client and a browser."""
 
 from __future__ import annotations
 
@@ -9,17 +9,21 @@ import time
 import urllib.request
 from collections.abc import AsyncIterator, Iterator
 from contextlib import asynccontextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgpack
 import pytest
 from hypothesis import settings
 from pace import PACE
+from toolchains import require
 from websockets.asyncio.client import ClientConnection
 from websockets.asyncio.client import connect as open_socket
 
 from hapticvlm.client.connection import Connection
 from hapticvlm.client.local_service import Service, running
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
 
 # A busy machine must not fail a property: what they cost is measured elsewhere.
 settings.register_profile("project", deadline=None)
@@ -35,11 +39,30 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(key=lambda item: item.path not in long)
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Skip or fail a test whose toolchain is absent before its fixtures are built."""
+    for marker in item.iter_markers("needs_toolchain"):
+        require(*marker.args)
+
+
 @pytest.fixture(scope="module")
 def service() -> Iterator[Service]:
     """A real service on simulated devices, shared by the tests of one module."""
     with running() as service:
         yield service
+
+
+@pytest.fixture(scope="module")
+def browser(request: pytest.FixtureRequest) -> Iterator[Browser]:
+    """A headless Chromium; a file adds flags to its command line as `CHROMIUM_FLAGS`."""
+    require("playwright", "chromium", "axe-core")
+    from dashboard_scene import PATIENCE_MS, chromium
+    from playwright.sync_api import expect
+
+    expect.set_options(timeout=PATIENCE_MS)
+    with chromium(*getattr(request.module, "CHROMIUM_FLAGS", ())) as browser:
+        yield browser
 
 
 class Peer:

@@ -48,15 +48,6 @@ addEventListener("securitypolicyviolation", (event) => violations.push(event.vio
 Stroke = Callable[[Client, str, threading.Event], Awaitable[None]]
 
 
-def missing() -> str | None:
-    """Say what must be installed before a browser can look at the dashboard, or None."""
-    if shutil.which(CHROMIUM) is None:
-        return "no chromium: apt-get install --no-install-recommends chromium"
-    if not AXE.exists():
-        return "no axe-core: npm ci --prefix tests/browser"
-    return None
-
-
 @contextmanager
 def chromium(*flags: str) -> Iterator[Browser]:
     """Run a headless Chromium, with these flags of its own beside."""

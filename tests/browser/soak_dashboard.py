@@ -22,8 +22,9 @@ from dataclasses import asdict, dataclass
 from itertools import cycle
 
 import numpy as np
-from dashboard_scene import chromium, missing, touching
+from dashboard_scene import chromium, touching
 from playwright.sync_api import Browser, CDPSession, Page
+from toolchains import missing
 
 from hapticvlm.client.local_service import running
 
@@ -170,7 +171,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--seconds", type=float, default=600.0)
     arguments = parser.parse_args()
-    if reason := missing():
+    if reason := missing("chromium", "axe-core"):
         raise SystemExit(reason)
     with running() as service, touching(service.url), chromium() as browser:
         version = browser.version

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import os
-import shutil
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
 import msgpack
 import pytest
-
-pytest.importorskip("playwright.sync_api", reason="no playwright: pip install -e '.[dev]'")
-
 from playwright.sync_api import Page
-from webxr_scene import CHROMIUM, EXAMPLES, served
+from webxr_scene import EXAMPLES, served
 
-pytestmark = pytest.mark.browser
+pytestmark = [
+    pytest.mark.nightly,
+    pytest.mark.browser,
+    pytest.mark.needs_toolchain("chromium", "aframe"),
+]
 
 MODULES = EXAMPLES / "webxr" / "node_modules"
 HEADSET = """
@@ -57,21 +56,8 @@ class Visit:
         return max((value for plan in plans for value in plan.get("amplitude", ())), default=0.0)
 
 
-def missing() -> str | None:
-    if shutil.which(CHROMIUM) is None:
-        return "no chromium: see .ci/toolchains"
-    if not (MODULES / "aframe").is_dir():
-        return "no A-Frame: npm ci --prefix examples/webxr"
-    return None
-
-
 @pytest.fixture(scope="module")
 def visit() -> Iterator[Visit]:
-    reason = missing()
-    if reason and os.environ.get("CI"):
-        pytest.fail(reason)
-    if reason:
-        pytest.skip(reason)
     with served((240, 180)) as (service, page):
         page.add_init_script(path=MODULES / "iwer" / "build" / "iwer.min.js")
         page.add_init_script(HEADSET)

@@ -2,7 +2,6 @@
 
 import importlib.util
 import json
-import os
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -11,8 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 from PIL import Image
+from toolchains import give_up, require
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.nightly, pytest.mark.browser]
 
 SCRIPT = Path(__file__).parents[2] / "examples" / "captures" / "make" / "make_capture.py"
 SHIPPED = SCRIPT.parents[1] / "living_room" / "capture.jsonl"
@@ -24,24 +24,16 @@ Recording = tuple[Path, Any, list[dict[str, Any]]]
 
 
 def generator() -> ModuleType:
-    try:
-        spec = importlib.util.spec_from_file_location("make_capture", SCRIPT)
-        assert spec is not None
-        assert spec.loader is not None
-        module = importlib.util.module_from_spec(spec)
-        sys.modules[spec.name] = module
-        spec.loader.exec_module(module)
-    except ModuleNotFoundError as error:
-        give_up(f"no {error.name}: pip install -e '.[dev]'")
+    require("playwright")
+    spec = importlib.util.spec_from_file_location("make_capture", SCRIPT)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
     if reason := module.missing():
         give_up(reason)
     return module
-
-
-def give_up(reason: str) -> None:
-    if os.environ.get("CI"):
-        pytest.fail(reason)
-    pytest.skip(reason)
 
 
 @pytest.fixture(scope="module")

@@ -1,6 +1,5 @@
 """The dashboard in a real Chromium, against a real service on simulated devices."""
 
-import os
 import signal
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -15,10 +14,8 @@ from dashboard_scene import (
     PATIENCE_MS,
     WATCH_POLICY,
     board_on_a_port,
-    chromium,
     dashboard,
     idling,
-    missing,
     touching,
 )
 from playwright.sync_api import APIResponse, Browser, Page, Route, expect
@@ -35,18 +32,6 @@ PHONE = (360, 740)
 TOKEN = "s3cret"
 SILENCE = 1e-4  # of full scale
 LEAK_MB = 2.0  # a heap that still fills grows by one; soak_dashboard.py looks closer, for longer
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    reason = missing()
-    if reason and os.environ.get("CI"):
-        pytest.fail(reason)
-    if reason:
-        pytest.skip(reason)
-    expect.set_options(timeout=PATIENCE_MS)
-    with chromium() as browser:
-        yield browser
 
 
 @dataclass
@@ -97,6 +82,7 @@ def test_a_touched_object_is_shown_with_material_confidence_rung_and_why(
         expect(page.locator("#news")).to_contain_text("kettle is metal, by scene")
 
 
+@pytest.mark.nightly
 def test_a_chosen_object_stays_explained_while_others_are_decided(
     service: Service, browser: Browser
 ) -> None:
@@ -133,6 +119,7 @@ def test_the_stop_silences_a_hand_that_rubs_on_until_it_lets_go_and_touches_anew
             expect(page.locator("#service")).to_contain_text(still)
 
 
+@pytest.mark.nightly
 def test_the_last_frame_is_drawn_with_its_region(service: Service, browser: Browser) -> None:
     with dashboard(browser, service.page) as page, touching(service.url):
         page.get_by_role("button", name="Object_07").click()
@@ -149,6 +136,7 @@ def test_the_last_frame_is_drawn_with_its_region(service: Service, browser: Brow
     assert edge[1:] == [[255, 255, 255, 255]] * 2
 
 
+@pytest.mark.nightly
 def test_stage_times_drops_and_the_log_are_shown(service: Service, browser: Browser) -> None:
     with dashboard(browser, service.page) as page, touching(service.url):
         for stage in (
@@ -222,6 +210,7 @@ def test_a_service_that_hangs_is_said_and_so_is_a_stop_without_answer(
         expect(page.locator("#link")).to_contain_text("Connected")
 
 
+@pytest.mark.nightly
 def test_an_owner_that_touches_nothing_for_long_is_ended_by_a_button(
     service: Service, browser: Browser
 ) -> None:
@@ -336,6 +325,7 @@ def test_axe_finds_nothing_serious(
     assert len(found["passes"]) > 10
 
 
+@pytest.mark.nightly
 def test_the_theme_follows_the_system_and_a_choice_is_kept(
     service: Service, browser: Browser
 ) -> None:
@@ -410,6 +400,7 @@ def test_nothing_is_asked_of_anybody_else_and_no_policy_is_broken(
     context.close()
 
 
+@pytest.mark.nightly
 def test_memory_stays_flat_and_every_interaction_is_painted(
     service: Service, browser: Browser
 ) -> None:

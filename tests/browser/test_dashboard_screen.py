@@ -2,7 +2,6 @@
 
 import asyncio
 import io
-import os
 import re
 import subprocess
 import sys
@@ -17,11 +16,8 @@ import pytest
 from conftest import status
 from dashboard_scene import (
     AXE,
-    PATIENCE_MS,
-    chromium,
     dashboard,
     idling,
-    missing,
     touching,
 )
 from PIL import Image
@@ -69,18 +65,6 @@ LET_GO_S = 8.0
 FELT = re.compile(r"0\.\d*[1-9]")
 
 
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    reason = missing()
-    if reason and os.environ.get("CI"):
-        pytest.fail(reason)
-    if reason:
-        pytest.skip(reason)
-    expect.set_options(timeout=PATIENCE_MS)
-    with chromium() as browser:
-        yield browser
-
-
 def states(page: Page, service: Service) -> Iterator[str]:
     """Bring the page into each of its states, in turn."""
     yield "idle"
@@ -117,6 +101,7 @@ def seen(browser: Browser) -> dict[str, Any]:
     return found
 
 
+@pytest.mark.nightly
 def test_what_a_key_changes_is_painted_before_the_charts(browser: Browser) -> None:
     with running() as service, dashboard(browser, service.page, SCREEN) as page:
         assert page.evaluate(PAINTED) > YIELD_MS - 1
@@ -211,6 +196,7 @@ KEEP_WORDS = """() => {
 }"""
 
 
+@pytest.mark.nightly
 def test_what_is_said_of_the_vibration_holds_while_the_hand_does_something_else(
     service: Service, browser: Browser
 ) -> None:
@@ -233,6 +219,7 @@ def test_what_is_said_of_the_vibration_holds_while_the_hand_does_something_else(
         expect(page.locator("#owner")).to_contain_text("Nobody owns", timeout=LET_GO_S * 1000)
 
 
+@pytest.mark.nightly
 def test_a_key_is_a_test_touch_too(service: Service, browser: Browser) -> None:
     with dashboard(browser, service.page, SCREEN) as page:
         page.locator(".interaction[data-interaction=slide]").focus()
@@ -283,6 +270,7 @@ def test_what_a_person_says_an_object_is_decides_and_may_be_said_again(
         expect(page.locator("#teach")).to_be_hidden()  # its scene has said what it is
 
 
+@pytest.mark.nightly
 def test_what_was_said_while_the_list_of_it_was_on_its_way_may_be_said_again(
     service: Service, browser: Browser
 ) -> None:
@@ -328,6 +316,7 @@ SHOW_ANOTHER = """async () => {
 }"""
 
 
+@pytest.mark.nightly
 def test_a_frame_leaves_the_screen_before_the_next_decision_comes(
     service: Service, browser: Browser
 ) -> None:
@@ -343,6 +332,7 @@ VIEW_AS_A_WHOLE = """async () => {
 }"""
 
 
+@pytest.mark.nightly
 def test_a_view_as_a_whole_takes_no_touched_object_off_the_screen(
     service: Service, browser: Browser
 ) -> None:
@@ -403,6 +393,7 @@ def test_idle_it_says_how_to_connect(service: Service, browser: Browser) -> None
         expect(page.locator("#reach-said")).to_contain_text("--pages-from lan")
 
 
+@pytest.mark.nightly
 def test_the_lines_to_begin_with_run_as_they_are_copied(browser: Browser, tmp_path: Path) -> None:
     with running() as service, dashboard(browser, service.page, SCREEN) as page:
         copied = tmp_path / "begin.py"
@@ -428,6 +419,7 @@ def test_a_service_that_is_gone_is_said_in_a_banner_and_covers_nothing(browser: 
         assert link_y + link_high <= gone_y
 
 
+@pytest.mark.nightly
 def test_a_camera_reads_the_address_off_the_page_that_the_network_may_open(
     browser: Browser,
 ) -> None:

@@ -1,12 +1,11 @@
 """The vibration as the dashboard plays it: each material's own sound, and silence after a stop."""
 
-import os
 from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
-from dashboard_scene import PATIENCE_MS, chromium, dashboard, missing
+from dashboard_scene import dashboard
 from playwright.sync_api import Browser, Page, expect
 
 from hapticvlm.client.local_service import Service
@@ -38,15 +37,6 @@ RECORD = """async () => {
 SOUNDS = "() => blocks.some(({samples}) => samples.some((value) => Math.abs(value) > 1e-3))"
 
 
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    if reason := missing():
-        (pytest.fail if os.environ.get("CI") else pytest.skip)(reason)
-    expect.set_options(timeout=PATIENCE_MS)
-    with chromium() as browser:
-        yield browser
-
-
 @pytest.fixture
 def listening(service: Service, browser: Browser) -> Iterator[tuple[Page, int]]:
     """A dashboard whose sound is on and recorded, and the samples a second of it."""
@@ -76,6 +66,7 @@ def spectrum(wave: np.ndarray, rate_hz: int = RATE_HZ) -> np.ndarray:
     return np.asarray(10.0 * np.log10(bands / bands.max() + 1e-4))
 
 
+@pytest.mark.nightly
 def test_what_is_heard_of_a_strike_is_glass_for_glass_and_wood_for_wood(
     listening: tuple[Page, int],
 ) -> None:
@@ -127,6 +118,7 @@ def test_a_stop_while_sound_begins_leaves_it_off(service: Service, browser: Brow
         }""") == [False, None]
 
 
+@pytest.mark.nightly
 def test_sound_that_could_not_begin_begins_at_the_next_click(
     service: Service, browser: Browser
 ) -> None:

@@ -2,17 +2,16 @@
 
 import io
 import json
-import os
 import wave
 
 import numpy as np
 import pytest
-from dashboard_scene import AXE, chromium, missing
+from dashboard_scene import AXE
 from playwright.sync_api import expect
 
 from hapticvlm.commands.main import main
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.nightly, pytest.mark.browser]
 FORMATS = ("haptic", "ahap", "hjif")
 
 
@@ -24,17 +23,15 @@ def address(tmp_path_factory):
 
 
 @pytest.fixture
-def page(address):
-    if reason := missing():
-        (pytest.fail if os.environ.get("CI") else pytest.skip)(reason)
-    with chromium() as browser:
-        page = browser.new_page(viewport={"width": 390, "height": 800})
-        problems = []
-        page.on("pageerror", lambda error: problems.append(str(error)))
-        page.on("requestfailed", lambda request: problems.append(request.url[:60]))
-        page.goto(address)
-        yield page
-        assert not problems
+def page(browser, address):
+    page = browser.new_page(viewport={"width": 390, "height": 800})
+    problems = []
+    page.on("pageerror", lambda error: problems.append(str(error)))
+    page.on("requestfailed", lambda request: problems.append(request.url[:60]))
+    page.goto(address)
+    yield page
+    page.close()
+    assert not problems
 
 
 def test_touches_are_played_and_taken_away_without_a_network(page):

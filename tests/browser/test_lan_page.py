@@ -4,22 +4,19 @@ Chromium is told to take the made-up authority's certificate (`ignore_https_erro
 check it is shown in test_wss.py.
 """
 
-import os
 import socket
 from collections.abc import Iterator
 from contextlib import suppress
 
 import pytest
 from certificates import NAMES, Authority
-from dashboard_scene import chromium, missing
-from pace import PACE
-from playwright.sync_api import Browser, Error, expect
+from dashboard_scene import PATIENCE_MS
+from playwright.sync_api import Error, expect
 
 from hapticvlm.client.local_service import Service, running
 
 pytestmark = pytest.mark.browser
 
-PATIENCE_MS = 120_000 * PACE
 TOKEN = "a token of a dozen"
 WATCH_POLICY = """
 window.violations = [];
@@ -34,18 +31,6 @@ def own_address() -> str:
         except OSError:
             pytest.skip("this machine is on no network")
         return str(probe.getsockname()[0])
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    reason = missing()
-    if reason and os.environ.get("CI"):
-        pytest.fail(reason)
-    if reason:
-        pytest.skip(reason)
-    expect.set_options(timeout=PATIENCE_MS)
-    with chromium() as browser:
-        yield browser
 
 
 @pytest.fixture(scope="module")

@@ -1,17 +1,16 @@
 """The page that `replay --view` writes, opened as a file in a real browser."""
 
-import os
 import pathlib
 
 import numpy as np
 import pytest
-from dashboard_scene import AXE, chromium, missing
+from dashboard_scene import AXE
 from playwright.sync_api import expect
 from recorded_session import record
 
 from hapticvlm.commands.main import main
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.nightly, pytest.mark.browser]
 
 PIXELS = """() => {
   const canvas = document.getElementById("frame");
@@ -26,14 +25,6 @@ def address(tmp_path_factory):
     session = record(tmp_path_factory.mktemp("record"))
     assert main(["replay", str(session), "--view", "--no-open"]) == 0
     return (session / "session.html").as_uri()
-
-
-@pytest.fixture(scope="module")
-def browser():
-    if reason := missing():
-        (pytest.fail if os.environ.get("CI") else pytest.skip)(reason)
-    with chromium() as browser:
-        yield browser
 
 
 @pytest.fixture

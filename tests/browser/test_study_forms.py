@@ -4,22 +4,20 @@ Every state of both pages is looked at by axe-core: light on a screen, and dark 
 """
 
 import json
-import os
 import re
 import subprocess
 import sys
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
 import pytest
-from dashboard_scene import AXE, PATIENCE_MS, chromium, missing
+from dashboard_scene import AXE, PATIENCE_MS
 from playwright.sync_api import Browser, BrowserContext, Page, ViewportSize
 
 from hapticvlm_studio.design.form import TEMPLATE
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.nightly, pytest.mark.browser]
 
 PATTERN = """
 [[pattern]]
@@ -93,14 +91,6 @@ class Sat:
             self.found[f"{state}, {scheme}"] = [each["id"] for each in found]
             wide = page.evaluate("document.scrollingElement.scrollWidth") - size["width"]
             self.too_wide[f"{state}, {scheme}"] = wide
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    if reason := missing():
-        (pytest.fail if os.environ.get("CI") else pytest.skip)(reason)
-    with chromium() as browser:
-        yield browser
 
 
 @pytest.fixture(scope="module")

@@ -6,8 +6,6 @@ twice, and not the paper's ten, five times each.
 
 import contextlib
 import json
-import os
-import shutil
 import signal
 import subprocess
 import sys
@@ -19,6 +17,7 @@ from typing import Any
 
 import pytest
 from pace import PACE
+from playwright.sync_api import Browser, Page
 from ports import free_port
 
 pytestmark = [pytest.mark.browser, pytest.mark.realtime]
@@ -61,12 +60,6 @@ CODES = "(found) => found.map((button) => `${button.dataset.participant} ${butto
 NOISES = "() => contexts.map((context) => context.state).filter((state) => state !== 'closed')"
 
 
-def give_up(reason: str) -> None:
-    if os.environ.get("CI"):
-        pytest.fail(reason)
-    pytest.skip(reason)
-
-
 @dataclass
 class Sat:
     """What one participant's sitting left behind, in the browser and in the study's folder."""
@@ -89,21 +82,11 @@ class Sat:
 
 
 @pytest.fixture(scope="module")
-def page() -> Iterator[Any]:
-    chromium = shutil.which("chromium")
-    if chromium is None:
-        give_up("no chromium: apt-get install --no-install-recommends chromium")
-    try:
-        from playwright.sync_api import sync_playwright
-    except ModuleNotFoundError:
-        give_up("no playwright: pip install -e '.[dev]'")
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
-        page = browser.new_page(viewport={"width": 1280, "height": 800})
-        page.set_default_timeout(STEP_MS)
-        page.add_init_script(CONTEXTS)
-        yield page
-        browser.close()
+def page(browser: Browser) -> Page:
+    page = browser.new_page(viewport={"width": 1280, "height": 800})
+    page.set_default_timeout(STEP_MS)
+    page.add_init_script(CONTEXTS)
+    return page
 
 
 @pytest.fixture(scope="module")

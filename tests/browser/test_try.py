@@ -17,18 +17,15 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from dashboard_scene import AXE, PATIENCE_MS, WATCH_POLICY, chromium, missing
+from dashboard_scene import AXE, PATIENCE_MS, WATCH_POLICY
 from PIL import Image
 from playwright.sync_api import Browser, Page, ViewportSize, expect
+from tiers import nightly_except
 
 import hapticvlm
 from hapticvlm.client.local_service import Service, running
 
-REASON = missing()
-pytestmark = [
-    pytest.mark.browser,
-    pytest.mark.skipif(REASON is not None, reason=REASON or ""),
-]
+pytestmark = pytest.mark.browser
 NOTHING = "—"
 DROP = """([name, data]) => {
   const bytes = Uint8Array.from(atob(data), (letter) => letter.charCodeAt(0));
@@ -52,14 +49,7 @@ HEAR = """async () => {
 }"""
 PAGES = Path(hapticvlm.__file__).parent / "pages"
 # A camera that films a turning figure, and a screen that nobody is asked for.
-FAKE = ("--use-fake-device-for-media-stream", "--use-fake-ui-for-media-stream")
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    expect.set_options(timeout=PATIENCE_MS)
-    with chromium(*FAKE) as opened:
-        yield opened
+CHROMIUM_FLAGS = ("--use-fake-device-for-media-stream", "--use-fake-ui-for-media-stream")
 
 
 @pytest.fixture(scope="module")
@@ -141,7 +131,7 @@ def test_a_picture_is_looked_at_when_it_comes_and_felt_when_it_is_pressed(browse
         let_go(page)
 
 
-@pytest.mark.parametrize("name", ["table", "carafe", "cloth", "kettle"])
+@pytest.mark.parametrize("name", nightly_except(4, ["table", "carafe", "cloth", "kettle"]))
 def test_before_anybody_points_it_says_what_recognise_says(browser, service, name):
     picture = str(PAGES / f"try.{name}.jpg")
     told = json.loads(said_by("recognise", "--json", picture))
@@ -155,6 +145,7 @@ def test_before_anybody_points_it_says_what_recognise_says(browser, service, nam
         assert sure == pytest.approx(100 * told["confidence"], abs=6)  # it was encoded anew
 
 
+@pytest.mark.nightly
 def test_a_picture_that_is_corrected_before_anybody_points_is_so_all_over(browser, service):
     with visit(browser, service) as page:
         sample(page)
@@ -197,6 +188,7 @@ def test_a_wrong_answer_is_corrected_by_a_click_and_kept_for_the_session(browser
         expect(page.locator("#material")).to_have_text("rubber")
 
 
+@pytest.mark.nightly
 def test_one_of_the_likeliest_corrects_it_by_one_press(browser, service):
     with visit(browser, service) as page:
         sample(page)
@@ -212,12 +204,14 @@ def test_one_of_the_likeliest_corrects_it_by_one_press(browser, service):
         expect(page.locator("#sure")).to_contain_text("stated by you")
 
 
+@pytest.mark.nightly
 def test_where_a_phone_can_open_it_is_said(browser, service):
     with visit(browser, service) as page:
         page.get_by_text("Open it on a phone or headset").click()
         expect(page.locator("#reach-said")).to_contain_text("--pages-from lan")
 
 
+@pytest.mark.nightly
 def test_a_phones_camera_reads_the_address_of_this_very_page(browser):
     token = "a-token-long-enough"
     options = ["--host", "0.0.0.0", "--token", token, "--pages-from", "lan"]
@@ -234,7 +228,7 @@ def test_a_phones_camera_reads_the_address_of_this_very_page(browser):
         assert f"ws://{read[7:].removesuffix('try')} with" in page.inner_text("#reach-said")
 
 
-@pytest.mark.parametrize("source", ["camera", "screen"])
+@pytest.mark.parametrize("source", nightly_except(2, ["screen", "camera"]))
 def test_a_live_source_is_looked_at_and_felt_until_it_is_ended(browser, service, source):
     with visit(browser, service) as page:
         page.locator(f"#{source}").click()
@@ -250,6 +244,7 @@ def test_a_live_source_is_looked_at_and_felt_until_it_is_ended(browser, service,
         expect(page.locator(f"#{source}")).to_have_attribute("aria-pressed", "false")
 
 
+@pytest.mark.nightly
 def test_the_wooden_and_the_metal_half_of_one_picture_sound_different(browser, service):
     halves = [
         Image.open(path).resize((400, 400))
@@ -284,6 +279,7 @@ def test_the_wooden_and_the_metal_half_of_one_picture_sound_different(browser, s
     assert float(shapes[0] @ shapes[1]) < 0.9  # 1 is the same spectrum
 
 
+@pytest.mark.nightly
 def test_what_a_scene_can_be_made_of_is_asked_for_and_holds(browser, service):
     with visit(browser, service) as page:
         page.locator("#among").select_option("four")
@@ -326,9 +322,12 @@ def test_another_scene_that_owns_the_outputs_is_named_and_left_in_peace(browser,
         expect(second.locator("#take")).to_be_visible()
 
 
-@pytest.mark.parametrize("size", [(1280, 900), (390, 844)], ids=["screen", "phone"])
-def test_it_is_open_to_everybody_and_fits_a_phone(browser, service, size):
-    with visit(browser, service, size) as page:
+SIZES = {"screen": (1280, 900), "phone": (390, 844)}
+
+
+@pytest.mark.parametrize("screen", nightly_except(2, SIZES))
+def test_it_is_open_to_everybody_and_fits_a_phone(browser, service, screen):
+    with visit(browser, service, SIZES[screen]) as page:
         sample(page)
         assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
         page.evaluate(AXE.read_text(encoding="utf-8"))

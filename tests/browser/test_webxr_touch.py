@@ -1,19 +1,16 @@
 """A touch in the WebXR scene is seen and stated: the page on a desktop, in headless Chromium."""
 
-import os
 from collections.abc import Iterator
 from statistics import median
 from typing import Any
 
 import pytest
-
-pytest.importorskip("playwright.sync_api", reason="no playwright: pip install -e '.[dev]'")
-
 from dashboard_scene import AXE
 from playwright.sync_api import Page
-from webxr_scene import SIZE, missing, served
+from tiers import nightly_except
+from webxr_scene import SIZE, served
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.browser, pytest.mark.needs_toolchain("chromium", "three")]
 
 SEEN_MS = 50.0
 MOST_DRAWN = 0.4  # of the canvas, for a touch of one object; it is 0.1 to 0.2
@@ -72,11 +69,6 @@ PRESS = """async ([key, hold]) => {
 
 @pytest.fixture(scope="module")
 def page() -> Iterator[Page]:
-    reason = missing()
-    if reason and os.environ.get("CI"):
-        pytest.fail(reason)
-    if reason:
-        pytest.skip(reason)
     with served(SIZE) as (service, page):
         page.goto(f"{service.page}scene/webxr/")
         page.locator("#state", has_text="Connected").wait_for()
@@ -144,7 +136,7 @@ def test_a_touch_draws_only_the_part_that_changes_where_the_processor_draws(page
     assert median(shares) < MOST_DRAWN
 
 
-@pytest.mark.parametrize("key", ["kettle", "table"])
+@pytest.mark.parametrize("key", nightly_except(2, ["kettle", "table"]))
 def test_a_picture_drawn_in_parts_is_the_whole_picture(page: Page, key: str) -> None:
     pictures = page.evaluate(PARTS, key)
     assert min(one["share"] for one in pictures) < 1
@@ -157,6 +149,7 @@ QUALITY = """async () => {
 }"""
 
 
+@pytest.mark.nightly
 def test_a_browser_that_draws_on_the_processor_draws_less_unless_asked(page: Page) -> None:
     assert page.evaluate(QUALITY) == pytest.approx([True, 1.0, 200_000])
     edges = "document.getElementById('view').getContext('webgl2').getContextAttributes().antialias"
@@ -185,11 +178,11 @@ def test_what_a_person_says_an_object_is_becomes_its_material(page: Page) -> Non
     assert press(page, "pan", 800)["said"] == "The pan is glass."
 
 
-@pytest.mark.parametrize("size", [(1280, 800), (390, 844)])
-def test_axe_finds_nothing_in_the_page(page: Page, size: tuple[int, int]) -> None:
-    page.set_viewport_size({"width": size[0], "height": size[1]})
+@pytest.mark.parametrize(("width", "height"), nightly_except(2, [(1280, 800), (390, 844)]))
+def test_axe_finds_nothing_in_the_page(page: Page, width: int, height: int) -> None:
+    page.set_viewport_size({"width": width, "height": height})
     page.evaluate("document.getElementById('drawer').hidden = false")
     page.evaluate(AXE.read_text(encoding="utf-8"))
     found = page.evaluate("axe.run()")["violations"]
     assert [entry["id"] for entry in found] == []
-    assert page.evaluate("document.scrollingElement.scrollWidth") <= size[0]
+    assert page.evaluate("document.scrollingElement.scrollWidth") <= width

@@ -21,7 +21,8 @@ from itertools import cycle, islice
 
 import numpy as np
 from playwright.sync_api import sync_playwright
-from webxr_scene import CHROMIUM, EXAMPLES, LLVMPIPE, SLOW_MS, missing
+from toolchains import missing
+from webxr_scene import CHROMIUM, EXAMPLES, LLVMPIPE, SLOW_MS
 
 from hapticvlm.client.local_service import running
 
@@ -110,7 +111,7 @@ def main() -> None:
     parser.add_argument("--size", action="append", help="px, WIDTHxHEIGHT (320x240, 1280x800)")
     parser.add_argument("--touches", type=int, default=30)
     arguments = parser.parse_args()
-    if reason := missing():
+    if reason := missing("chromium", "three"):
         raise SystemExit(reason)
     sizes = arguments.size or ["320x240", "1280x800"]
     found = {size: measure(size, arguments.touches) for size in sizes}

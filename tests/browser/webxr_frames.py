@@ -23,7 +23,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from webxr_scene import missing, visiting
+from toolchains import missing
+from webxr_scene import visiting
 
 from hapticvlm.evidence.ladder import Evidence, decide, fuse_recognitions, restrict
 from hapticvlm.materials import MATERIALS, Thermal
@@ -136,7 +137,7 @@ def felt_c(truth: str | None, found: Sequence[Judged]) -> float:
     if truth is not None:
         bulk = MATERIALS[truth].thermal
     else:
-        verdict = decide([fuse_recognitions(one.evidence for one in found)])
+        verdict = decide([fuse_recognitions([one.evidence for one in found])])
         bulk, _ = choose_rendition(verdict, MATERIALS).thermal(ROOM_C, MATERIALS)
     return NEUTRAL_C if bulk is None else contact_temperature_c(thermal_contact(bulk, ROOM_C))
 
@@ -182,7 +183,7 @@ def main() -> None:
     parser.add_argument("--views", type=int, default=6, help="of each object (%(default)s)")
     parser.add_argument("--keep", type=Path, help="folder for the choosing viewpoints' pictures")
     arguments = parser.parse_args()
-    if reason := missing():
+    if reason := missing("chromium", "three"):
         raise SystemExit(reason)
     encoder = load_encoder()
     with visiting() as visit:

@@ -52,15 +52,6 @@ class Visit:
         return dict(self.modules.evaluate(keys))
 
 
-def missing() -> str | None:
-    """Say what must be installed before a browser can show the scene, or None."""
-    if shutil.which(CHROMIUM) is None:
-        return "no chromium: see .ci/toolchains"
-    if not (EXAMPLES / "webxr" / "node_modules" / "three").is_dir():
-        return "no three.js: npm ci --prefix examples/webxr"
-    return None
-
-
 @contextmanager
 def served(size: tuple[int, int]) -> Iterator[tuple[Service, Page]]:
     """Serve the examples, and open a page that shows nothing yet."""

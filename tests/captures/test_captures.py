@@ -3,6 +3,7 @@
 import json
 import re
 
+import cv2
 import numpy as np
 import pytest
 import tiny_video
@@ -54,7 +55,6 @@ def test_a_file_that_only_calls_itself_a_video_is_a_clear_error(tmp_path):
 
 
 def test_a_video_gives_its_frames_at_their_times_with_the_sidecars_touches(tmp_path):
-    cv2 = pytest.importorskip("cv2")
     path = tmp_path / "quest.avi"
     video = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), 10.0, (64, 48))
     for shade in range(0, 200, 20):
@@ -80,7 +80,6 @@ def test_what_is_recorded_can_be_read(tmp_path):
 
 
 def decoded(line):
-    cv2 = pytest.importorskip("cv2")
     return cv2.imdecode(np.frombuffer(line.image, np.uint8), cv2.IMREAD_COLOR)
 
 

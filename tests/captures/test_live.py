@@ -2,7 +2,6 @@
 
 import io
 import os
-import shutil
 import subprocess
 import sys
 import threading
@@ -13,6 +12,7 @@ import numpy as np
 import pytest
 import tiny_video
 from PIL import Image
+from toolchains import require
 
 from hapticvlm.captures import CENTRE, CaptureError, Touched, View, watch
 from hapticvlm.captures.live import Live, camera, screen
@@ -91,9 +91,7 @@ def test_without_a_display_the_error_says_where_to_run(monkeypatch):
 @pytest.fixture
 def desk(tmp_path, monkeypatch):
     """A screen of its own that shows a picture: dark above, bright and red below."""
-    if shutil.which("Xvfb") is None:
-        pytest.skip("no Xvfb: apt-get install xvfb")
-    pytest.importorskip("tkinter")
+    require("Xvfb", "tkinter")
     reading, writing = os.pipe()
     server = ["Xvfb", "-displayfd", str(writing), "-screen", "0", "640x480x24", "-nolisten", "tcp"]
     silent = subprocess.DEVNULL

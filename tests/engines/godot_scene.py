@@ -42,15 +42,6 @@ PROBE = 'Probe="*res://probe.gd"\n'
 Event = dict[str, Any]
 
 
-def missing() -> str | None:
-    """Say what must be installed before Godot can run here, or None."""
-    if shutil.which(CHROMIUM) is None:
-        return "no chromium: see .ci/toolchains"
-    if not (TEMPLATE / "index.wasm").is_file():
-        return "no Godot web template: npm ci --prefix tests/engines"
-    return None
-
-
 def export(folder: Path) -> None:
     """Put the engine, a page and the sample with the tests' probe into a folder."""
     for name in ENGINE:

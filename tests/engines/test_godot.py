@@ -3,7 +3,6 @@
 import io
 import itertools
 import json
-import os
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -12,14 +11,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+from godot_scene import TEMPLATE, Game, playing
 from PIL import Image
 from websockets.sync.client import connect as open_socket
 
-pytest.importorskip("playwright.sync_api", reason="no playwright: pip install -e '.[dev]'")
-
-from godot_scene import TEMPLATE, Game, missing, playing
-
-pytestmark = pytest.mark.browser
+pytestmark = [
+    pytest.mark.nightly,
+    pytest.mark.browser,
+    pytest.mark.needs_toolchain("chromium", "godot"),
+]
 
 TRUTHS = {
     "Table/OakTable": "wood",
@@ -36,11 +36,6 @@ BLUE = (20, 30, 100)
 @pytest.fixture(scope="module")
 def game() -> Iterator[Game]:
     """One run shared by all tests: to start the engine is what takes longest."""
-    reason = missing()
-    if reason and os.environ.get("CI"):
-        pytest.fail(reason)
-    if reason:
-        pytest.skip(reason)
     with (  # beside the template, so that 38 MB are linked and not copied
         tempfile.TemporaryDirectory(dir=TEMPLATE.parents[1], prefix="scene-") as folder,
         playing(Path(folder)) as game,

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import ctypes
 import os
-import shutil
 import subprocess
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,7 +17,6 @@ from .board import Board, load
 
 HERE = Path(__file__).parent
 FIRMWARE = Path(os.environ.get("HAPTICVLM_FIRMWARE", HERE.parents[1] / "firmware"))
-PACKAGES = "gcc-avr avr-libc libsimavr-dev gcc libc6-dev make"
 
 
 @dataclass(frozen=True)
@@ -46,14 +44,6 @@ def opened(folder: Path) -> Chip:
     return Chip(load(folder / "host" / "libavrhost.so"), elf)
 
 
-def missing() -> str | None:
-    """Return the missing packages as a message, or None."""
-    absent = [tool for tool in ("avr-gcc", "cc", "make") if shutil.which(tool) is None]
-    if not absent and not _has_simavr():
-        absent = ["simavr's headers"]
-    return f"no {', '.join(absent)}: apt-get install {PACKAGES}" if absent else None
-
-
 def build_host(folder: Path) -> None:
     """Compile the host of the simulated chip into `folder`."""
     _make(HERE / "sim", f"BUILD={folder}")
@@ -62,12 +52,6 @@ def build_host(folder: Path) -> None:
 def build_firmware(folder: Path) -> None:
     """Compile the firmware into `folder`."""
     _make(FIRMWARE / "avr", f"BUILD={folder}")
-
-
-def _has_simavr() -> bool:
-    include = "#include <simavr/sim_avr.h>\n#include <simavr/sim_elf.h>\n"
-    command = ["cc", "-fsyntax-only", "-x", "c", "-"]
-    return subprocess.run(command, input=include.encode(), capture_output=True).returncode == 0
 
 
 def _make(folder: Path, *settings: str) -> None:

@@ -24,7 +24,9 @@ from dataclasses import asdict
 from pathlib import Path
 
 if __package__ in (None, ""):
-    sys.path.insert(0, str(Path(__file__).parents[1]))
+    sys.path[:0] = [str(Path(__file__).parents[1]), str(Path(__file__).parents[1] / "support")]
+
+from toolchains import missing
 
 from firmware import build, tracking
 from firmware.build import Chip
@@ -52,7 +54,7 @@ _chip: Chip | None = None
 def main() -> int:
     """Run the requested trials; return 0 when all were safe."""
     asked = _asked()
-    if reason := build.missing():
+    if reason := missing("simavr", "make"):
         sys.exit(reason)
     ends_at = time.monotonic() + asked.minutes * 60.0
     wanted = jobs(asked.only, pairs=asked.pairs)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import Any
+
 import pytest
 
 from . import line
@@ -13,19 +16,19 @@ from .situations import COLD_WARM, HOT, Situation
 from .trials import trial
 
 LONGEST_S = 100.0  # the sweep runs longer trials
-CASES = [
-    (fault, situation)
-    for fault in FAULTS
-    for situation in (
-        fault.acts_in[-1:]
-        if fault.deadline_s == SLOW_S
-        else (room for room in fault.acts_in if room is not COLD_WARM)
-    )
-]
-IDS = [f"{fault.name}, {situation.name}" for fault, situation in CASES]
 
 
-@pytest.mark.parametrize(("fault", "situation"), CASES, ids=IDS)
+def cases() -> Iterator[Any]:
+    """Every fault with its situations: a quick one in its first, all the rest at night."""
+    for fault in FAULTS:
+        is_slow = fault.deadline_s == SLOW_S
+        quick = [room for room in fault.acts_in if room is not COLD_WARM]
+        for number, situation in enumerate(fault.acts_in[-1:] if is_slow else quick):
+            marks = [pytest.mark.nightly] if is_slow or number else []
+            yield pytest.param(fault, situation, marks=marks, id=f"{fault.name}, {situation.name}")
+
+
+@pytest.mark.parametrize(("fault", "situation"), list(cases()))
 def test_a_fault_is_caught_in_time_and_the_skin_is_safe(
     chip: Chip, fault: Fault, situation: Situation
 ) -> None:

@@ -2,38 +2,17 @@
 
 from __future__ import annotations
 
-import os
 import re
-import shutil
 import subprocess
 from pathlib import Path
 
 import pytest
+from toolchains import require
 
 from .build import FIRMWARE
 
 FUZZ_S = 2
 SLOWEST_S = 600  # for a build on a loaded machine
-NEEDED = {
-    "g++": "g++",
-    "make": "make",
-    "clang++-14": "clang-14 libclang-rt-14-dev",
-    "avr-g++": "gcc-avr avr-libc",
-}
-
-
-def need(*tools: str) -> None:
-    """Skip, or fail in CI, when a tool is missing."""
-    absent = [tool for tool in tools if shutil.which(tool) is None]
-    if "g++" in tools and not Path("/usr/include/doctest/doctest.h").exists():
-        absent.append("doctest-dev")
-    if not absent:
-        return
-    packages = " ".join(NEEDED.get(tool, tool) for tool in absent)
-    reason = f"no {', '.join(absent)}: apt-get install {packages}"
-    if os.environ.get("CI"):
-        pytest.fail(reason)
-    pytest.skip(reason)
 
 
 def make(folder: str, *arguments: str) -> str:
@@ -52,15 +31,16 @@ def build(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 
 def test_the_core_passes_its_own_tests_under_the_sanitizers(build: str) -> None:
-    need("g++", "make")
+    require("g++", "make", "doctest")
     printed = make("hosttests", build, "test")
 
     assert "Status: SUCCESS!" in printed
     assert " 0 skipped" in printed
 
 
+@pytest.mark.nightly
 def test_neither_bytes_nor_payloads_break_the_core(build: str) -> None:
-    need("g++", "make", "clang++-14")
+    require("g++", "make", "doctest", "clang++-14")
     printed = make("hosttests", build, f"SECONDS={FUZZ_S}", "fuzz")
 
     runs = [int(n) for n in re.findall(r"number_of_executed_units: (\d+)", printed)]
@@ -69,7 +49,7 @@ def test_neither_bytes_nor_payloads_break_the_core(build: str) -> None:
 
 
 def test_the_binary_builds_without_a_warning_and_within_its_budget(tmp_path: Path) -> None:
-    need("make", "avr-g++")
+    require("make", "avr-g++")
     printed = make("avr", f"BUILD={tmp_path}")
 
     assert "warning" not in printed

@@ -42,6 +42,7 @@ def test_hum_moves_the_plate_by_less_than_can_be_felt(
     assert max(abs(a - b) for a, b in zip(QUIET[setpoint_c], hummed, strict=True)) < 0.3
 
 
+@pytest.mark.nightly
 def test_minutes_of_hum_that_the_loop_follows_look_like_no_runaway(chip: Chip) -> None:
     # 60 Hz ripples at 10 Hz in the readings, in step with the guards: it tripped after 176 s while
     # they judged samples of the current and not its mean.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from tiers import nightly_except
 
 from .build import Chip
 from .faults import BY_NAME
@@ -42,7 +43,7 @@ PAIRS = [
 
 @pytest.mark.parametrize(
     ("first", "second", "situation"),
-    PAIRS,
+    nightly_except(3, PAIRS),
     ids=[f"{one} and {two}, {situation.name}" for one, two, situation in PAIRS],
 )
 def test_two_faults_at_once_leave_the_skin_safe(

@@ -41,6 +41,7 @@ def found(chip: Chip, seed: int) -> list[PlateEstimate]:
     return palms
 
 
+@pytest.mark.nightly
 def test_palms_are_found_by_the_heat_they_take(chip: Chip) -> None:
     palms = found(chip, 1)
 

@@ -20,6 +20,7 @@ def test_a_scene_repeats_bit_for_bit_and_only_with_the_same_noise(chip: Chip) ->
     assert first.fingerprints[0] != other.fingerprints[0]
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 def test_ten_busy_minutes_are_safe_and_take_less_than_one(chip: Chip) -> None:
     begun = time.process_time()

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import pytest
+from tiers import nightly_except
 
 from . import scenes, tracking
 from .build import Chip
@@ -12,8 +15,9 @@ from .tracking import AMBIENTS_C, MATERIALS
 LIMIT_C = 0.5  # RMS from 1 s after contact
 
 
-@pytest.mark.parametrize("ambient_c", AMBIENTS_C)
-@pytest.mark.parametrize("material", MATERIALS)
+@pytest.mark.parametrize(
+    ("material", "ambient_c"), nightly_except(4, product(MATERIALS, AMBIENTS_C))
+)
 def test_the_plate_follows_the_limited_setpoint(
     chip: Chip, material: str, ambient_c: float
 ) -> None:
@@ -32,9 +36,10 @@ STILL_BEHIND = [("glass", 15.0, 1e-3), ("metal", 22.0, 1e-3)]
 STILL_BEHIND += [("glass", 15.0, 5e-4), ("glass", 22.0, 1e-3), ("metal", 15.0, 2e-4)]
 
 
-@pytest.mark.parametrize("palm_resistance", [2e-4, 5e-4, 1e-3])
-@pytest.mark.parametrize("ambient_c", [15.0, 22.0, 30.0])
-@pytest.mark.parametrize("material", MATERIALS)
+@pytest.mark.parametrize(
+    ("material", "ambient_c", "palm_resistance"),
+    nightly_except(7, product(MATERIALS, [15.0, 22.0, 30.0], [2e-4, 5e-4, 1e-3])),
+)
 def test_the_skin_follows_physics_wherever_no_limit_acts(
     chip: Chip, material: str, ambient_c: float, palm_resistance: float
 ) -> None:

@@ -9,6 +9,8 @@ pytest.importorskip("playwright.sync_api", reason="no playwright: pip install -e
 
 from hapticvlm_lab.bench.pictures.recipes import KEPT, RECIPES, names
 
+pytestmark = pytest.mark.nightly
+
 ROOT = Path(__file__).parents[2]
 SHOWN = re.compile(r"!\[[^\]]+\]\(([^)#]+)\)")
 PAGES = (ROOT / "README.md", *(ROOT / "docs").glob("*.md"), *ROOT.glob("examples/*/README.md"))

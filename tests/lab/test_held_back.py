@@ -14,6 +14,8 @@ from hapticvlm_lab.training import sources, traced
 from hapticvlm_lab.training.held_back import cameras, catalogue, classes, plan, stage
 
 TAUGHT_TILE, HELD_TILE = "ambientcg_tiles/wood/Wood001.jpg", "ambientcg_tiles/wood/Wood005.jpg"
+pytestmark = pytest.mark.nightly
+
 MEASURED = (
     *classes.BARE_METALS,
     *("Glass (Soda-lime)", "Glass (Borosilicate)", "Porcelain", "Terracotta", "Cardboard"),

@@ -21,6 +21,8 @@ from hapticvlm_lab.training.held_back import (
     shapes,
 )
 
+pytestmark = pytest.mark.nightly
+
 PRIMITIVE = {"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "indices": 2, "material": 0}
 
 

@@ -13,6 +13,7 @@ def row(priority, busy, stream, p99_ms):
     return {"priority": priority, "busy": busy, "stream": stream, "touch_p99_ms": p99_ms}
 
 
+@pytest.mark.nightly
 def test_a_touch_is_measured_beside_an_echo_under_each_stream(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(stability, "PER_CORE", (1,))
     monkeypatch.setattr(stability, "SECONDS", 0.5)

@@ -37,6 +37,7 @@ def test_the_table_in_the_document_names_the_marks_that_are_measured_today():
     assert "| start until ready, best of 3, s | 0.9 |" in table
 
 
+@pytest.mark.nightly
 @pytest.mark.process
 def test_every_mark_is_measured(capsys, monkeypatch):
     monkeypatch.setattr(marks, "SECONDS", 0.5)

@@ -415,6 +415,7 @@ def test_labels_cover_neither_each_other_nor_a_dot() -> None:
     plt.close(figure)
 
 
+@pytest.mark.nightly
 def test_the_command_charts_a_capture_and_says_what_it_left_out(
     capture: Path, tmp_path: Path
 ) -> None:

@@ -182,6 +182,7 @@ def test_a_window_shows_the_object_and_its_surroundings(source: Source) -> None:
     assert (whole.mask != cut.mask).mean() < 0.03
 
 
+@pytest.mark.nightly
 def test_the_clean_step_is_the_clean_answer(source: Source, default: Default) -> None:
     clean = predict_clean(source, default)
     curves = [shaken(clean, BY_NAME[name], default) for name in ("blur", "clutter")]
@@ -195,6 +196,7 @@ def test_the_clean_step_is_the_clean_answer(source: Source, default: Default) ->
     assert curves[0].steps[0].accuracy == pytest.approx(np.mean(shares))
 
 
+@pytest.mark.nightly
 def test_unchanged_pictures_flip_nothing_whatever_the_severity(
     source: Source, default: Default
 ) -> None:
@@ -223,6 +225,7 @@ def test_a_break_is_where_half_of_the_lead_is_lost() -> None:
     assert "no lead to lose" in sentence(none)
 
 
+@pytest.mark.nightly
 def test_the_command_draws_curves_and_gives_their_figures(tmp_path: Path) -> None:
     capture = write_capture(tmp_path / "tiny")
     asked = ["stability", "material", "--capture", str(capture), "--data", str(tmp_path)]

@@ -16,7 +16,7 @@ from hapticvlm.materials import MATERIALS, UNKNOWN
 from hapticvlm_lab.training import sources
 from hapticvlm_lab.training.rooms import Picture, Rooms, RoomsError, __main__, opened, page
 
-pytestmark = [pytest.mark.browser, pytest.mark.slow]
+pytestmark = [pytest.mark.nightly, pytest.mark.browser, pytest.mark.slow]
 
 TEACHES, HELD_BACK = "Some005", "Some004"  # by sources.is_tile_held_back
 SKY_HELD_BACK = "forest_slope"

@@ -124,6 +124,7 @@ def test_a_shorter_window_and_a_lower_cap_keep_a_blind_plate_cooler(core) -> Non
 
 
 @needs_compiler
+@pytest.mark.nightly
 def test_cores_on_one_plate_do_what_each_does_alone(core) -> None:
     plate = draw_plates(2)[1]
     together = try_out([core(500, FULL_MA), core(4000, FULL_MA)], plate, STUCK)
@@ -179,6 +180,7 @@ def test_a_missing_compiler_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: 
 
 
 @needs_compiler
+@pytest.mark.nightly
 def test_the_chart_prints_a_table_and_the_paths_of_its_files(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:

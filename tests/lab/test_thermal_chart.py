@@ -45,6 +45,7 @@ def test_the_quadrature_agrees_with_many_digits():
             assert skin_c == pytest.approx(exact, abs=1e-9)
 
 
+@pytest.mark.nightly
 def test_both_yardsticks_agree_on_one_contact():
     contact = thermal_contact(GLASS, 22.0)
     stages = [Stage(0.0, contact)]
@@ -62,6 +63,7 @@ def test_the_default_is_below_a_tenth_of_a_degree_everywhere():
         assert chart.slide_error(default, stages, chart.truth(stages), 90) < 0.05
 
 
+@pytest.mark.nightly
 def test_methods_without_depth_forget_what_slides_leave():
     stages = chart._stages((("metal", "fabric"), 1.0, None))
     known = chart.truth(stages)
@@ -84,6 +86,7 @@ def test_the_default_is_named_as_cheapest_below_the_floor_only_when_it_is():
     assert chart.sentence([forgetful]) == "no method is below the floor"
 
 
+@pytest.mark.nightly
 def test_chart_thermal_writes_a_picture_a_table_and_a_json_line(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(chart, "RATES_HZ", (20,))
     monkeypatch.setattr(chart, "RESISTANCES", (0.0, 5e-4))

@@ -15,6 +15,8 @@ from hapticvlm_lab.training.describing import NAMES, Described  # noqa: E402
 from hapticvlm_lab.training.lite_graph import Head, Network  # noqa: E402
 from hapticvlm_lab.training.making import choose_references  # noqa: E402
 
+pytestmark = pytest.mark.nightly
+
 NEVER_TAUGHT = ("choose_web", "report_web", "caltech101", "pb_renders", "weather", "sealed")
 TINY = Network(64, (8, 8, 8, 8, 8, 8, 8), (1, 1, 1, 1, 1, 1, 1))
 

@@ -11,6 +11,7 @@ pytestmark = pytest.mark.process
 SECONDS = 2.0
 
 
+@pytest.mark.nightly
 def test_reads_frames_and_ticks_of_a_running_service_are_timed_and_listed_longest_first(capsys):
     assert turns.run(seconds=SECONDS, as_json=True) == 0
     figures = json.loads(capsys.readouterr().out)

@@ -34,6 +34,7 @@ def test_a_sine_of_full_scale_is_0_db_as_an_event_and_as_a_steady_wave() -> None
         assert 10 * np.log10(np.sum(10 ** (level_db[near] / 10))) == pytest.approx(0.0, abs=0.2)
 
 
+@pytest.mark.nightly
 def test_two_materials_differ_by_more_than_two_strikes_of_one() -> None:
     motion = Motion(0.5, 1.0)
     wood, again, glass = (
@@ -78,6 +79,7 @@ def test_two_rubbing_hands_are_rendered_far_faster_than_they_are_played() -> Non
     assert share < 0.2
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 def test_the_command_draws_and_prints_json(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch

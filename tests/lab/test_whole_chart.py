@@ -43,6 +43,7 @@ def test_metal_on_plastic_is_no_plastic_and_its_skin_is_too_cold() -> None:
     assert found.skin_c > 1.0
 
 
+@pytest.mark.nightly
 def test_each_way_to_render_is_felt_or_paid_for() -> None:
     default, *others = ((how, feeling.felt(STATED, "metal", how)) for how in feeling.RENDERINGS)
     assert default[0] == feeling.DEFAULT
@@ -51,6 +52,7 @@ def test_each_way_to_render_is_felt_or_paid_for() -> None:
         assert differs, how
 
 
+@pytest.mark.nightly
 def test_names_find_some_and_the_eye_beside_them_finds_more(room: Source) -> None:
     def recognised(name: str) -> float:
         way = next(way for way in deciding.ways() if way.name == name)
@@ -63,6 +65,7 @@ def test_names_find_some_and_the_eye_beside_them_finds_more(room: Source) -> Non
     assert recognised(deciding.DEFAULT) < recognised(STATED_ALL)
 
 
+@pytest.mark.nightly
 def test_a_scene_that_states_nothing_is_decided_by_the_eye_alone(room: Source) -> None:
     mute = replace(room, stated={})
     fitting = [way for way in deciding.ways() if deciding.fits(way, mute)]

@@ -3,18 +3,20 @@
 import warnings
 
 import pytest
+from toolchains import require
 
 from hapticvlm_recogniser_app import engine_ray
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.nightly
 
 
 @pytest.fixture
 def slow_ray(monkeypatch):
     """Return how often Ray was started, and let it be too slow for so many times first."""
+    require("ray")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # warnings of Ray about its own modules
-        ray = pytest.importorskip("ray", reason="the extra `ray` brings it")
+        import ray
     starts: list[int] = []
 
     def set_slow(times):

@@ -31,9 +31,9 @@ sys.exit(main(["recogniser-app", "--port", "0"]))
 
 
 @pytest.mark.process
+@pytest.mark.needs_toolchain("uvicorn")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_recogniser_that_still_loads_its_network_can_be_stopped(number):
-    pytest.importorskip("uvicorn", reason="the extra `fleet` brings it")
     process = subprocess.Popen([sys.executable, "-c", LOADS_LONG], stdout=subprocess.PIPE)
     assert process.stdout is not None
     with process.stdout:

@@ -5,7 +5,6 @@ What every engine must do runs on both, what only replicas can runs on Ray.
 
 import asyncio
 import http.client
-import importlib.util
 import json
 import os
 import signal
@@ -25,6 +24,7 @@ from conftest import status
 from pace import PACE
 from ports import free_port
 from test_shared_recogniser import is_shared, look, scene, until_shared
+from toolchains import require
 
 from hapticvlm.client.local_service import running
 from hapticvlm.vision.pictures import Crop, central_mask
@@ -38,7 +38,8 @@ SECRET = "the-token-of-this-test"
 QUEUE = ("--queue", "32")
 
 pytestmark = pytest.mark.slow
-on_ray = pytest.mark.parametrize("app", ["ray"], indirect=True)
+RAY = pytest.param("ray", marks=pytest.mark.nightly)
+on_ray = pytest.mark.parametrize("app", [RAY], indirect=True)
 on_uvicorn = pytest.mark.parametrize("app", ["uvicorn"], indirect=True)
 
 
@@ -66,12 +67,9 @@ class App:
         return json.loads(data)
 
 
-@pytest.fixture(scope="module", params=["uvicorn", "ray"])
+@pytest.fixture(scope="module", params=["uvicorn", RAY])
 def app(request):
-    if importlib.util.find_spec(request.param) is None:
-        if os.environ.get("CI"):
-            raise ModuleNotFoundError(f"{request.param}: its extra is part of `dev`")
-        pytest.skip(f"needs {request.param}")
+    require(request.param)
     os.environ[TOKEN] = SECRET
     process, port, said = start(free_port(), request.param)
     try:

@@ -6,8 +6,8 @@ import logging
 import subprocess
 import sys
 import threading
-import time
 
+import pace
 import pytest
 from conftest import peer, status
 from test_server import OBJECTS, frame, is_silent, until
@@ -29,10 +29,7 @@ def numbers(folder):
 
 def until_written(recorder):
     """Wait until the recorder's thread has nothing left to do."""
-    started = time.monotonic()
-    while recorder.is_writing:
-        assert time.monotonic() - started < 60.0
-        time.sleep(0.01)
+    pace.until(lambda: not recorder.is_writing)
 
 
 def test_lines_that_a_slow_disk_loses_leave_a_gap_in_the_session_log(tmp_path):

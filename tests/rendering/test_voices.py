@@ -380,6 +380,7 @@ def test_huge_movements_stay_finite(interaction: str) -> None:
     assert voices.scrubbed == 0
 
 
+@pytest.mark.slow
 def test_every_material_and_interaction_can_be_felt() -> None:
     for name in MATERIALS:
         assert isinstance(MATERIALS[name].vibration, Vibration)

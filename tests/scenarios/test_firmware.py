@@ -15,6 +15,7 @@ from firmware import build
 from firmware.board import RESET_EXTERNAL
 from firmware_port import FirmwarePort, firmware_on_a_terminal
 from test_server import owner_of, until
+from toolchains import require
 
 from hapticvlm.client.local_service import running
 
@@ -26,10 +27,7 @@ RETURN_S = 10.5  # to neutral, then off: at most this, by the firmware's own clo
 
 @pytest.fixture(scope="module")
 def chip(tmp_path_factory):
-    if reason := build.missing():
-        if os.environ.get("CI"):
-            pytest.fail(reason)
-        pytest.skip(reason)
+    require("simavr", "make")
     return build.build(tmp_path_factory.mktemp("firmware"))
 
 

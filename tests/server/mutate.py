@@ -65,6 +65,8 @@ DEFECTS = (
     Defect("server/edge/socket.py", "self._short if missing <= READ_BYTES", "self._short if True", f"{EDGE} -k long_frame"),
     Defect("server/edge/socket.py", "self._loop.call_soon(self._take_turn)", "self._take_turn()", f"{EDGE} -k one_a_turn"),
     Defect("server/web/http.py", "if self.is_open_to_own_pages_only:", "if False:", "tests/studio/test_page_server.py -k own_pages"),
+    Defect("server/web/http.py", "    page = next((page for page in found if page.name == name), None)\n    if page is None:", "    page = folders[0] / name\n    if not page.is_file():", f"{HTTP} -k outside_the_pages"),
+    Defect("server/web/http.py", "    page = next((page for page in found if page.name == name), None)\n    if page is None:", "    page = folders[0] / name\n    if not page.is_file():", "tests/server/test_server.py -k strict_policy"),
     # tokens, hosts, origins
     Defect("server/access.py", 'if self.token == "":', "if False:", f"{BUDGETS} -k token"),
     Defect("server/access.py", "if len(self.token) < MIN_TOKEN:", "if False:", f"{BUDGETS} -k token"),

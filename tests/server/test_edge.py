@@ -148,6 +148,7 @@ async def test_a_touch_behind_a_picture_of_its_own_socket_waits_one_turn(reads):
             assert service.turns[-1] - read_in[-1] <= 1
 
 
+@pytest.mark.realtime
 async def test_no_answer_waits_until_the_one_before_it_was_acknowledged():
     # A client acknowledges an answer 40 ms late where it has nothing to send with it. An edge that
     # gathers small answers until then delays every second of these by so much.

@@ -64,12 +64,39 @@ def test_a_page_of_another_site_may_link_here_and_fetch_nothing(site, mode, dest
 @pytest.mark.parametrize(("is_study", "code"), [(False, 404), (True, 200)])
 def test_the_pages_of_a_study_are_served_only_where_a_study_runs(is_study, code, page):
     folders = page_server.PAGES if is_study else (http.PAGES,)
+    assert get(page, folders).status_code == code
+
+
+def get(page, folders):
     policy = http.AccessPolicy("127.0.0.1", frozenset(), pages=folders)
     request = Request(page, Headers([("Host", "127.0.0.1")]))
     browser: Any = SimpleNamespace(remote_address=("127.0.0.1", 1), local_address=("127.0.0.1", 2))
     answer = http.answer(browser, request, policy, dict)
     assert answer is not None
-    assert answer.status_code == code
+    return answer
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "/../outside.js",
+        "/%2e%2e/outside.js",
+        "/..%2foutside.js",
+        "/..%5coutside.js",
+        "/inner/page.js",
+        "/inner/../page.js",
+        "//{root}/outside.js",
+        "/page.js/",
+        "/notes.txt",
+    ],
+)
+def test_a_file_outside_the_pages_is_never_served(path, tmp_path):
+    folder = tmp_path / "pages"
+    (folder / "inner").mkdir(parents=True)
+    for name in ("outside.js", "pages/page.js", "pages/inner/page.js", "pages/notes.txt"):
+        (tmp_path / name).write_text("1;")
+    assert get("/page.js", (folder,)).status_code == 200
+    assert get(path.format(root=tmp_path), (folder,)).status_code == 404
 
 
 @pytest.mark.parametrize(("peer", "code"), [("127.0.0.1", 200), ("192.168.1.9", 403)])

@@ -23,6 +23,7 @@ from hapticvlm.client.local_service import ServiceError, running
 from hapticvlm.commands.main import main
 from hapticvlm.server.edge.limits import GUESS_S, MAX_CONNECTIONS, MAX_SCENES
 from hapticvlm.server.handshake import CLOSE_MADE_ROOM
+from hapticvlm.server.web import http
 from hapticvlm.server.websocket import CLOSE_SERVER_FULL
 
 OBJECTS = [
@@ -152,6 +153,7 @@ async def test_the_first_scene_owns_the_outputs_until_it_closes(service):
         assert (await third.hello())["owner"]
 
 
+@pytest.mark.realtime
 async def test_a_touch_is_felt_and_ends_with_its_lease(service):
     async with peer(service) as client:
         await owner_of(client)
@@ -170,6 +172,7 @@ async def test_a_touch_is_felt_and_ends_with_its_lease(service):
         assert await quickest(service, rub, rests, limit_s) < limit_s
 
 
+@pytest.mark.realtime
 async def test_a_release_is_silent_within_a_fade(service):
     async with peer(service) as client:
         await owner_of(client)
@@ -210,6 +213,7 @@ async def test_the_plate_follows_a_cold_contact_and_returns_to_neutral(service):
         await until(service, lambda found: found["plate"]["setpoint_c"] == 32.0, 10.0)
 
 
+@pytest.mark.realtime
 async def test_stop_from_an_observer_rests_everything_until_release_and_a_new_contact(service):
     async with peer(service) as client, peer(service) as observer:
         await owner_of(client)
@@ -257,6 +261,7 @@ async def test_a_stop_outlives_the_scene_that_was_stopped(service):
         assert (await again.touch("contact", "table"))["type"] == "ok"
 
 
+@pytest.mark.realtime
 async def test_a_clean_close_rests_the_outputs(service):
     async def touch_and_leave():
         async with peer(service) as client:
@@ -429,6 +434,7 @@ async def test_a_message_over_the_limit_closes_with_1009_and_is_counted(service)
     await until(service, lambda found: found["counts"].get("closed: message too big", 0) >= 1)
 
 
+@pytest.mark.realtime
 async def test_a_client_that_does_not_read_delays_nobody(service):
     async with peer(service) as lazy, peer(service) as client:
         await lazy.hello("observer")
@@ -473,7 +479,8 @@ def test_pages_are_served_with_a_strict_policy_and_nothing_else_is(service):
     with get(service, "/") as page:
         assert "default-src 'self'" in page.headers["Content-Security-Policy"]
         assert b"HapticVLM" in page.read()
-    for path in ("/nothing", "/../cli.py", "/%2e%2e/cli.py", "/dashboard.js/"):
+    assert (http.PAGES / "../errors.py").is_file()
+    for path in ("/nothing", "/../errors.py", "/%2e%2e/errors.py", "/dashboard.js/"):
         with pytest.raises(urllib.error.HTTPError) as missing:
             get(service, path)
         assert missing.value.code == 404

@@ -55,6 +55,7 @@ async def rub(client, seconds, hand="right"):
 
 
 @pytest.mark.parametrize("form", ["amplitude", "parametric"])
+@pytest.mark.realtime
 async def test_a_rubbing_hand_gets_plans_20_to_30_times_a_second(service, form):
     async with peer(service) as client:
         await feeling(client, right=form)
@@ -70,6 +71,7 @@ async def test_a_rubbing_hand_gets_plans_20_to_30_times_a_second(service, form):
             assert len(plan.get("frequency_hz", [])) == sized
 
 
+@pytest.mark.realtime
 async def test_a_contact_is_planned_at_once_with_its_transient(service):
     async with peer(service) as client:
         await feeling(client, left="parametric")

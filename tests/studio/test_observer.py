@@ -103,6 +103,7 @@ def test_low_frequencies_a_fifth_apart_differ_by_more_than_a_step():
 
 
 @given(st.floats(-8.0, 8.0))
+@pytest.mark.slow
 def test_equal_gain_far_above_threshold_moves_a_distance_by_less_than_one_step(gain_db):
     first, second = tone(100.0, 0.3, 0.6), tone(220.0, 0.25, 0.6)
     gain = 10.0 ** (gain_db / 20.0)
@@ -159,6 +160,7 @@ def test_without_noise_every_difference_is_enough():
 
 
 @given(st.integers(0, 1000))
+@pytest.mark.slow
 def test_more_noise_never_helps(seed):
     patterns_ = set_of(*np.random.default_rng(seed).normal(size=(5, 4)))
     shares = [
@@ -279,6 +281,7 @@ def noise() -> Noise:
     return predict.paper_noise()
 
 
+@pytest.mark.nightly
 def test_calibrated_on_the_paper_our_ten_reach_the_goal(noise):
     found = predict.predict(patterns.ours(), noise)
 
@@ -290,6 +293,7 @@ def test_calibrated_on_the_paper_our_ten_reach_the_goal(noise):
     assert (found.counts.sum(axis=1) == answers.TRIALS).all()
 
 
+@pytest.mark.slow
 def test_the_calibrated_observer_confuses_most_what_people_confused_most(noise):
     found = predict.check(noise)
 
@@ -299,6 +303,7 @@ def test_the_calibrated_observer_confuses_most_what_people_confused_most(noise):
     assert found.temperature_slips[1] == pytest.approx(found.temperature_slips[0], abs=0.005)
 
 
+@pytest.mark.nightly
 def test_other_guesses_of_the_paper_s_stimuli_give_other_figures_and_the_same_seed_the_same():
     ten = patterns.ours()
     found = predict.spread(ten, 4)
@@ -318,6 +323,7 @@ def test_a_guess_has_the_paper_s_five_vibrations_hot_and_cold_with_one_lead():
     assert len({one.lead_s for one in ten}) == 1
 
 
+@pytest.mark.slow
 def test_features_in_units_of_their_noise_are_told_apart_as_with_that_noise():
     some = percepts(patterns.ours())
     halved = weighed(some, Noise(2.0, 4.0))

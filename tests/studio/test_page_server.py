@@ -39,6 +39,7 @@ class Obedient(Conductor):
     ],
     ids=["pings", "garbage"],
 )
+@pytest.mark.realtime
 async def test_a_flood_of_tiny_messages_is_closed_with_1008_and_delays_no_other_page(flood, said):
     server = StudyServer(Obedient(), {})
     async with (

@@ -1,26 +1,21 @@
 """The report that is sent round: whole in one file, with ratings, and with what may be claimed."""
 
 import csv
-import os
 import re
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from hapticvlm.commands.main import main
 from hapticvlm_studio.design import design as designs
 from hapticvlm_studio.design.design import Plan
 from hapticvlm_studio.design.form import Form, read
 from hapticvlm_studio.design.patterns import paper_like
 from hapticvlm_studio.report import claims, report, results
-from hapticvlm_studio.trials.record import Log
-
-if not os.environ.get("CI"):  # there, what is missing fails
-    pytest.importorskip("statsmodels", reason="statsmodels is not installed")
-
-from hapticvlm.commands.main import main
 from hapticvlm_studio.report.evaluate import evaluate, evaluate_paper
 from hapticvlm_studio.report.text import text_of
+from hapticvlm_studio.trials.record import Log
 
 REMARK = "my name is Ann"
 
@@ -82,8 +77,7 @@ def test_the_report_says_n_intervals_by_person_and_what_may_be_claimed(nine: Pat
     assert "by person" in page
     assert "<h2>What may be claimed</h2>" in page
     assert "<h2>What may not be claimed</h2>" in page
-    assert all(f'alt="{text}"' in page for text in ("Confusion matrices: how often each pattern "
-               "presented was answered as each.",))  # fmt: skip
+    assert len(re.findall(r'<img[^>]* alt="[^"]+ [^"]+"', page)) == page.count("<img")
 
 
 def test_free_answers_and_single_ages_stay_out_of_what_is_sent_round(nine: Path) -> None:
@@ -124,21 +118,20 @@ def test_nobody_felt_anything_so_nothing_is_claimed_of_people(tmp_path: Path) ->
     for folder, how in (("a", {"simulated": True}), ("b", {"hear": True})):
         (tmp_path / folder).mkdir()
         document = evaluate(results.read(made_up(tmp_path / folder, 2, **how)))
-        assert document["may"] == ["That the study runs: its page, its orders and this report."]
-        assert len(document["may_not"]) == 1
-        assert document["may_not"][0].startswith("Anything about ")
+        assert (len(document["may"]), len(document["may_not"])) == (1, 1)
+        assert not re.search(r"\d|recognise", document["may"][0])
 
 
 def test_one_person_speaks_for_nobody_else(tmp_path: Path) -> None:
     document = evaluate(results.read(made_up(tmp_path, 1)))
-    assert document["may"][0].startswith("This one person recognised ")
-    assert document["may_not"][0] == "Anything about people in general: one person took part."
+    assert "one person" in document["may"][0]
+    assert "one person" in document["may_not"][0]
 
 
 def test_nine_people_give_an_interval_and_what_they_could_not_have_found(nine: Path) -> None:
     document = evaluate(results.read(nine))
-    assert document["may"][0].startswith("People like these 9 recognise ")
-    assert document["may"][1] == "They do so better than chance (10 %)."
+    assert "these 9" in document["may"][0]
+    assert "10 %" in document["may"][1]
     alike = next(text for text in document["may_not"] if "alike" in text)
     assert "With 9 people" in alike
     assert "1.1 standard deviations" in alike
@@ -150,14 +143,14 @@ def test_a_study_that_is_not_finished_is_no_result_yet(tmp_path: Path) -> None:
     (folder / "P2.jsonl").unlink()
     found = evaluate(results.read(folder))["may_not"]
     assert any("40 of 60 trials" in text for text in found)
-    assert any("Much by 2 people" in text for text in found)
+    assert any("2 people" in text for text in found)
 
 
 def test_the_papers_people_may_not_be_generalised_from() -> None:
     document = evaluate_paper()
-    assert document["may"] == ["These 9 people together recognised 85 % of 450 trials; "
-                               "chance is 10 %."]  # fmt: skip
-    assert document["may_not"][0].startswith("How much people in general would vary")
+    (claim,) = document["may"]
+    assert re.findall(r"\d+", claim) == ["9", "85", "450", "10"]
+    assert document["may_not"]
 
 
 @pytest.mark.parametrize("people", [2, 5, 9, 20, 100])
@@ -170,7 +163,7 @@ def test_the_smallest_difference_is_that_of_a_power_table(people: int) -> None:
 
 def test_bits_of_a_few_trials_are_not_told(tmp_path: Path) -> None:
     few = text_of(evaluate(results.read(made_up(tmp_path, 2, repeats=1))))
-    assert "cannot be estimated from so few trials" in few
+    assert "cannot be estimated" in few
     assert "-0." not in re.sub(r"\|.*", "", few)
 
 

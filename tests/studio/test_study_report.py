@@ -2,7 +2,6 @@
 
 import csv
 import json
-import os
 import sys
 from pathlib import Path
 from typing import Any
@@ -10,21 +9,17 @@ from typing import Any
 import numpy as np
 import pytest
 
+from hapticvlm.commands.main import main
 from hapticvlm_studio.design import design as designs
 from hapticvlm_studio.design import paper
 from hapticvlm_studio.design.design import Plan
 from hapticvlm_studio.design.patterns import paper_like
 from hapticvlm_studio.design.stimuli import StudyError
+from hapticvlm_studio.report import report, results, statistics, text
+from hapticvlm_studio.report.evaluate import evaluate, evaluate_paper
 from hapticvlm_studio.trials import record
 from hapticvlm_studio.trials.player import SILENT
 from hapticvlm_studio.trials.record import Log
-
-if not os.environ.get("CI"):  # there, what is missing fails
-    pytest.importorskip("statsmodels", reason="statsmodels is not installed")
-
-from hapticvlm.commands.main import main
-from hapticvlm_studio.report import report, results, statistics, text
-from hapticvlm_studio.report.evaluate import evaluate, evaluate_paper
 
 PEOPLE = 4
 Counts = np.ndarray[Any, np.dtype[np.int64]]
@@ -139,6 +134,7 @@ def test_collapsing_keeps_every_trial_and_adds_up_its_group() -> None:
     assert np.diag(found).tolist() == [90, 80, 77, 72, 76]
 
 
+@pytest.mark.slow
 def test_nine_people_give_f_4_32_and_f_1_8() -> None:
     rates = np.random.default_rng(2).integers(0, 6, size=(9, 5, 2)) / 5
     effects = statistics.anova(rates)
@@ -270,6 +266,7 @@ def test_one_person_gets_no_anova_and_the_reason(study: Path) -> None:
     assert "No repeated-measures ANOVA" in text.text_of(document)
 
 
+@pytest.mark.slow
 def test_the_command_writes_pictures_a_text_and_a_csv_without_names(
     study: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import os
-import shutil
 import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
-import pytest
+from toolchains import require
 
 NAMES = "DNS:localhost,IP:127.0.0.1"
 _ROOT = """
@@ -52,9 +50,7 @@ class Authority:
     """One that signs; `ca` is what its clients are told to trust."""
 
     def __init__(self, folder: Path) -> None:
-        if shutil.which("openssl") is None:
-            reason = "no openssl: apt-get install openssl"
-            pytest.fail(reason) if os.environ.get("CI") else pytest.skip(reason)
+        require("openssl")
         self.folder = folder
         self.ca = folder / "ca.pem"
         (folder / "index.txt").touch()

@@ -14,10 +14,13 @@ import os
 import subprocess
 import sys
 import time
+from collections.abc import Callable
+from typing import TypeVar
 
 REFERENCE_S = 0.3  # of `_WORK` on two quiet cores of the machine where the waits were chosen
 SLOWEST = 8.0
 VARIABLE = "HAPTICVLM_TEST_PACE"
+T = TypeVar("T")
 _WORK = "sum(n * n for n in range(6_000_000))"
 
 
@@ -39,3 +42,12 @@ def measured_once() -> float:
 
 
 PACE = measured_once()
+
+
+def until(claim: Callable[[], T | None], seconds: float = 60.0 * PACE) -> T:
+    """Wait until the claim holds, and return what it returned; fail if it does not in time."""
+    gives_up_at = time.monotonic() + seconds
+    while not (value := claim()):
+        assert time.monotonic() < gives_up_at, "it never happened"
+        time.sleep(0.01)
+    return value

@@ -33,6 +33,7 @@ def test_the_reference_pictures_show_every_material_alike() -> None:
     assert all(0.05 < (found.mask > 0).mean() < 1.0 for found in crops)
 
 
+@pytest.mark.slow
 def test_a_named_network_is_fitted_once_and_kept(
     encoder: NetworkEncoder, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

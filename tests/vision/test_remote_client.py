@@ -64,6 +64,7 @@ def test_the_remote_result_equals_the_local_one(shared: Shared, format: str) -> 
         assert found.embedding @ embedding > 0.9
 
 
+@pytest.mark.realtime
 def test_before_its_first_answer_every_crop_is_local_at_once(shared: Shared) -> None:
     asked = remote(shared)
     started = time.monotonic()

@@ -88,6 +88,7 @@ def test_a_huge_file_is_refused_before_it_is_read() -> None:
     new=st.binary(max_size=8),
 )
 @settings(max_examples=120, deadline=None)
+@pytest.mark.slow
 def test_any_damage_is_an_error_or_leaves_plain_numbers(cut: int, at: int, new: bytes) -> None:
     for data in (WHOLE[:cut], WHOLE[:at] + new + WHOLE[at + len(new) :], WHOLE[:at] + WHOLE[cut:]):
         try:

@@ -3,7 +3,6 @@
 It serves a tiny LLaVA with a planted answer, not a Qwen2-VL, whose processor needs torchvision.
 """
 
-import importlib.util
 import os
 import subprocess
 import sys
@@ -18,6 +17,7 @@ import pytest
 from pace import PACE
 from ports import free_port
 from tiny_llava import write_llava
+from toolchains import require
 
 from hapticvlm.vlm.contract import VlmError, VlmSettings
 from hapticvlm.vlm.remote import RemoteVlm, RestingError
@@ -27,14 +27,12 @@ ANSWER_S = 120.0 * PACE
 NEEDED = ("torch", "transformers", "fastapi", "uvicorn", "openai", "accelerate")
 PICTURE = np.random.default_rng(2).integers(0, 255, (120, 160, 3), dtype=np.uint8)
 
-pytestmark = [pytest.mark.slow, pytest.mark.process]
+pytestmark = [pytest.mark.nightly, pytest.mark.slow, pytest.mark.process]
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    missing = [name for name in NEEDED if importlib.util.find_spec(name) is None]
-    if missing:
-        give_up(f"{', '.join(missing)} not installed: `pip install 'hapticvlm[dev]'`")
+    require(*NEEDED)
     return write_llava(tmp_path_factory.mktemp("served"), "21")
 
 
@@ -59,12 +57,6 @@ def served(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[s
     finally:
         process.terminate()
         process.wait(30.0)
-
-
-def give_up(reason: str) -> None:
-    if os.environ.get("CI"):
-        pytest.fail(reason)
-    pytest.skip(reason)
 
 
 def await_health(url: str, process: subprocess.Popen[bytes], log: Path) -> None:

@@ -203,6 +203,7 @@ async def test_a_model_loaded_here_answers_and_no_frame_leaves_the_machine(loadi
     assert not found["remote"]
 
 
+@pytest.mark.nightly
 async def test_a_killed_or_frozen_model_is_restarted_reported_and_asked_again(loading):
     is_ready = hurrying(lambda found: found["vlm"]["name"] and not found["vlm"]["busy"])
     async with scene(loading) as client:
@@ -222,6 +223,7 @@ async def test_a_killed_or_frozen_model_is_restarted_reported_and_asked_again(lo
         assert decision["ambient_source"] == "default"
 
 
+@pytest.mark.nightly
 async def test_a_model_that_cannot_be_loaded_is_given_up_and_reported(tmp_path):
     with running(["--vlm", str(tmp_path / "nothing")]) as service:
         async with scene(service) as client:

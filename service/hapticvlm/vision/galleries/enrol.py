@@ -83,7 +83,7 @@ def find_pictures(folder: Path, known: Collection[str]) -> tuple[Picture, ...]:
     if not folder.is_dir():
         raise EnrolError(f"{folder}: no such folder; name one with a folder for each material")
     for path in _pictures_in(folder):
-        raise EnrolError(f"{path} is not in a material's folder; move it into one")
+        raise EnrolError(f"{path}: not in a material's folder; move it into one")
     pictures: list[Picture] = []
     for inner in sorted(path for path in folder.iterdir() if path.is_dir() and _is_visible(path)):
         if inner.name not in known:
@@ -91,7 +91,7 @@ def find_pictures(folder: Path, known: Collection[str]) -> tuple[Picture, ...]:
             raise EnrolError(f"{problem}; rename it, or add it: gallery add")
         pictures += with_masks(inner.name, _require_some(inner))
     if not pictures:
-        raise EnrolError(f"{folder} holds no folders of pictures; make one for each material")
+        raise EnrolError(f"{folder}: holds no folders of pictures; make one for each material")
     return tuple(pictures)
 
 
@@ -135,7 +135,7 @@ def views(picture: Picture, frame: messages.Frame, side: int) -> list[Crop]:
     except PictureError as error:
         raise EnrolError(f"{_culprit(picture, error)}: {_reason(error)}") from None
     if first.image.std(axis=(0, 1)).max() < BLANK:
-        raise EnrolError(f"{picture.path} is one plain colour and shows no material; remove it")
+        raise EnrolError(f"{picture.path}: one plain colour, which shows no material; remove it")
     # A user has a few pictures where a network learns from thousands. Variations that a scene is
     # sure to show stand in for more of them: the object mirrored, and seen from nearer by.
     crops = [first, _mirrored(first)]
@@ -193,7 +193,7 @@ def _mirrored(crop: Crop) -> Crop:
 def _require_some(folder: Path) -> list[Path]:
     pictures = _pictures_in(folder)
     if not pictures:
-        raise EnrolError(f"{folder} holds no {', '.join(SUFFIXES)}; add pictures or remove it")
+        raise EnrolError(f"{folder}: holds no {', '.join(SUFFIXES)}; add pictures or remove it")
     return pictures
 
 

@@ -181,9 +181,9 @@ def read_gallery(path: Path) -> Gallery:
             gallery = replace(gallery, user=_parse(path, encoder, user))
     except OSError as error:
         reason = error.strerror or str(error)
-        raise GalleryError(f"{path} is not a gallery ({reason}); name one, or build it") from None
+        raise GalleryError(f"{path}: not a gallery ({reason}); name one, or build it") from None
     except _BROKEN as error:
-        raise GalleryError(f"{path} is not a gallery ({error}); build it again") from None
+        raise GalleryError(f"{path}: not a gallery ({error}); build it again") from None
     return gallery
 
 
