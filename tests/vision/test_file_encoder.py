@@ -3,7 +3,9 @@
 import json
 import sys
 import threading
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -152,7 +154,7 @@ def test_xml_is_refused_whatever_its_name(tmp_path: Path, encoding: str) -> None
 
 
 def write_network(
-    path: Path, shape: list[object], nodes: list[object], outputs: list[str], kind: int = 1
+    path: Path, shape: Sequence[Any], nodes: Sequence[Any], outputs: list[str], kind: int = 1
 ) -> Path:
     """Write FILE.onnx with an input "pixels" of this shape and type, and these nodes."""
     from onnx import helper, numpy_helper
