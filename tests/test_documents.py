@@ -71,7 +71,7 @@ def test_a_gallery_that_unfolds_to_gigabytes_is_refused_before_it_does(tmp_path)
                 for _ in range(128):
                     entry.write(bytes(1024 * 1024))
     assert path.stat().st_size < 3_000_000
-    with pytest.raises(storage.GalleryError, match="unfolds to"):
+    with pytest.raises(storage.GalleryError, match="unpacks to"):
         storage.read_gallery(path)
 
 

@@ -118,7 +118,7 @@ def taught(gallery: Gallery, shots: Sequence[Shot]) -> Gallery:
     labels = np.array([names.index(shot.truth) for shot in shots])
     rows = np.stack([shot.embedding for shot in shots])
     own = Gallery(gallery.encoder, names, rows, labels, FEW, places=np.arange(len(shots)))
-    return replace(gallery, own=replace(own, calibration=calibrate(own, gallery)))
+    return replace(gallery, user=replace(own, calibration=calibrate(own, gallery)))
 
 
 def ways(shipped: Gallery, teaching: Sequence[Shot]) -> dict[str, Callable[[str], Gallery]]:

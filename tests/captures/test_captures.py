@@ -154,7 +154,7 @@ def damaged(folder, how):
     [
         ("cut", "not a video that OpenCV can read"),
         ("empty", "not a video that OpenCV can read"),
-        ("no frames", "no frame of it can be decoded"),
+        ("no frames", "no frame can be decoded"),
     ],
 )
 def test_a_damaged_video_is_a_clear_error(tmp_path, how, complaint):

@@ -75,8 +75,8 @@ def test_a_camera_is_read_until_it_ends(tmp_path):
     assert len(frames(watch(Live("camera", partial(camera, str(path)))))) == 3
 
 
-def test_a_camera_that_is_not_there_is_said_with_a_cure():
-    with pytest.raises(CaptureError, match="camera 97: none here, or another program holds it"):
+def test_a_missing_camera_is_refused_with_a_cure():
+    with pytest.raises(CaptureError, match=r"camera 97: not found.*--device"):
         frames(watch(Live("camera", partial(camera, 97))))
 
 
@@ -122,3 +122,9 @@ def test_a_window_on_a_screen_arrives_upright_and_in_its_colours():
     assert seen.shape == (300, 400, 3)
     assert seen[:140].mean(axis=(0, 1)) == pytest.approx([0, 0, 0], abs=8)
     assert seen[160:].mean(axis=(0, 1)) == pytest.approx([220, 40, 40], abs=8)
+
+
+def test_a_screen_without_its_extra_is_refused_with_how_to_get_it(monkeypatch):
+    monkeypatch.setitem(sys.modules, "mss", None)
+    with pytest.raises(CaptureError, match=r"needs mss: `.*install mss` \(the extra `screen`\)"):
+        frames(watch(Live("screen", screen)))

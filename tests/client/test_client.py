@@ -42,7 +42,7 @@ async def test_a_refused_request_raises_with_code_and_path(service):
     assert "wood" in str(refused.value)
 
 
-async def test_a_token_that_nobody_asked_for_does_no_harm(service):
+async def test_a_token_that_is_not_required_is_accepted(service):
     async with connect(service.url, token="anything") as client:
         assert client.welcome["type"] == "welcome"
 
@@ -145,7 +145,7 @@ def test_streaming_a_capture_prints_decisions_and_answers_everything(service, tm
     assert "unanswered: 0" in " ".join(fast.stdout.split())
 
 
-def test_streaming_to_nobody_says_how_to_start_a_service(tmp_path):
+def test_streaming_without_a_service_says_how_to_start_one(tmp_path):
     (tmp_path / "capture.jsonl").write_text("")
     done = subprocess.run(
         [sys.executable, "-m", "hapticvlm", "stream", str(tmp_path), "--url", "ws://127.0.0.1:9/"],

@@ -111,11 +111,11 @@ def test_a_share_that_is_none_is_refused(tmp_path):
         assert "a share of the picture" in done.stderr
 
 
-def test_a_video_that_shows_nothing_is_told_in_one_line(tmp_path):
+def test_a_video_without_frames_is_refused_in_one_line(tmp_path):
     path = tiny_video.write(tmp_path / "quest.mp4", tiny_video.shades(3))
     tiny_video.blank(path)
     done = streamed(path, types.SimpleNamespace(url="ws://127.0.0.1:9/"))
     assert done.returncode == 2
     assert done.stderr.strip().splitlines() == [
-        f"hapticvlm stream: {path}: no frame of it can be decoded; is it whole?"
+        f"hapticvlm stream: {path}: no frame can be decoded; is the file complete?"
     ]

@@ -113,7 +113,7 @@ def test_a_palm_may_be_stated_as_its_file_beside_the_config_file(tmp_path):
     palm.write_text('{"calibrate": "thermal", "contact_resistance": 2e-3}')
     assert settled("--config", str(path)).contact_resistance == 2e-3
     palm.write_text('{"calibrate": "thermal", "contact_resistance": 0.5}')
-    with pytest.raises(ValueError, match=r"contact-resistance: .*palm\.json says 0\.5"):
+    with pytest.raises(ValueError, match=r"contact-resistance: .*palm\.json has 0\.5"):
         settled("--config", str(path))
     palm.unlink()
     with pytest.raises(ValueError, match=r"hapticvlm\.toml: .*palm\.json"):
@@ -142,8 +142,8 @@ def test_a_flag_that_may_stand_alone_is_true_in_a_file(said, meant, tmp_path):
         ("levle = 1.0", "levle: no such option; did you mean level?"),
         ("colour = 1", "the names are those of the flags"),
         ("vlm_timeout = 1.0", "names have dashes: write vlm-timeout"),
-        ("[outputs]\nport = 1", "outputs.port: write it under [connections]"),
-        ("port = 1\n[connections]\nport = 2", "port: stands at the top and in [connections]"),
+        ("[outputs]\nport = 1", "outputs.port: wrong table; write it in [connections]"),
+        ("port = 1\n[connections]\nport = 2", "port: set both at the top and in [connections]"),
         ("port = ", "not TOML"),
         ("speaker = default", "not TOML"),
     ],

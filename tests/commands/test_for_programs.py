@@ -1,4 +1,4 @@
-"""What programs read: one JSON object with --json, an error too; and what people see instead."""
+"""With --json commands print one JSON object, also for an error; without it they print text."""
 
 import json
 import os
@@ -42,7 +42,7 @@ def test_a_refusal_is_one_line_for_people_and_one_object_for_programs(name, tmp_
     assert line.endswith(error)
 
 
-def test_what_a_gallery_holds_is_told_to_programs():
+def test_the_contents_of_a_gallery_are_printed_as_json():
     told = json.loads(hapticvlm("gallery", "list", "--json").out)
     assert told["gallery"] == "shipped"
     assert {row["material"] for row in told["materials"]} >= {"wood", "glass", "fabric", "metal"}

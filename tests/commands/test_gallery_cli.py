@@ -108,8 +108,8 @@ def test_every_gallery_is_calibrated_on_its_own_pictures_beside_the_shipped_ones
     assert own.calibration != shipped.calibration == both.calibration
     assert sorted(own.materials) == sorted(COLOURS)
     assert both.materials == shipped.materials
-    assert both.own is not None
-    assert len(both.own.labels) == 8 * VIEWS
+    assert both.user is not None
+    assert len(both.user.labels) == 8 * VIEWS
 
 
 def test_two_materials_with_the_same_pictures_cannot_be_told_apart(

@@ -11,6 +11,7 @@ import pytest
 from in_process import Outcome, hapticvlm
 from numpy.typing import NDArray
 from PIL import Image
+from tiny_encoders import write_classifier
 
 from hapticvlm import materials, messages
 from hapticvlm.commands.main import main
@@ -219,7 +220,7 @@ def test_nothing_to_look_at_is_said_in_a_line(tmp_path: Path) -> None:
     ("option", "value", "complaint"),
     [
         ("--mask", "nowhere", "no such file or folder"),
-        ("--gallery", "nowhere.npz", "is no gallery"),
+        ("--gallery", "nowhere.npz", "not a gallery"),
         ("--encoder", "/nowhere/encoder", "encoder"),
         ("--among", "wood,kryptonite", "--among: no material `kryptonite` in the gallery"),
     ],
@@ -246,7 +247,7 @@ def test_without_json_a_table_is_printed(folder: Path, own_gallery: Path) -> Non
     assert 0.0 <= float(confidence) <= 1.0
 
 
-def test_a_picture_named_in_no_encoding_is_told_all_the_same(folder: Path, tmp_path: Path) -> None:
+def test_a_picture_whose_name_has_no_encoding_is_recognised(folder: Path, tmp_path: Path) -> None:
     odd = tmp_path / "caf\udce9.png"
     odd.write_bytes((folder / "halves.png").read_bytes())
     for options in (["--json"], []):
@@ -293,23 +294,20 @@ def test_the_strongest_beliefs_are_printed_if_asked(folder: Path) -> None:
     assert f"{next(iter(row['beliefs']))} " in line
 
 
-NETWORK = Path(__file__).parents[3] / "shared/data/teacher/mobilenet_v2_1.0_224_int8.tflite"
 CAPTURE = Path(__file__).parents[2] / "examples/captures/living_room"
 
 
-@pytest.mark.skipif(not NETWORK.is_file(), reason="no data folder beside the repository")
-def test_a_tflite_network_is_fitted_on_first_use_and_names_what_it_sees(
+def test_a_network_in_a_file_is_fitted_on_first_use(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    network = write_classifier(tmp_path / "tiny.onnx")
     lines = (CAPTURE / "capture.jsonl").read_text(encoding="utf-8").splitlines()
     frames = [one for one in map(json.loads, lines) if one.get("truth") in ("wood", "glass")]
-    right = 0
     for name in ("wood", "glass"):
         shown = next(one for one in frames if one["truth"] == name and one["type"] == "frame")
-        given = CAPTURE / shown["file"], "--mask", CAPTURE / shown["mask_file"]
-        found = recognise(*given, "--encoder", NETWORK, "--among", "wood,glass", "--json")
-        assert found.code == 0, found.err
-        right += best(found.rows[0]) == name
-    assert right == 2
+        pictures = CAPTURE / shown["file"], "--mask", CAPTURE / shown["mask_file"]
+        outcome = recognise(*pictures, "--encoder", network, "--among", "wood,glass", "--json")
+        assert outcome.code == 0, outcome.err
+        assert set(outcome.rows[0]["beliefs"]) <= {"wood", "glass"}
     assert len(list(tmp_path.rglob("gallery-*.npz"))) == 1  # fitted once

@@ -1,4 +1,4 @@
-"""What the service loads before it is ready: little, and all that a touch could wait for."""
+"""The service loads little before it is ready, but all that a touch would wait for."""
 
 from __future__ import annotations
 

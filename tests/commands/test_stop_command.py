@@ -1,4 +1,4 @@
-"""`hapticvlm stop` against a running service: what it ends, and what it says when it cannot."""
+"""`hapticvlm stop` stops a running service's outputs, or reports why it could not."""
 
 import json
 import subprocess
@@ -69,6 +69,6 @@ def test_no_service_is_one_line_and_no_traceback():
     assert len(done.stderr.strip().splitlines()) == 1
 
 
-def test_a_program_is_told_in_json_and_nothing_else(service):
+def test_a_program_gets_json_and_nothing_else(service):
     done = stop("speaker", "--json", "--url", service.url, "--token", "a token of twelve")
     assert json.loads(done.stdout) == {"stopped": "speaker"}

@@ -131,7 +131,7 @@ def test_a_file_that_is_no_program_of_this_chip_is_refused_before_anything_is_op
     }
     for name, content in spoilt.items():
         (tmp_path / name).write_text(content)
-        assert "is no Intel HEX file" in error_line(capsys, "--hex", str(tmp_path / name)), name
+        assert "is not an Intel HEX file" in error_line(capsys, "--hex", str(tmp_path / name)), name
     assert "No such file" in error_line(capsys, "--hex", str(tmp_path / "none"))
 
 

@@ -52,7 +52,7 @@ def config(folder: Path, **stated: object) -> str:
     return str(path)
 
 
-def test_a_machine_that_is_well_is_told_so(tmp_path):
+def test_a_machine_without_problems_gets_ok(tmp_path):
     code, told = doctor("--config", config(tmp_path, port=free_port()))
     assert (code, told["doctor"]) == (0, "ok")
     about = {one["about"]: one["verdict"] for one in told["findings"]}
@@ -126,7 +126,7 @@ def test_an_address_that_is_not_of_this_machine_is_wrong():
     assert network.port(ServeOptions(host="203.0.113.7", port=free_port())).verdict == "wrong"
 
 
-def test_a_certificate_is_told_with_names_and_days(tmp_path):
+def test_a_certificate_is_reported_with_names_and_days(tmp_path):
     pair = Authority(tmp_path).sign()
     (found,) = network.address(ServeOptions(tls_cert=pair.cert, tls_key=pair.key))
     assert found.verdict == "ok"
@@ -135,10 +135,10 @@ def test_a_certificate_is_told_with_names_and_days(tmp_path):
     assert wrong.verdict == "wrong"
 
 
-def test_a_plate_that_answers_is_named_and_never_told_a_setpoint():
+def test_a_plate_that_answers_is_named_and_gets_no_setpoint():
     cable = Cable()
     plate = Peltier("cable", open_port=cable.open, clock=cable.clock)
-    found = devices.check_plate("cable", plate, is_asked=True)
+    found = devices.check_plate("cable", plate, is_required=True)
     assert found.verdict == "ok"
     kinds = {type(message) for message in cable.sent}
     assert kinds
@@ -146,11 +146,11 @@ def test_a_plate_that_answers_is_named_and_never_told_a_setpoint():
 
 
 def test_a_plate_that_is_silent_is_wrong_only_if_it_was_asked_for():
-    for is_asked, verdict in ((True, "wrong"), (False, "note")):
+    for is_required, verdict in ((True, "wrong"), (False, "note")):
         cable = Cable()
         cable.is_mute = True
         plate = Peltier("cable", open_port=cable.open, clock=cable.clock)
-        found = devices.check_plate("cable", plate, is_asked)
+        found = devices.check_plate("cable", plate, is_required)
         assert found.verdict == verdict
 
 
@@ -201,7 +201,7 @@ def test_what_this_package_states_is_understood_whole():
     assert extras.verdict == "ok"
 
 
-def test_a_check_that_hangs_holds_up_nobody():
+def test_a_check_that_hangs_delays_nothing():
     ending = threading.Event()
 
     def hang() -> list[Finding]:

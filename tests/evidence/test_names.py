@@ -46,7 +46,7 @@ def read(name: str) -> Evidence:
         ("cast_iron_stove", "metal"),
     ],
 )
-def test_a_name_that_says_its_material_is_sure(name: str, material: str) -> None:
+def test_a_name_with_a_class_word_is_sure(name: str, material: str) -> None:
     assert read(name).material == material
     assert read(name).confidence >= SURE
 
@@ -73,14 +73,12 @@ def test_a_thing_alone_is_believed_but_not_sure(name: str, material: str) -> Non
         ("aluminium_window_frame", "metal"),
     ],
 )
-def test_the_head_is_told_from_what_modifies_it_and_from_its_parts(
-    name: str, material: str
-) -> None:
+def test_the_head_is_distinguished_from_modifiers_and_parts(name: str, material: str) -> None:
     assert read(name).material == material
 
 
 @pytest.mark.parametrize("name", ["leather-look", "faux_leather", "imitation wood", "glass-like"])
-def test_what_only_looks_like_a_material_is_not_known(name: str) -> None:
+def test_an_imitation_of_a_material_is_not_that_material(name: str) -> None:
     assert read(name).confidence < KNOWN
 
 
@@ -111,7 +109,7 @@ def test_what_only_looks_like_a_material_is_not_known(name: str) -> None:
         "\u202e\u0000_-.",
     ],
 )
-def test_what_says_nothing_gives_nothing(name: str) -> None:
+def test_a_name_without_known_words_gives_no_evidence(name: str) -> None:
     assert from_name(name) is None
 
 
@@ -152,7 +150,7 @@ def test_a_bare_metal_shader_means_metal() -> None:
 
 
 @pytest.mark.parametrize("roughness", [None, 1.0])
-def test_gltf_defaults_say_nothing(roughness: float | None) -> None:
+def test_gltf_defaults_give_no_evidence(roughness: float | None) -> None:
     assert from_shader(1.0, roughness, None, (1.0, 1.0, 1.0)) is None
 
 
@@ -163,7 +161,7 @@ def test_a_dielectric_shader_only_speaks_against_metal() -> None:
     assert plain.beliefs[-1][0] == "metal"
 
 
-def test_missing_parameters_say_nothing() -> None:
+def test_missing_parameters_give_no_evidence() -> None:
     assert from_shader(None, None, None, None) is None
     assert from_shader(None, 0.2, 0.0, (1.0, 0.0, 0.0)) is None
     assert from_shader(0.5, 0.5, None, None) is None

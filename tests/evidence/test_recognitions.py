@@ -74,13 +74,13 @@ def orbits() -> list[list[Evidence]]:
     return [orbit(seed) for seed in range(6)]
 
 
-def test_one_look_says_what_it_says_and_none_says_nothing() -> None:
+def test_one_recognition_counts_as_it_is_and_none_gives_no_evidence() -> None:
     look = sees(wood=0.7, metal=0.1)
     assert fuse_recognitions([look]) == look
     assert fuse_recognitions([]) == Evidence("encoder", ())
 
 
-def test_the_first_looks_count_alike() -> None:
+def test_the_first_recognitions_count_equally() -> None:
     looks = [sees(wood=0.8, metal=0.1), sees(wood=0.4, glass=0.4), sees(wood=0.6)]
     fused, mean = dict(fuse_recognitions(looks).beliefs), dict(ladder.fuse(looks).beliefs)
     assert fused == pytest.approx(mean)
@@ -103,20 +103,20 @@ def test_with_an_encoder_that_is_mostly_right_the_label_stands_still() -> None:
     assert np.mean([flips(felt(looks)) for looks in streams]) < 1
 
 
-def test_a_wrong_first_look_is_corrected_by_the_next_ones() -> None:
+def test_a_wrong_first_recognition_is_corrected_by_the_next_ones() -> None:
     materials = felt([sees(metal=0.9), *[sees(wood=0.8, metal=0.1)] * 4])
     assert materials[0] == "metal"
     assert materials[CHANGE] == "wood"
 
 
 @pytest.mark.parametrize("before", [1, 5, 40, 500])
-def test_a_real_change_gets_through_in_a_few_looks_however_long_the_past(before: int) -> None:
+def test_a_real_change_takes_a_few_recognitions_however_long_the_past(before: int) -> None:
     materials = felt([sees(wood=0.95)] * before + [sees(metal=0.7, glass=0.1)] * CHANGE)
     assert materials[before - 1] == "wood"
     assert materials[-1] == "metal"
 
 
-def test_after_a_change_looks_are_remembered_as_before() -> None:
+def test_after_a_change_recognitions_are_averaged_as_before() -> None:
     memory: Fused | None = None
     for look in [*[sees(wood=0.9)] * 10, *[sees(metal=0.9)] * CHANGE]:
         memory = fuse_recognition(memory, look)
@@ -128,30 +128,30 @@ def test_after_a_change_looks_are_remembered_as_before() -> None:
 
 
 @pytest.mark.parametrize("length", range(1, CHANGE))
-def test_a_short_stretch_of_wrong_looks_changes_nothing(length: int) -> None:
+def test_a_few_wrong_recognitions_change_nothing(length: int) -> None:
     glitch = [sees(fabric=0.9)] * length
     materials = felt([*[sees(wood=0.8)] * 20, *glitch, *[sees(wood=0.8)] * 20])
     assert set(materials) == {"wood"}
 
 
-def test_wrong_looks_that_do_not_agree_are_no_change() -> None:
+def test_wrong_recognitions_that_disagree_are_not_a_change() -> None:
     others = [sees(**{name: 0.9}) for name in MATERIALS[1:]]
     fused = fuse_recognitions([*[sees(wood=0.9)] * MEMORY, *others])
     assert fused.material == "wood"
 
 
-def test_doubtful_looks_are_no_change() -> None:
+def test_doubtful_recognitions_are_not_a_change() -> None:
     fused = fuse_recognitions([*[sees(wood=0.9)] * MEMORY, *[sees(metal=0.45)] * CHANGE])
     assert fused.material == "wood"
 
 
-def test_what_is_no_longer_recognised_fades_to_unknown() -> None:
+def test_an_object_no_longer_recognised_fades_to_unknown() -> None:
     materials = felt([*[sees(wood=0.9)] * 500, *[Evidence("encoder", ())] * 2 * MEMORY])
     assert materials[-1] == UNKNOWN
     assert flips(materials) == 1
 
 
-def test_a_look_that_leaves_much_open_counts_little() -> None:
+def test_a_recognition_that_leaves_much_open_counts_little() -> None:
     clear, poor = sees(wood=0.9), sees(metal=0.1)
     fused = fuse_recognitions([clear, poor, poor])
     assert fused.material == "wood"
@@ -187,7 +187,7 @@ def test_fused_beliefs_are_probabilities_best_first(stream: list[Evidence]) -> N
     assert beliefs == sorted(beliefs, reverse=True)
 
 
-def test_what_is_remembered_of_an_object_is_bounded() -> None:
+def test_the_state_of_an_object_is_bounded() -> None:
     rng = np.random.default_rng(1)
     memory: Fused | None = None
     for number in range(2000):

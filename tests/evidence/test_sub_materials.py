@@ -87,7 +87,7 @@ def test_a_name_leads_to_a_sub_material(name: str, material: str, kind: str | No
     assert make(name).sub_material(material) == kind
 
 
-def test_what_a_name_denies_or_imitates_counts_for_nothing() -> None:
+def test_denied_and_imitated_materials_do_not_count() -> None:
     for name in ("faux_brick_panel", "brick look tile", "non-copper pipe", "Cube.003", ""):
         assert not make(name).sub_materials, name
     assert make("Cube.003") is PLAIN
@@ -119,9 +119,7 @@ def test_a_sub_material_counts_for_its_own_material_only() -> None:
         ("canvas", "fabric", None),
     ],
 )
-def test_a_name_says_how_thick_a_thing_is(
-    name: str, material: str, millimetres: float | None
-) -> None:
+def test_a_name_gives_a_thickness(name: str, material: str, millimetres: float | None) -> None:
     metres = make(name).thickness_m.get(material)
 
     assert metres == (None if millimetres is None else pytest.approx(1e-3 * millimetres))
@@ -157,7 +155,7 @@ def test_a_word_of_a_sub_material_alone_means_one_of_its_materials() -> None:
         assert evidence.material in kind.of, run
 
 
-def test_every_row_is_of_known_materials_and_says_where_it_is_from() -> None:
+def test_every_row_has_known_materials_and_a_source() -> None:
     thin = [kind for rows in THICKNESSES.values() for kind in rows]
     assert len(BY_NAME) >= 30
     said = [(kind.of, kind.source) for kind in BY_NAME.values()]

@@ -59,7 +59,7 @@ def test_the_sun_goes_before_the_ambient() -> None:
     assert surface(SurfaceFacts("bench", material="wood", sunlit=True), ROOM).source == "sun"
 
 
-def test_nothing_known_is_as_warm_as_its_surroundings_and_says_so() -> None:
+def test_an_unknown_object_is_as_warm_as_its_surroundings_and_labelled() -> None:
     for facts in (SurfaceFacts(), SurfaceFacts("Stove"), SurfaceFacts("sofa", sunlit=False)):
         found = surface(facts, ROOM)
         assert (found.value_c, found.low_c, found.high_c) == (21.0, 19.0, 23.0)
@@ -70,7 +70,7 @@ def test_a_default_ambient_is_called_so() -> None:
     assert "default" in surface(SurfaceFacts(), ambient(None)).why
 
 
-def test_an_object_id_is_read_where_there_is_no_name() -> None:
+def test_an_object_id_is_read_without_a_name() -> None:
     assert surface(SurfaceFacts(object_id="IceCube_03"), ROOM).value_c == 0.0
     assert surface(SurfaceFacts("sofa", "IceCube_03"), ROOM).source == "ambient"
 
@@ -105,7 +105,7 @@ def test_an_object_id_is_read_where_there_is_no_name() -> None:
         ("fireplace_with_fire", 50, 350),
     ],
 )
-def test_a_name_says_how_hot_or_cold(name: str, low: float, high: float) -> None:
+def test_a_name_gives_a_temperature(name: str, low: float, high: float) -> None:
     assert low <= felt(name).value_c <= high
     assert felt(name).low_c <= felt(name).value_c <= felt(name).high_c
     assert felt(name).source == "name"
@@ -115,14 +115,14 @@ def test_a_name_says_how_hot_or_cold(name: str, low: float, high: float) -> None
     "name",
     ["Stove", "Mug", "Kettle", "Lamp_03", "Laptop", "Engine", "car_hood", "Fridge", "lava", "Beer"],
 )
-def test_a_thing_that_may_be_on_or_off_says_nothing_by_itself(name: str) -> None:
+def test_a_thing_that_may_be_on_or_off_gives_no_temperature_by_itself(name: str) -> None:
     assert by_name(name) is None
 
 
 @pytest.mark.parametrize(
     "name", ["StoveTop_Off", "fireplace_unlit", "cold_radiator", "radiator_off", "campfire_unlit"]
 )
-def test_what_is_off_says_nothing(name: str) -> None:
+def test_a_thing_that_is_off_gives_no_temperature(name: str) -> None:
     assert by_name(name) is None
 
 
@@ -131,7 +131,7 @@ def test_what_is_off_says_nothing(name: str) -> None:
     """not_hot_pan mug_without_steam no_fire toy_stove_on fake_ice_cube felt_snowman glass_icicle
     plastic_ice_cube""".split(),  # noqa: SIM905
 )
-def test_negations_and_imitations_say_nothing(name: str) -> None:
+def test_negations_and_imitations_give_no_temperature(name: str) -> None:
     assert by_name(name) is None
 
 
@@ -143,17 +143,17 @@ def test_negations_and_imitations_say_nothing(name: str) -> None:
     stove_off_white fridge_magnet lava_lamp Fridge_Open Fire_Red_Car Hot_Wheels
     water_heater""".split(),  # noqa: SIM905
 )
-def test_a_false_friend_says_nothing(name: str) -> None:
+def test_a_false_friend_gives_no_temperature(name: str) -> None:
     assert by_name(name) is None
 
 
 @pytest.mark.parametrize("name", ["kettle_on_stove", "lamp_on_table", "Pot_On_Stove_02"])
-def test_on_before_a_place_is_no_state(name: str) -> None:
+def test_on_before_a_place_is_not_a_state(name: str) -> None:
     assert by_name(name) is None
 
 
 @pytest.mark.parametrize("name", ["hot_cold_mug", "stove_on_off", "frozen_boiling_water"])
-def test_states_that_contradict_each_other_say_nothing(name: str) -> None:
+def test_states_that_contradict_each_other_give_no_temperature(name: str) -> None:
     assert by_name(name) is None
 
 
@@ -165,7 +165,7 @@ def test_nothing_cold_is_warmer_than_the_air_and_nothing_hot_colder() -> None:
     assert felt("hot_tub", Ambient(45.0, 44.0, 46.0, "scene")).value_c == 45.0
 
 
-def test_nobody_heats_in_a_heat_wave_unless_the_name_says_so() -> None:
+def test_in_hot_air_a_radiator_is_off_unless_the_name_states_on() -> None:
     assert by_name("radiator", HEAT_WAVE) is None
     assert felt("radiator_on", HEAT_WAVE).value_c == 50.0
 
@@ -182,7 +182,7 @@ def test_why_names_the_thing_its_state_and_the_source() -> None:
 
 
 @pytest.mark.parametrize(("name", "end"), [("campfire", MOST_C), ("liquid_nitrogen", LEAST_C)])
-def test_what_lies_outside_the_wires_range_is_clamped_and_said_so(name: str, end: float) -> None:
+def test_a_value_outside_the_wires_range_is_clamped_and_labelled(name: str, end: float) -> None:
     assert felt(name).value_c == end
     assert "clamped" in felt(name).why
 
@@ -217,7 +217,7 @@ def test_dark_asphalt_at_noon_is_as_hot_as_it_is_found_to_be() -> None:
     assert asphalt.high_c >= 65.0
 
 
-def test_dark_is_hotter_than_pale_and_unsaid_lies_between() -> None:
+def test_dark_is_hotter_than_pale_and_an_unstated_colour_lies_between() -> None:
     dark, plain, pale = (in_sun("metal", name).value_c for name in ("black car", "car", "WhiteCar"))
     assert dark > plain > pale
 
@@ -242,7 +242,7 @@ def test_the_sun_rule_is_the_published_one() -> None:
         SurfaceFacts(material="my_felt", sunlit=True),
     ],
 )
-def test_without_sun_or_material_the_sun_says_nothing(facts: SurfaceFacts) -> None:
+def test_without_sun_or_material_there_is_no_rise(facts: SurfaceFacts) -> None:
     assert sunned(facts, ROOM) is None
 
 

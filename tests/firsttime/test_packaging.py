@@ -35,9 +35,9 @@ def test_the_container_runs_the_service_without_root_behind_a_token():
     assert last("USER") != "root"
     words = [*yaml.safe_load(last("ENTRYPOINT")), *yaml.safe_load(last("CMD"))]
     given = _parser().parse_args(words[1:])
-    serving = serve.resolve_options(given, {"HAPTICVLM_TOKEN": "choose-a-long-secret"})
-    assert service_info.address(serving).host == "0.0.0.0"
-    assert str(serving.port) == last("EXPOSE")
+    options = serve.resolve_options(given, {"HAPTICVLM_TOKEN": "choose-a-long-secret"})
+    assert service_info.address(options).host == "0.0.0.0"
+    assert str(options.port) == last("EXPOSE")
 
 
 @pytest.mark.parametrize(

@@ -9,11 +9,10 @@ from recorded_session import record
 from hapticvlm.materials import MATERIALS
 from hapticvlm.recordings import timeline
 from hapticvlm.recordings.page import page
+from hapticvlm.recordings.recorder import SESSION_LOG
 from hapticvlm.recordings.replay import LONGEST_S, replay, waveform
 from hapticvlm.recordings.session_log import SessionLogError
 from hapticvlm.rendering.vibration.voices import Voices
-
-LOG = "tape.jsonl"
 
 
 @pytest.fixture
@@ -23,9 +22,9 @@ def session(tmp_path):
 
 def change(session, **fields):
     """Change the first line that names a picture."""
-    lines = [json.loads(text) for text in (session / LOG).read_text().splitlines()]
+    lines = [json.loads(text) for text in (session / SESSION_LOG).read_text().splitlines()]
     next(line for line in lines if "file" in line).update(fields)
-    (session / LOG).write_text("".join(json.dumps(line) + "\n" for line in lines))
+    (session / SESSION_LOG).write_text("".join(json.dumps(line) + "\n" for line in lines))
 
 
 def test_the_page_takes_the_place_of_a_link_and_never_follows_it(session, tmp_path):
@@ -48,7 +47,7 @@ def test_a_picture_outside_the_folder_is_refused(session, name):
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="pipes with a name, which Windows lacks")
-def test_a_picture_that_is_a_pipe_is_refused_and_nobody_waits_for_it(session):
+def test_a_picture_that_is_a_pipe_is_refused_without_waiting(session):
     os.mkfifo(session / "pipe.jpg")
     change(session, file="pipe.jpg")
     with pytest.raises(SessionLogError, match="regular file"):

@@ -1,14 +1,14 @@
-"""When a record begins: with the first message, or when a scene stays without one."""
+"""A record begins with the first message, or when a scene stays without one."""
 
 from hapticvlm.recordings.lines import Input, Key, Line
-from hapticvlm.recordings.recorder import MOST_HELD, LateRecord
+from hapticvlm.recordings.recorder import MAX_HELD, LateRecord
 
 TICK: Line = {Key.IN: Input.TICK, Key.NOW: 1.0}
 MESSAGE: Line = {Key.IN: Input.MESSAGE, Key.NOW: 2.0}
 
 
 class Begun:
-    """What was written, and how often it was begun."""
+    """Counts how often a record was begun, and keeps its lines."""
 
     def __init__(self):
         self.lines = []
@@ -22,7 +22,7 @@ class Begun:
 def test_nothing_is_begun_for_one_that_only_says_hello():
     begun = Begun()
     record = LateRecord(begun.begin)
-    for _ in range(MOST_HELD - 1):
+    for _ in range(MAX_HELD - 1):
         record(TICK, None)
     assert (begun.times, begun.lines) == (0, [])
 
@@ -38,6 +38,6 @@ def test_the_first_message_begins_it_and_no_line_before_is_lost():
 def test_a_scene_that_stays_silent_is_recorded_too():
     begun = Begun()
     record = LateRecord(begun.begin)
-    for _ in range(MOST_HELD + 3):
+    for _ in range(MAX_HELD + 3):
         record(TICK, None)
-    assert (begun.times, len(begun.lines)) == (1, MOST_HELD + 3)
+    assert (begun.times, len(begun.lines)) == (1, MAX_HELD + 3)

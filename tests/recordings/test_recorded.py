@@ -1,14 +1,29 @@
-"""The session log is a file format: its names stay when code is renamed."""
+"""The session log is a file format: its names stay when code is renamed, and version 1 is read."""
 
+import json
+import shutil
+from pathlib import Path
 from typing import Any
 
+import numpy as np
+import pytest
+
+from hapticvlm.materials import MATERIALS
 from hapticvlm.messages import Scene, SceneObject, Stop, Touch
+from hapticvlm.recordings import timeline, version_1
+from hapticvlm.recordings.lines import Input, Output
 from hapticvlm.recordings.recorded_session import RecordedSession
+from hapticvlm.recordings.recorder import SESSION_LOG
+from hapticvlm.recordings.replay import replay, waveform
+from hapticvlm.recordings.session_log import SessionLogError, read_session_log
 from hapticvlm.rendering.heat.limits import AT_REST
+from hapticvlm.rendering.vibration.voices import Voices
 from hapticvlm.session.settings import SessionSettings
 
+VERSION_1 = Path(__file__).parent / "version_1"
 
-def test_the_names_in_a_session_log_are_those_of_older_logs():
+
+def test_the_names_in_a_session_log_are_those_of_format_version_2():
     lines = []
     given: dict[str, Any] = {"captured_at": 1.0, "hand": "right", "speed_mps": 0.3, "force_n": 1.0}
     session = RecordedSession(
@@ -23,6 +38,59 @@ def test_the_names_in_a_session_log_are_those_of_older_logs():
     session.receive(Stop(id=4, scope="all"), 61.0)
     outputs = [output for line in lines for output in line.get("out", [])]
     names = [output["do"] for output in outputs]
-    assert names == ["Feel", "say", "Heat", "LetGo", "RestPlate", "HoldAtRest"]
-    assert outputs[0]["command"]["stroke"] == {"speed_mps": 0.3, "force_n": 1.0}
+    assert names == [
+        "play_vibration",
+        "decision",
+        "drive_plate",
+        "release_hand",
+        "rest_plate",
+        "hold_outputs",
+    ]
+    assert outputs[0]["command"]["motion"] == {"speed_mps": 0.3, "force_n": 1.0}
     assert [line["in"] for line in lines if "in" in line][:3] == ["message", "message", "tick"]
+
+
+def test_a_session_of_version_1_replays_bit_for_bit_with_every_kind_of_line():
+    outcome = replay(VERSION_1, MATERIALS)
+    assert outcome.is_same, outcome.first_difference
+    assert outcome.outputs == 32
+    assert set(outcome.counts) == set(Input)
+    lines = list(read_session_log(VERSION_1))
+    assert {output["do"] for line in lines for output in line.get("out", [])} == set(Output)
+    wave = waveform(outcome, Voices())
+    assert np.abs(wave).max() > 0.01
+    assert np.array_equal(wave, waveform(replay(VERSION_1, MATERIALS), Voices()))
+    assert {touch.object_id for touch in timeline.read(VERSION_1, MATERIALS, Voices()).touches} >= {
+        "mug",
+        "thing",
+        "stool",
+    }
+
+
+@pytest.mark.parametrize(
+    ("field", "other"),
+    [('"force_n": 1.0', '"force_n": 1.5'), ('"setpoint_c": 31.5', '"setpoint_c": 31.6')],
+)
+def test_a_change_in_a_session_of_version_1_makes_its_replay_differ(field, other, tmp_path):
+    copy = shutil.copytree(VERSION_1, tmp_path / "copy")
+    log = copy / version_1.SESSION_LOG
+    log.write_text(log.read_text().replace(field, other, 1))
+    assert replay(copy, MATERIALS).differing > 0
+
+
+def test_a_damaged_line_of_version_1_is_named_with_its_place(tmp_path):
+    copy = shutil.copytree(VERSION_1, tmp_path / "copy")
+    log = copy / version_1.SESSION_LOG
+    log.write_text(log.read_text().replace('"do": "Heat"', '"heat": 1', 1))
+    with pytest.raises(SessionLogError, match=r"tape\.jsonl:\d+: .*line"):
+        replay(copy, MATERIALS)
+
+
+@pytest.mark.parametrize("version", [3, 0, "two", None, [1]])
+def test_a_session_of_an_unknown_version_is_refused_with_the_versions_that_are_read(
+    version, tmp_path
+):
+    head = {"line": 0, "head": {"version": version}}
+    (tmp_path / SESSION_LOG).write_text(json.dumps(head) + "\n")
+    with pytest.raises(SessionLogError, match=r"session\.jsonl:1: format version .*1 to 2.*update"):
+        replay(tmp_path, MATERIALS)

@@ -1,4 +1,4 @@
-"""The record when the disk is slow or full, and who else it must not disturb."""
+"""Recording on a slow or full disk loses lines, counts them, and disturbs nothing else."""
 
 import asyncio
 import json
@@ -32,7 +32,7 @@ def until_written(recorder):
     pace.until(lambda: not recorder.is_writing)
 
 
-def test_lines_that_a_slow_disk_loses_leave_a_gap_in_the_tape(tmp_path):
+def test_lines_that_a_slow_disk_loses_leave_a_gap_in_the_session_log(tmp_path):
     recorder = Recorder(tmp_path, frames=False)
     tell = recorder.begin({"owner": True})
     told = 4 * MAX_WAITING
@@ -116,7 +116,7 @@ def test_a_line_that_a_full_disk_cuts_is_not_kept(tmp_path):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux limits another process's files")
-async def test_on_a_full_disk_the_session_goes_on_and_the_loss_is_counted_shown_and_on_the_tape(
+async def test_on_a_full_disk_the_session_goes_on_and_the_loss_is_counted_shown_and_logged(
     tmp_path,
 ):
     import resource

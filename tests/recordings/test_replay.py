@@ -1,4 +1,4 @@
-"""Records of real sessions, run again: the same outputs bit for bit, or a clear word why not."""
+"""Real sessions are recorded and replayed: the same outputs bit for bit, or an error says why."""
 
 import asyncio
 import json
@@ -17,6 +17,7 @@ from hapticvlm import captures
 from hapticvlm.client.local_service import running
 from hapticvlm.materials import MATERIALS
 from hapticvlm.recordings import replay
+from hapticvlm.recordings.recorder import SESSION_LOG
 
 
 async def a_scene(service):
@@ -76,7 +77,7 @@ def test_a_record_runs_again_bit_for_bit_and_its_sound_is_the_same_each_time(rec
     told = json.loads(command("replay", record[0], "--json").stdout)
     assert told["replay"] == "same"
     assert told["outputs"] > 20
-    assert told["counts"]["look"] > 5
+    assert told["counts"]["recognition"] > 5
     (one, _), (two, _) = map(soundfile.read, waves)  # the files' heads hold the time of writing
     assert np.array_equal(one, two)
     assert np.abs(one).max() > 0.01
@@ -111,13 +112,13 @@ def test_a_record_is_a_capture_that_can_be_streamed(record):
     assert all(picture[:2] == b"\xff\xd8" for picture in pictures)
 
 
-def test_decisions_lie_beside_the_tape(record):
+def test_decisions_lie_beside_the_session_log(record):
     rows = (record[0] / "decisions.jsonl").read_text().splitlines()
     assert {"table", "thing"} <= {json.loads(row).get("object_id") for row in rows}
 
 
 def test_a_changed_touch_makes_the_outputs_differ_and_the_first_place_is_named(copy):
-    log = copy / "tape.jsonl"
+    log = copy / SESSION_LOG
     rows = log.read_text().splitlines(keepends=True)
     slide = next(i for i, row in enumerate(rows) if '"slide"' in row and '"in"' in row)
     rows[slide] = rows[slide].replace('"force_n": 1.5', '"force_n": 1.501')
@@ -128,8 +129,8 @@ def test_a_changed_touch_makes_the_outputs_differ_and_the_first_place_is_named(c
     assert "NOT as recorded" in done.stdout
 
 
-def test_a_lost_line_is_said(copy):
-    log = copy / "tape.jsonl"
+def test_a_lost_line_is_counted(copy):
+    log = copy / SESSION_LOG
     rows = log.read_text().splitlines(keepends=True)
     lost = next(index for index, row in enumerate(rows) if '"in": "tick"' in row)
     log.write_text("".join(rows[:lost] + rows[lost + 1 :]))
@@ -139,14 +140,14 @@ def test_a_lost_line_is_said(copy):
 @pytest.mark.parametrize(
     ("wound", "word"),
     [
-        (lambda text: text[: text.index('"slide"') + 3], "incomplete, or no JSON"),
-        (lambda _: "", "no head"),
+        (lambda text: text[: text.index('"slide"') + 3], "incomplete, or not JSON"),
+        (lambda _: "", "head is missing"),
         (lambda text: text.replace('"materials": ["wood"', '"materials": ["velcro"'), "--gallery"),
         (lambda text: text + '{"line": 9999, "in": "message", "now": 1}\n', "not a line"),
     ],
 )
-def test_a_tape_that_cannot_be_run_is_named_with_its_place(copy, wound, word):
-    log = copy / "tape.jsonl"
+def test_a_session_log_that_cannot_be_replayed_is_named_with_its_place(copy, wound, word):
+    log = copy / SESSION_LOG
     log.write_text(wound(log.read_text()))
     done = command("replay", copy)
     assert done.returncode == 2
@@ -154,21 +155,21 @@ def test_a_tape_that_cannot_be_run_is_named_with_its_place(copy, wound, word):
     assert len(done.stderr.splitlines()) == 1
 
 
-def test_a_folder_without_a_tape_is_said_in_one_line(tmp_path):
+def test_a_folder_without_a_session_log_is_reported_in_one_line(tmp_path):
     done = command("replay", tmp_path)
     assert done.returncode == 2
     assert "record" in done.stderr
 
 
-def test_recognising_anew_with_the_same_encoder_sees_the_same(record):
+def test_recognising_again_with_the_same_encoder_finds_the_same(record):
     done = command("replay", record[0], "--recognise", "--json")
     told = json.loads(done.stdout)
     assert done.returncode == 0, done.stderr
-    assert told["counts"]["recognised anew"] == told["counts"]["look"]
+    assert told["counts"]["recognised again"] == told["counts"]["recognition"]
     assert told["counts"]["recognised differently"] == 0
 
 
-async def test_without_being_asked_no_picture_is_kept_and_the_tape_still_runs(tmp_path):
+async def test_without_being_asked_no_picture_is_kept_and_the_session_still_replays(tmp_path):
     with running(["--record", str(tmp_path)]) as service:
         welcome = await a_scene(service)
         await asyncio.sleep(0.5)
@@ -177,7 +178,7 @@ async def test_without_being_asked_no_picture_is_kept_and_the_tape_still_runs(tm
     assert sorted(path.name for path in session.iterdir()) == [
         "capture.jsonl",
         "decisions.jsonl",
-        "tape.jsonl",
+        SESSION_LOG,
     ]
     outcome = replay.replay(session, MATERIALS)
     assert outcome.is_same

@@ -8,6 +8,7 @@ from recorded_session import record
 
 from hapticvlm.materials import MATERIALS
 from hapticvlm.recordings import timeline
+from hapticvlm.recordings.recorder import SESSION_LOG
 from hapticvlm.recordings.session_log import SessionLogError
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 from hapticvlm.rendering.vibration.voices import Voices
@@ -46,12 +47,12 @@ def test_names_decisions_and_plate_are_found_at_their_times(session):
 
 
 def test_a_folder_without_a_session_is_refused_with_its_name(tmp_path):
-    with pytest.raises(SessionLogError, match=r"tape\.jsonl.*record"):
+    with pytest.raises(SessionLogError, match=r"session\.jsonl.*record"):
         read(tmp_path)
 
 
 def test_a_session_in_which_nothing_was_sent_says_so(session):
-    log = session / "tape.jsonl"
+    log = session / SESSION_LOG
     head = log.read_text().splitlines()[0]
     assert "head" in json.loads(head)
     log.write_text(head + "\n")

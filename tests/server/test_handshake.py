@@ -13,7 +13,7 @@ from hapticvlm import __version__
 from hapticvlm.materials import MATERIALS
 from hapticvlm.messages import PROTOCOL_MAJOR, Device, Devices, Error, Models, Stop
 from hapticvlm.recordings.recorded_session import RecordedSession
-from hapticvlm.recordings.recorder import Recorder
+from hapticvlm.recordings.recorder import SESSION_LOG, Recorder
 from hapticvlm.server import handshake
 from hapticvlm.server.access import Address
 from hapticvlm.server.edge.limits import (
@@ -224,7 +224,7 @@ async def test_scenes_are_recorded_when_sessions_are_kept_and_observers_are_not(
     scene.session.receive(Stop(id=2, scope="all"), 0.0)
     recorder.close()
     (kept,) = tmp_path.iterdir()
-    assert "head" in (kept / "tape.jsonl").read_text().splitlines()[0]
+    assert "head" in (kept / SESSION_LOG).read_text().splitlines()[0]
 
 
 def test_a_flood_of_wrong_tokens_is_two_lines_of_the_log(caplog):

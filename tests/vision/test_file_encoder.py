@@ -1,9 +1,11 @@
-"""Image networks in one file: real ONNX graphs, tiny, read by OpenVINO; and their refusals."""
+"""Image networks in one file: tiny ONNX graphs run by onnxruntime; and their refusals."""
 
 import json
 import sys
 import threading
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -78,7 +80,7 @@ def test_a_network_of_other_classes_gives_its_features_alone(tmp_path: Path) -> 
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc, which only Linux has")
-def test_looking_leaves_the_process_free_to_run_on_every_core(tmp_path: Path) -> None:
+def test_embedding_leaves_the_process_free_to_run_on_every_core(tmp_path: Path) -> None:
     encoder = load_encoder(str(write_classifier(tmp_path / "tiny.onnx")))
     status = Path(f"/proc/self/task/{threading.get_native_id()}/status")
     free, seen, looked = _cores(status), set[str](), threading.Event()
@@ -96,7 +98,7 @@ def test_looking_leaves_the_process_free_to_run_on_every_core(tmp_path: Path) ->
     assert seen == {free}
 
 
-def test_its_name_tells_its_weights_apart(tmp_path: Path) -> None:
+def test_its_name_depends_on_its_weights(tmp_path: Path) -> None:
     first = load_encoder(str(write_classifier(tmp_path / "a.onnx")))
     (tmp_path / "other").mkdir()
     other = load_encoder(str(write_classifier(tmp_path / "other" / "a.onnx", seed=2)))
@@ -125,32 +127,132 @@ def test_the_preprocessing_file_beside_it_counts(tmp_path: Path) -> None:
         load_encoder(str(path))
 
 
-def test_what_is_no_network_is_refused_in_one_line(tmp_path: Path) -> None:
+def test_a_file_that_is_not_a_network_is_refused_in_one_line(tmp_path: Path) -> None:
     with pytest.raises(EncoderError, match="no such file"):
-        load_encoder(str(tmp_path / "absent.tflite"))
-    for name in ("broken.onnx", "broken.tflite"):
-        (tmp_path / name).write_bytes(b"no network at all" * 9)
-        with pytest.raises(EncoderError, match=f"{name}` cannot be read") as caught:
-            load_encoder(str(tmp_path / name))
+        load_encoder(str(tmp_path / "absent.onnx"))
+    whole = write_classifier(tmp_path / "whole.onnx").read_bytes()
+    for data in (b"", b"no network at all" * 9, whole[:-9], whole[: len(whole) // 2], b"\xff" * 40):
+        (tmp_path / "broken.onnx").write_bytes(data)
+        with pytest.raises(EncoderError, match=r"broken\.onnx` cannot be read") as caught:
+            load_encoder(str(tmp_path / "broken.onnx"))
         assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
-def test_openvinos_own_format_is_no_onnx_file_whatever_its_name(
-    tmp_path: Path, encoding: str
-) -> None:
-    path = tmp_path / "disguised.onnx"
-    path.write_text('\n <?xml version="1.0"?><net name="x" version="11"/>', encoding=encoding)
-    with pytest.raises(EncoderError, match="it holds XML"):
+def test_a_tflite_file_is_refused_with_what_to_do(tmp_path: Path) -> None:
+    path = tmp_path / "network.tflite"
+    path.write_bytes(b"TFL3")
+    with pytest.raises(EncoderError, match=r"network\.tflite: TFLite files are not read.*ONNX"):
         load_encoder(str(path))
 
 
-def test_without_the_extra_it_says_what_to_install(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
+def test_xml_is_refused_whatever_its_name(tmp_path: Path, encoding: str) -> None:
+    path = tmp_path / "disguised.onnx"
+    path.write_text('\n <?xml version="1.0"?><net name="x" version="11"/>', encoding=encoding)
+    with pytest.raises(EncoderError, match=r"disguised\.onnx` cannot be read"):
+        load_encoder(str(path))
+
+
+def write_network(
+    path: Path, shape: Sequence[Any], nodes: Sequence[Any], outputs: list[str], kind: int = 1
+) -> Path:
+    """Write FILE.onnx with an input "pixels" of this shape and type, and these nodes."""
+    from onnx import helper, numpy_helper
+
+    kernel = np.random.default_rng(3).normal(size=(8, 3, 4, 4)).astype(np.float32)
+    graph = helper.make_graph(
+        nodes,
+        "network",
+        [helper.make_tensor_value_info("pixels", kind, shape)],
+        [helper.make_tensor_value_info(name, kind, None) for name in outputs],
+        [numpy_helper.from_array(kernel.astype(helper.tensor_dtype_to_np_dtype(kind)), "kernel")],
+    )
+    model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=8)
+    path.write_bytes(model.SerializeToString())
+    return path
+
+
+def test_a_file_that_leaves_its_size_open_is_run_at_224_px(tmp_path: Path) -> None:
+    from onnx import helper
+
+    nodes = [
+        helper.make_node("Conv", ["pixels", "kernel"], ["map"], strides=[4, 4]),
+        helper.make_node("ReduceMean", ["map"], ["mean"], axes=[2, 3], keepdims=0),
+    ]
+    path = write_network(tmp_path / "open.onnx", ["n", 3, "h", "w"], nodes, ["mean"])
+    encoder = load_encoder(str(path))
+    assert (encoder.side, encoder.dimension) == (224, 8)
+    left, right = (
+        Crop(picture(1, 224), np.roll(np.arange(224 * 224).reshape(224, 224) < 25_088, by, 0))
+        for by in (0, 112)
+    )
+    first, second = encoder.embed([left, right])
+    assert np.abs(first - second).max() > 1e-3
+
+
+@pytest.mark.parametrize(("kind", "most"), [(1, 1e-6), (10, 3e-3)])
+def test_floats_of_either_size_are_read_with_colours_last(
+    tmp_path: Path, kind: int, most: float
 ) -> None:
+    from onnx import helper
+
+    nodes = [
+        helper.make_node("Transpose", ["pixels"], ["first"], perm=[0, 3, 1, 2]),
+        helper.make_node("Conv", ["first", "kernel"], ["map"], strides=[4, 4]),
+        helper.make_node("GlobalAveragePool", ["map"], ["mean"]),
+    ]
+    path = write_network(tmp_path / "last.onnx", [1, SIDE, SIDE, 3], nodes, ["mean"], kind)
+    full = Crop(picture(2, SIDE), np.full((SIDE, SIDE), 255, np.uint8))
+    embedding = load_encoder(str(path)).embed([full])[0]
+    kernel = np.random.default_rng(3).normal(size=(8, 3, 4, 4)).astype(np.float32)
+    levels = (full.image.astype(np.float32) / 255.0 - 0.5) / 0.5
+    cells = levels.reshape(8, 4, 8, 4, 3).transpose(0, 2, 4, 1, 3).mean(axis=(0, 1))
+    expected = (kernel * cells).sum(axis=(1, 2, 3))
+    assert np.allclose(embedding, expected / np.linalg.norm(expected), atol=most)
+
+
+def test_weights_are_read_from_the_folder_of_the_file_alone(tmp_path: Path) -> None:
+    import onnx
+
     path = write_classifier(tmp_path / "tiny.onnx")
-    monkeypatch.setitem(sys.modules, "openvino", None)
-    with pytest.raises(EncoderError, match="install openvino"):
+    whole = load_encoder(str(path)).embed([crop(1, SIDE)])
+    apart = tmp_path / "apart"
+    apart.mkdir()
+    onnx.save(
+        onnx.load(path),
+        apart / "tiny.onnx",
+        save_as_external_data=True,
+        location="tiny.weights",
+        size_threshold=0,
+    )
+    assert np.allclose(load_encoder(str(apart / "tiny.onnx")).embed([crop(1, SIDE)]), whole)
+    model = onnx.load(apart / "tiny.onnx", load_external_data=False)
+    for tensor in model.graph.initializer:
+        for entry in tensor.external_data:
+            entry.value = "../tiny.weights" if entry.key == "location" else entry.value
+    (apart / "tiny.onnx").write_bytes(model.SerializeToString())
+    (apart / "tiny.weights").rename(tmp_path / "tiny.weights")
+    with pytest.raises(EncoderError, match=r"tiny\.onnx` cannot be read"):
+        load_encoder(str(apart / "tiny.onnx"))
+
+
+@pytest.mark.parametrize(
+    ("shape", "kind", "reason"),
+    [
+        ([4, 3, SIDE, SIDE], 1, "4 pictures at once"),
+        (["n", 3, SIDE, 2 * SIDE], 1, "not a square"),
+        (["n", 5, SIDE, SIDE], 1, "its input is"),
+        (["n", 3, SIDE, SIDE], 11, "tensor.double"),
+    ],
+)
+def test_an_input_that_is_not_a_picture_is_refused(
+    tmp_path: Path, shape: list[object], kind: int, reason: str
+) -> None:
+    from onnx import helper
+
+    nodes = [helper.make_node("Relu", ["pixels"], ["map"])]
+    path = write_network(tmp_path / "odd.onnx", shape, nodes, ["map"], kind)
+    with pytest.raises(EncoderError, match=reason):
         load_encoder(str(path))
 
 

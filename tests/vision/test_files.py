@@ -104,9 +104,7 @@ def test_sixteen_bits_of_grey_are_scaled_not_clipped(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("suffix", ["png", "webp"])
-def test_what_is_transparent_shows_the_ground_not_what_hides_below(
-    tmp_path: Path, suffix: str
-) -> None:
+def test_transparent_pixels_get_the_ground_colour(tmp_path: Path, suffix: str) -> None:
     image = picture().convert("RGBA")
     image.putalpha(Image.fromarray(np.repeat([[255] * 30 + [0] * 30], HEIGHT, 0).astype(np.uint8)))
     path = saved(
@@ -121,7 +119,7 @@ def test_what_is_transparent_shows_the_ground_not_what_hides_below(
 def test_an_animation_is_refused_with_its_length(tmp_path: Path, suffix: str) -> None:
     turned = picture().transpose(Image.Transpose.FLIP_LEFT_RIGHT)
     path = saved(tmp_path / f"one.{suffix}", picture(), save_all=True, append_images=[turned])
-    with pytest.raises(FileError, match=r"one\.\w+: an animation of 2 pictures"):
+    with pytest.raises(FileError, match=r"one\.\w+: .*animation of 2 pictures"):
         read_frame(path)
 
 
@@ -149,10 +147,10 @@ def test_a_large_picture_is_shrunk_with_its_mask(tmp_path: Path) -> None:
     "content",
     [b"", b"text", b"\xff\xd8\xff", b"\x89PNG\r\n\x1a\n", b"GIF89a" + b"\0" * 20, b"BM" * 40],
 )
-def test_what_is_no_picture_is_refused_by_name(tmp_path: Path, content: bytes) -> None:
+def test_a_file_that_is_not_a_picture_is_refused_by_name(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "one.png"
     path.write_bytes(content)
-    with pytest.raises(FileError, match=r"one\.png: no JPEG, PNG or WebP"):
+    with pytest.raises(FileError, match=r"one\.png: .*JPEG, PNG or WebP"):
         read_frame(path)
 
 
@@ -167,11 +165,11 @@ def test_a_torn_picture_is_refused_by_name(tmp_path: Path, suffix: str) -> None:
 @pytest.mark.parametrize("side", [10_000, 20_000])
 def test_a_picture_that_unfolds_into_gigabytes_is_refused(tmp_path: Path, side: int) -> None:
     path = saved(tmp_path / "bomb.png", Image.new("1", (side, side)))
-    with pytest.raises(FileError, match="px; shrink it"):
+    with pytest.raises(FileError, match="shrink"):
         read_frame(path)
 
 
-def test_what_is_not_there_is_refused_by_name(tmp_path: Path) -> None:
+def test_a_missing_file_is_refused_by_name(tmp_path: Path) -> None:
     with pytest.raises(FileError, match=r"one\.png: No such file"):
         read_frame(tmp_path / "one.png")
 
@@ -202,7 +200,7 @@ def test_a_mask_is_of_the_upright_picture(tmp_path: Path) -> None:
         read_frame(path, lying)
 
 
-def test_a_mask_of_nothing_is_refused_by_name(tmp_path: Path) -> None:
+def test_an_empty_mask_is_refused_by_name(tmp_path: Path) -> None:
     path = saved(tmp_path / "one.png", picture())
     mask = saved(tmp_path / "mask.png", Image.new("L", (WIDTH, HEIGHT)))
     with pytest.raises(FileError, match=r"mask\.png: no pixel is nonzero"):

@@ -39,7 +39,7 @@ def frame(seed: int = 1, side: int = 256, **fields: object) -> Frame:
 
 
 def recognise(recogniser: FrameRecogniser, shown: Frame, *, force: bool = True):
-    return recogniser.recognise(msgspec.msgpack.encode(shown), "cup", 0.0, force=force)
+    return recogniser.recognise(shown, "cup", 0.0, force=force)
 
 
 def counted_decodes(monkeypatch: pytest.MonkeyPatch) -> list[int]:
@@ -58,7 +58,7 @@ def beliefs(evidence: Evidence) -> list[float]:
     return [belief for _, belief in evidence.beliefs]
 
 
-def test_regions_compared_together_give_what_single_looks_give(
+def test_regions_compared_together_give_the_same_as_one_by_one(
     encoder: Encoder, gallery: Gallery
 ) -> None:
     recogniser, shown = FrameRecogniser(encoder, gallery), frame()
@@ -108,23 +108,18 @@ def test_a_region_outside_the_frame_is_refused_by_field(encoder: Encoder, galler
         )
 
 
-def test_what_was_seen_while_warming_up_does_not_hide_the_first_picture(
+def test_the_warm_up_picture_does_not_hide_the_first_one(
     encoder: Encoder, gallery: Gallery
 ) -> None:
     recogniser = FrameRecogniser(encoder, gallery)
     recogniser.warm_up()
     grey = simplejpeg.encode_jpeg(np.full((64, 64, 3), 127, np.uint8))
     shown = frame(width=64, height=64, image=grey)
-    assert (
-        recogniser.recognise(msgspec.msgpack.encode(shown), "", 0.0, force=False).evidence
-        is not None
-    )
-    assert (
-        recogniser.recognise(msgspec.msgpack.encode(shown), "", 0.0, force=False).evidence is None
-    )
+    assert recogniser.recognise(shown, "", 0.0, force=False).evidence is not None
+    assert recogniser.recognise(shown, "", 0.0, force=False).evidence is None
 
 
-def test_an_encoder_that_fails_is_our_fault_and_no_evidence(
+def test_an_encoder_that_fails_is_our_fault_and_not_evidence(
     encoder: Encoder, gallery: Gallery
 ) -> None:
     """The tiny encoder has no direction for black."""

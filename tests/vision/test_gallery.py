@@ -79,7 +79,7 @@ def test_beliefs_agree_with_the_formula_written_out() -> None:
     assert np.allclose(gallery.beliefs(x[None])[0], expected, rtol=1e-5)
 
 
-def test_a_match_says_what_the_beliefs_say() -> None:
+def test_a_match_equals_the_beliefs() -> None:
     gallery = small()
     for embedding in np.concatenate(
         [unit(5, 20), gallery.references, np.zeros((1, 64), np.float32)]
@@ -102,7 +102,7 @@ def large(count: int, seed: int = 3) -> Gallery:
     return Gallery("test-1", ("wood", "glass", "metal"), references, labels, calibration)
 
 
-def test_ten_thousand_references_say_what_thirty_say() -> None:
+def test_ten_thousand_references_give_the_same_as_thirty() -> None:
     few, many = large(30), large(10_000)
     for place, embedding in enumerate(unit(1, 3, 128)):
         one, other = few.match(embedding), many.match(embedding)
@@ -142,13 +142,13 @@ def test_one_reference_alone_is_matched_or_unknown() -> None:
     assert lone.match(-lone.references[0]).confidence < 0.1
 
 
-def test_a_gallery_of_nothing_knows_nothing() -> None:
+def test_an_empty_gallery_gives_no_beliefs() -> None:
     none = np.zeros((0, 64), np.float32)
     empty = Gallery("t", (), none, np.zeros(0, np.int64), Calibration(12.0, 12.0, 0.5))
     assert empty.match(unit(1, 1)[0]).material is None
 
 
-def test_references_that_are_not_finite_say_nothing_instead_of_nonsense() -> None:
+def test_references_that_are_not_finite_give_no_beliefs() -> None:
     gallery = small()
     rotten = gallery.references.copy()
     rotten[2, 5] = np.nan
@@ -165,7 +165,7 @@ def test_no_calibration_overflows(sharpness: float, slope: float) -> None:
         assert np.isfinite(gallery.scores(embedding[None])).all()
 
 
-def test_what_resembles_references_of_none_of_the_materials_is_unknown() -> None:
+def test_a_picture_near_the_unknown_references_is_unknown() -> None:
     gallery = small()
     stranger = unit(50, 1)
     known = plus(gallery, "metal", stranger)
@@ -182,7 +182,7 @@ def test_scores_and_beliefs_can_be_had_for_many_at_once() -> None:
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
-def test_an_embedding_that_is_not_finite_says_nothing(value: float) -> None:
+def test_an_embedding_that_is_not_finite_gives_no_beliefs(value: float) -> None:
     broken = unit(1, 1)[0].copy()
     broken[3] = value
     evidence = small().match(broken)
@@ -215,7 +215,7 @@ def test_a_gallery_of_another_encoder_is_refused_naming_both(tmp_path: Path) -> 
     assert encoder.name in str(caught.value)
 
 
-def test_files_that_are_no_gallery_are_refused(tmp_path: Path) -> None:
+def test_files_that_are_not_galleries_are_refused(tmp_path: Path) -> None:
     encoder = load_encoder()
     whole = replace(small(encoder.name), references=unit(1, 6, encoder.dimension))
     empty_class = replace(whole, materials=("wood", "glass", "metal", "paper"))
@@ -240,7 +240,7 @@ def test_files_that_are_no_gallery_are_refused(tmp_path: Path) -> None:
             load_gallery(tmp_path / f"{name}.npz", encoder=encoder)
     (tmp_path / "d.npz").write_bytes(b"PK\x03\x04 nothing")
     for missing in ("d.npz", "not-there.npz"):
-        with pytest.raises(GalleryError, match="no gallery"):
+        with pytest.raises(GalleryError, match="not a gallery"):
             load_gallery(tmp_path / missing, encoder=encoder)
 
 
@@ -330,7 +330,7 @@ def test_own_references_are_calibrated_by_leaving_each_picture_out() -> None:
             assert (beliefs.max(axis=1) < 0.7).all()
 
 
-def test_too_few_pictures_calibrate_nothing() -> None:
+def test_too_few_pictures_are_not_calibrated() -> None:
     for labels in ([0, 0, 1], [0, 0, 0]):
         names = ("wood", "glass")[: max(labels) + 1]
         own = Gallery("t", names, unit(1, 3), np.array(labels), FEW, places=np.arange(3))
@@ -338,7 +338,7 @@ def test_too_few_pictures_calibrate_nothing() -> None:
         assert calibrate(own).sharpness == FEW.sharpness
 
 
-def test_a_linear_layer_adds_to_the_references_and_its_scale_says_how_sure_it_is() -> None:
+def test_a_linear_layer_adds_to_the_references_and_its_scale_sets_how_sure_it_is() -> None:
     weights = np.zeros((64, 3), np.float32)
     layer = LinearLayer(weights, np.array([0.0, 3.0, 0.0], np.float32))
     sure = Calibration(12.0, 1.0, -1000.0, 0.0, 1.0)
@@ -356,7 +356,7 @@ def test_own_references_outweigh_the_shipped_ones_that_still_count() -> None:
     thing = unit(77, 1)
     labels = np.zeros(1, np.int64)
     glass = Gallery("test-1", ("glass",), thing, labels, FEW, places=labels)
-    grown = replace(shipped, own=glass)
+    grown = replace(shipped, user=glass)
     assert grown.match(thing[0]).material == "glass"
     assert grown.match(thing[0]).confidence > 0.9 > shipped.match(thing[0]).confidence
     for reference, label in zip(shipped.references, shipped.labels, strict=True):
@@ -365,7 +365,7 @@ def test_own_references_outweigh_the_shipped_ones_that_still_count() -> None:
         "test-1", ("glass", "metal"), np.concatenate([thing, thing]), np.arange(2), FEW
     )  # fmt: skip
     certain = replace(two, calibration=replace(FEW, threshold=-1000.0))
-    leaning = replace(shipped, own=certain).beliefs(thing)[0]
+    leaning = replace(shipped, user=certain).beliefs(thing)[0]
     wanted = log_softmax(shipped.shipped_logits(thing, ("glass", "metal")))[0]
     assert np.log(leaning[1] / leaning[2]) == pytest.approx(0.3 * (wanted[0] - wanted[1]), abs=1e-3)
 
@@ -375,7 +375,7 @@ def test_a_gallery_with_layer_and_own_references_comes_back_as_it_was(tmp_path: 
     layer = LinearLayer(unit(3, encoder.dimension, 3), np.zeros(3, np.float32))
     base = replace(small(encoder.name), references=unit(1, 6, encoder.dimension), layer=layer)
     own = replace(base, layer=None, places=np.arange(6))
-    whole = replace(base, own=replace(own, calibration=calibrate(own, base)))
+    whole = replace(base, user=replace(own, calibration=calibrate(own, base)))
     save_gallery(whole, tmp_path / "my.npz")
     back = load_gallery(tmp_path / "my.npz", encoder=encoder)
     asked = unit(4, 5, encoder.dimension)

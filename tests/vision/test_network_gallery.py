@@ -47,7 +47,7 @@ def test_a_named_network_is_fitted_once_and_kept(
     assert np.allclose(again.beliefs(shown), first.beliefs(shown), atol=1e-3)
 
 
-def test_other_weights_are_fitted_anew(encoder: NetworkEncoder, tmp_path: Path) -> None:
+def test_other_weights_are_fitted_again(encoder: NetworkEncoder, tmp_path: Path) -> None:
     (tmp_path / "other").mkdir()
     other = load_encoder(str(write_classifier(tmp_path / "other" / "tiny.onnx", seed=5)))
     assert isinstance(other, NetworkEncoder)
@@ -55,7 +55,7 @@ def test_other_weights_are_fitted_anew(encoder: NetworkEncoder, tmp_path: Path) 
     assert kept(other) != kept(encoder)
 
 
-def test_other_colours_beside_the_same_file_are_fitted_anew(
+def test_other_colours_beside_the_same_file_are_fitted_again(
     encoder: NetworkEncoder, tmp_path: Path
 ) -> None:
     colours = {"size": encoder.side, "image_mean": [0.4] * 3, "image_std": [0.3] * 3}
@@ -78,7 +78,7 @@ def fitted(beliefs: np.ndarray, features: np.ndarray, labels: np.ndarray) -> np.
     return np.asarray(found.shipped_logits(embeddings, NAMES).argmax(axis=1))
 
 
-def test_classes_are_believed_where_features_tell_nothing_and_the_other_way_round() -> None:
+def test_classes_decide_where_features_do_not_and_the_other_way_round() -> None:
     rng = np.random.default_rng(1)
     labels = np.repeat(np.arange(len(NAMES)), 12)
     noise = np.abs(rng.normal(size=(len(labels), 20)))

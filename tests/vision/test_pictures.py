@@ -201,7 +201,7 @@ def test_a_coloured_mask_marks_what_is_not_black() -> None:
     assert result.mask[32, 32] == 255
 
 
-def test_without_region_and_mask_the_centre_is_looked_at() -> None:
+def test_without_region_and_mask_the_centre_is_cut() -> None:
     picture = np.zeros((448, 448, 3), np.uint8)
     picture[112:336, 112:336] = 255
     result = crop(frame(jpeg(picture, 98)), 64)
@@ -262,7 +262,7 @@ def _chunks(count: int) -> bytes:
     return _png_of([(b"IHDR", header), *filler, (b"IDAT", body), (b"IEND", b"")])
 
 
-def test_a_png_has_so_many_chunks_and_no_more() -> None:
+def test_a_png_of_too_many_chunks_is_refused() -> None:
     assert crop(frame(_chunks(MAX_CHUNKS), (64, 64), "png"), 32).image.shape == (32, 32, 3)
     for beyond in (MAX_CHUNKS + 1, 300_000):  # the latter kept a decoder busy for a second or two
         with pytest.raises(PictureError, match="chunks"):
@@ -351,7 +351,7 @@ def test_damaged_bytes_never_raise_anything_but_a_picture_error() -> None:
                 pass
 
 
-def test_jpeg_noise_and_a_pixel_of_jitter_are_no_change() -> None:
+def test_jpeg_noise_and_a_pixel_of_jitter_are_not_a_change() -> None:
     still = weave(1, 460)
     before = signature(crop(frame(jpeg(still[:448, :448], 90)), 128))
     for quality, dy, dx in [(50, 0, 0), (75, 1, 0), (75, 0, 1), (60, 1, 1)]:

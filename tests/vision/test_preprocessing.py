@@ -26,7 +26,7 @@ def test_the_side_is_what_the_file_asks_for(given, sides):
     assert (found.side, found.input_side) == sides
 
 
-def test_colours_are_scaled_and_normalised_as_the_file_says():
+def test_colours_are_scaled_and_normalised_as_the_file_states():
     found = read_preprocessing(PROCESSOR)
     pixels = np.full((1, found.side, found.side, 4), 255, np.uint8)
     pixels[..., 1] = 0
@@ -65,9 +65,9 @@ def test_it_gives_the_network_what_its_own_processor_gives(tmp_path):
         ({"size": {"height": 96, "width": 64}}, "size"),
         ({"size": {"longest_edge": 96}}, "size"),
         ({"size": None}, "size"),
-        ({"size": {"shortest_edge": 0}}, "sizes go from 1"),
-        ({"size": {"shortest_edge": 100_000}}, "sizes go from 1"),
-        ({"do_center_crop": True, "crop_size": 128}, "128 px out of 112"),
+        ({"size": {"shortest_edge": 0}}, "1 to 2048"),
+        ({"size": {"shortest_edge": 100_000}}, "1 to 2048"),
+        ({"do_center_crop": True, "crop_size": 128}, "128 px of 112"),
         ({"do_center_crop": True}, "crop_size"),
         ({"image_mean": None}, "image_mean"),
         ({"image_std": [1.0]}, "image_std"),

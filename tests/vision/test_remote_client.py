@@ -3,7 +3,6 @@
 import time
 from collections.abc import Iterator
 
-import msgspec
 import numpy as np
 import pytest
 from pace import PACE
@@ -53,7 +52,7 @@ def tried(asked: RemoteRecogniser, *, until_used: bool = True) -> RemoteRecognis
 
 
 @pytest.mark.parametrize("format", ["rgba8", "jpeg"])
-def test_what_is_answered_there_is_what_would_be_answered_here(shared: Shared, format: str) -> None:
+def test_the_remote_result_equals_the_local_one(shared: Shared, format: str) -> None:
     found = tried(remote(shared, format=format, deadline_s=LONG_S)).recognise(crop(1))
     assert found is not None
     embedding = shared.encoder.embed([crop(1)])[0]
@@ -66,7 +65,7 @@ def test_what_is_answered_there_is_what_would_be_answered_here(shared: Shared, f
 
 
 @pytest.mark.realtime
-def test_before_it_has_answered_once_every_look_is_local_at_once(shared: Shared) -> None:
+def test_before_its_first_answer_every_crop_is_local_at_once(shared: Shared) -> None:
     asked = remote(shared)
     started = time.monotonic()
     assert asked.recognise(crop()) is None
@@ -76,7 +75,7 @@ def test_before_it_has_answered_once_every_look_is_local_at_once(shared: Shared)
 
 @pytest.mark.realtime
 @pytest.mark.parametrize("fault", FAULTS)
-def test_a_fault_costs_one_look_its_share_and_the_next_ones_nothing(
+def test_a_fault_costs_one_crop_its_share_and_the_next_ones_nothing(
     shared: Shared, fault: str
 ) -> None:
     asked = tried(remote(shared))
@@ -108,7 +107,7 @@ def test_a_recogniser_that_is_gone_is_found_again_when_it_is_back() -> None:
         assert tried(asked).recognise(crop()) is not None
 
 
-def test_only_the_identity_that_was_demanded_is_asked(shared: Shared) -> None:
+def test_only_the_required_identity_is_used(shared: Shared) -> None:
     wanted = shared.galleries["shipped"].identity.hash
     assert tried(remote(shared, hash=wanted)).recognise(crop()) is not None
     before = len(shared.asked)
@@ -118,14 +117,14 @@ def test_only_the_identity_that_was_demanded_is_asked(shared: Shared) -> None:
     assert len(shared.asked) == before, "no crop goes to a recogniser that is another"
 
 
-def test_materials_that_the_service_does_not_know_are_not_asked_for(shared: Shared) -> None:
+def test_a_recogniser_with_unknown_materials_is_not_used(shared: Shared) -> None:
     settings = RemoteSettings(shared.url, deadline_s=DEADLINE_S)
     asked = tried(RemoteRecogniser(settings, {"wood"}), until_used=False)
     assert "does not know" in asked.state.reason
     assert "--gallery" in asked.state.reason
 
 
-def test_a_token_is_sent_and_never_said(shared: Shared) -> None:
+def test_a_token_is_sent_and_never_logged(shared: Shared) -> None:
     shared.token = "sesame-open-now"
     try:
         assert tried(remote(shared, token="sesame-open-now")).recognise(crop()) is not None
@@ -150,12 +149,11 @@ def test_a_view_of_the_whole_scene_is_never_sent(shared: Shared) -> None:
         origin="top",
         image=pixels.tobytes(),
     )
-    data = msgspec.msgpack.encode(frame)
     before = len(shared.asked)
-    assert recogniser.recognise(data, "scene", 0.0, force=True).scene_view is not None
+    assert recogniser.recognise(frame, "scene", 0.0, force=True).scene_view is not None
     assert len(shared.asked) == before
     shown = SceneContext("scene", "cup")
-    assert recogniser.recognise(data, "cup", 0.0, force=True, shown=shown).evidence is not None
+    assert recogniser.recognise(frame, "cup", 0.0, force=True, shown=shown).evidence is not None
     assert len(shared.asked) == before + 1
 
 

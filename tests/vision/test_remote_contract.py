@@ -62,11 +62,11 @@ def test_a_jpeg_without_a_mask_counts_its_central_disc() -> None:
     [
         (SentCrop("rgba8", b"\0" * 12), "cut at the side"),
         (SentCrop("rgba8", b"\0" * SIDE * SIDE * 4, b"\0"), "leave `mask` out"),
-        (SentCrop("jpeg", b"GIF89a"), "no JPEG"),
-        (SentCrop("jpeg", b""), "no JPEG"),
+        (SentCrop("jpeg", b"GIF89a"), "not a JPEG"),
+        (SentCrop("jpeg", b""), "not a JPEG"),
     ],
 )
-def test_crops_that_are_none_are_refused_in_words(sent: SentCrop, said: str) -> None:
+def test_broken_crops_are_refused_with_a_reason(sent: SentCrop, said: str) -> None:
     with pytest.raises(ContractError, match=said):
         contract.read_crop(sent, SIDE)
 
@@ -77,7 +77,7 @@ def test_a_jpeg_of_another_size_or_mask_is_refused() -> None:
     ).crops[0]
     with pytest.raises(ContractError, match="64 x 64"):
         contract.read_crop(image, SIDE)
-    with pytest.raises(ContractError, match="a bit a pixel"):
+    with pytest.raises(ContractError, match="mask of 1 bytes"):
         contract.read_crop(SentCrop("jpeg", image.image, b"\0"), 64)
 
 
@@ -93,7 +93,7 @@ def test_a_jpeg_of_another_size_or_mask_is_refused() -> None:
         7,
     ],
 )
-def test_requests_that_are_none_are_refused(body: object) -> None:
+def test_broken_requests_are_refused(body: object) -> None:
     with pytest.raises(ContractError):
         contract.read_request(msgspec.msgpack.encode(body))
 
@@ -127,11 +127,11 @@ def test_an_answer_counts_only_if_all_of_it_is_right(data: bytes, said: str) -> 
         contract.read_answer(data, IDENTITY, 1)
 
 
-def test_a_newer_contract_and_no_identity_are_refused() -> None:
+def test_a_newer_contract_and_a_broken_identity_are_refused() -> None:
     newer = msgspec.json.encode(msgspec.structs.replace(IDENTITY, contract=2))
     with pytest.raises(ContractError, match="contract 2"):
         contract.read_identity(newer)
-    with pytest.raises(ContractError, match="no identity"):
+    with pytest.raises(ContractError, match="identity"):
         contract.read_identity(b"\xff")
     assert contract.read_identity(msgspec.json.encode(IDENTITY)) == IDENTITY
 
@@ -147,11 +147,11 @@ def test_a_newer_contract_and_no_identity_are_refused() -> None:
 )
 def test_an_identity_of_endless_names_is_refused(given: dict[str, object]) -> None:
     endless = msgspec.json.encode(msgspec.structs.asdict(IDENTITY) | given)
-    with pytest.raises(ContractError, match="no identity"):
+    with pytest.raises(ContractError, match="identity"):
         contract.read_identity(endless)
 
 
-def test_the_hash_tells_galleries_and_encoders_apart_and_not_their_names() -> None:
+def test_the_hash_depends_on_gallery_and_encoder_but_not_on_their_names() -> None:
     encoder = load_onnx_encoder(SHIPPED / DEFAULT)
     gallery = load_gallery(encoder=encoder)
     shipped = identify(encoder, gallery, "shipped")

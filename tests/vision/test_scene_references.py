@@ -24,7 +24,7 @@ def taught(objects: int) -> SceneReferences:
     return references
 
 
-def test_what_looks_like_the_named_glass_of_the_scene_is_glass() -> None:
+def test_an_object_like_the_named_glass_of_the_scene_is_glass() -> None:
     found = dict(taught(6).adjust(UNDECIDED, unit(1.0, 0.25, 0.02, 0.0), "x").beliefs)
     assert found["glass"] > 0.6 > 0.2 > found["metal"]
     other = dict(taught(6).adjust(UNDECIDED, unit(1.0, 0.02, 0.25, 0.0), "x").beliefs)
@@ -38,7 +38,7 @@ def test_more_named_objects_count_for_more() -> None:
     assert found[2] - found[0] > 0.1
 
 
-def test_an_object_does_not_teach_about_itself_nor_one_alone() -> None:
+def test_an_object_is_not_its_own_reference_and_one_object_is_too_few() -> None:
     references = SceneReferences()
     references.add("cup", "glass", unit(1.0, 0.3, 0.0))
     references.add("pan", "metal", unit(1.0, 0.0, 0.3))
@@ -47,7 +47,7 @@ def test_an_object_does_not_teach_about_itself_nor_one_alone() -> None:
     assert references.adjust(UNDECIDED, shown, "jug") != UNDECIDED
 
 
-def test_what_is_kept_of_a_scene_is_bounded() -> None:
+def test_the_references_of_a_scene_are_bounded() -> None:
     references = SceneReferences()
     for number in range(MAX_OBJECTS + 1):
         references.add(str(number), "glass" if number else "metal", unit(1.0, number % 7))

@@ -68,7 +68,7 @@ def recognising_ms(answer):
     return sum(answer["stages_ms"].get(stage, 0.0) for stage in ("remote", "encode", "match"))
 
 
-async def test_crops_are_recognised_there_and_everybody_is_told(shared, sharing):
+async def test_crops_are_recognised_remotely_and_the_state_is_reported(shared, sharing):
     async with scene(sharing) as client:
         assert client.welcome["privacy"]["crops_leave_machine"]
         assert not client.welcome["privacy"]["frames_leave_machine"]
@@ -112,7 +112,7 @@ def said_here(service):
     return sum("on this machine" in line for line in service.printed)
 
 
-async def test_without_the_flag_no_crop_leaves_and_nothing_is_told():
+async def test_without_the_flag_no_crop_is_sent_and_no_state_reported():
     with running() as service:
         async with scene(service) as client:
             assert not client.welcome["privacy"].get("crops_leave_machine", False)

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from torch_files import Tensor, calling, file_of
 
-from hapticvlm.vision.encoders.packaged_weights import MOST_BYTES, TorchFileError, read_arrays
+from hapticvlm.vision.encoders.packaged_weights import MAX_BYTES, TorchFileError, read_arrays
 
 SIX = {"k": [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]}
 WHOLE = file_of({"a": Tensor(), "b": Tensor((3,), (2,), 1)}, SIX)
@@ -70,7 +70,7 @@ def test_a_view_that_leaves_its_storage_is_refused(tensor: Tensor) -> None:
 
 
 @pytest.mark.parametrize("data", [b"", b"PK\x03\x04", b"\x80\x02K\x01.", b"\x80", b"." * 99])
-def test_what_is_no_torch_file_is_refused_in_words(data: bytes) -> None:
+def test_a_file_that_is_not_a_torch_file_is_refused_with_a_reason(data: bytes) -> None:
     with pytest.raises(TorchFileError):
         read_arrays(data)
 
@@ -78,7 +78,7 @@ def test_what_is_no_torch_file_is_refused_in_words(data: bytes) -> None:
 def test_a_huge_file_is_refused_before_it_is_read() -> None:
     began = time.process_time()
     with pytest.raises(TorchFileError, match="at most"):
-        read_arrays(bytes(MOST_BYTES + 1))
+        read_arrays(bytes(MAX_BYTES + 1))
     assert time.process_time() - began < 0.1
 
 

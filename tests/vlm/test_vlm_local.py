@@ -93,7 +93,7 @@ def test_the_readout_is_what_scoring_every_candidate_string_gives(vlm: LocalVlm)
         assert wanted.max() > 0.02  # the comparison is one of more than rounding
 
 
-def test_a_kept_head_changes_nothing(vlm: LocalVlm) -> None:
+def test_a_cached_head_changes_nothing(vlm: LocalVlm) -> None:
     prompt = vlm.chat.prompt(contract.about_ambient(), [picture()])
     keeping = vlm.network.readout(prompt, vlm.numbers)
     again = vlm.network.readout(prompt, vlm.numbers)
@@ -135,7 +135,7 @@ def test_planted_logits_are_read_as_the_number_they_spell(vlm: LocalVlm) -> None
     assert reading.method == "readout"
 
 
-def test_a_reading_tells_interval_quarrel_and_share(vlm: LocalVlm) -> None:
+def test_a_reading_has_interval_deviation_and_share(vlm: LocalVlm) -> None:
     with planting(vlm, "21", "24", share=0.7):
         reading = vlm.ambient(picture())
     assert reading.value_c == pytest.approx(22.5, abs=1e-3)
@@ -200,7 +200,7 @@ def test_a_material_is_evidence_that_leaves_the_rest_open(vlm: LocalVlm) -> None
 
 
 @pytest.mark.parametrize("name", ["wood", "ceramic", "foliage"])
-def test_a_planted_material_is_said_but_never_for_sure(vlm: LocalVlm, name: str) -> None:
+def test_a_planted_material_is_believed_but_never_for_sure(vlm: LocalVlm, name: str) -> None:
     with planting(vlm, name):
         evidence = vlm.material(picture(), picture(1, 60, 60), NAMES)
     assert evidence.material == name
@@ -209,7 +209,7 @@ def test_a_planted_material_is_said_but_never_for_sure(vlm: LocalVlm, name: str)
     assert decide([evidence]).source == "vlm"
 
 
-def test_a_model_that_says_unknown_believes_nothing(vlm: LocalVlm) -> None:
+def test_a_model_that_answers_unknown_has_no_beliefs(vlm: LocalVlm) -> None:
     with planting(vlm, materials.UNKNOWN):
         evidence = vlm.material(picture(), picture(1, 60, 60), NAMES)
     assert sum(chance for _, chance in evidence.beliefs) < 1e-3
@@ -291,9 +291,9 @@ def deaf_template(folder: Path) -> None:
         (no_config, "has no config.json"),
         (text_model, "cannot be loaded|failed"),
         (no_images, "cannot be loaded|failed"),
-        (no_tokenizer, "told apart|cannot be loaded"),
+        (no_tokenizer, "distinguished|cannot be loaded"),
         (no_template, "chat.template"),
-        (deaf_template, "no place for pictures"),
+        (deaf_template, "does not take pictures"),
     ],
 )
 def test_a_spoilt_folder_is_refused(
@@ -304,7 +304,7 @@ def test_a_spoilt_folder_is_refused(
         load(copied)
 
 
-def test_an_encoder_is_no_vision_language_model(tmp_path: Path) -> None:
+def test_an_encoder_is_not_a_vision_language_model(tmp_path: Path) -> None:
     with pytest.raises(VlmError, match=r"cannot be loaded|failed"):
         load(write_network(tmp_path / "convnext"))
 
@@ -313,11 +313,11 @@ def test_an_encoder_is_no_vision_language_model(tmp_path: Path) -> None:
     ("options", "complaint"),
     [
         ({"device": "cuda"}, "no CUDA device"),
-        ({"device": "tpu"}, "none of cpu, cuda"),
-        ({"threads": 0}, "1 thread or more"),
-        ({"image_tokens": 3}, "4 image tokens or more"),
-        ({"model": "no/such/folder"}, "no folder here"),
-        ({"model": ""}, "no folder here|has no config"),
+        ({"device": "tpu"}, "`tpu`.*cpu or cuda"),
+        ({"threads": 0}, "0 threads.*1 or more"),
+        ({"image_tokens": 3}, "3 image tokens.*needs 4"),
+        ({"model": "no/such/folder"}, "is not a folder"),
+        ({"model": ""}, "is not a folder|has no config"),
     ],
 )
 def test_settings_that_do_not_fit_are_refused(
@@ -347,7 +347,7 @@ def test_a_model_larger_than_the_free_memory_is_refused(
         RuntimeError("DefaultCPUAllocator: can't allocate memory: you tried to allocate 9 bytes"),
     ],
 )
-def test_memory_that_runs_out_while_asking_is_told(vlm: LocalVlm, error: Exception) -> None:
+def test_lack_of_memory_during_a_question_is_reported(vlm: LocalVlm, error: Exception) -> None:
     def fail(*_: object) -> None:
         raise error
 
@@ -361,7 +361,7 @@ def test_memory_that_runs_out_while_asking_is_told(vlm: LocalVlm, error: Excepti
 
 
 @pytest.mark.parametrize("wrong", [float("nan"), float("inf")])
-def test_logits_that_are_no_number_are_told(vlm: LocalVlm, wrong: float) -> None:
+def test_logits_that_are_not_numbers_are_reported(vlm: LocalVlm, wrong: float) -> None:
     def spoil(_module: object, _inputs: object, logits: torch.Tensor) -> torch.Tensor:
         logits = logits.clone()
         logits[0, -1, 5] = wrong
@@ -379,7 +379,7 @@ def test_logits_that_are_no_number_are_told(vlm: LocalVlm, wrong: float) -> None
         hook.remove()
 
 
-def test_what_is_no_picture_is_refused(vlm: LocalVlm) -> None:
+def test_an_array_that_is_not_a_picture_is_refused(vlm: LocalVlm) -> None:
     for shape in ((0, 0, 3), (3, 2000, 3)):
         with pytest.raises(VlmError, match="image processor fails"):
             vlm.ambient(np.zeros(shape, np.uint8))
@@ -423,5 +423,5 @@ def test_a_folder_that_is_not_there_is_refused_before_torch_is_imported(tmp_path
     )
     command = [sys.executable, "-c", code, str(tmp_path / "nothing")]
     said = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60).stdout
-    assert "is no folder here" in said
+    assert "is not a folder" in said
     assert said.split()[-1] == "False"

@@ -66,7 +66,7 @@ def test_a_branch_that_was_not_followed_is_spread_over_what_it_may_become() -> N
     assert teens == pytest.approx([0.5 / 11] * 11)
 
 
-def test_what_the_likeliest_tokens_leave_widens_the_interval_but_moves_nothing() -> None:
+def test_unreported_mass_widens_the_interval_but_does_not_move_the_value() -> None:
     sure = told(("2", {"2": 1.0}), ("1", {"1": 1.0}))
     doubtful = told(("2", {"2": 0.8}), ("1", {"1": 0.7}))
     assert doubtful.seen.sum() + doubtful.unseen.sum() == pytest.approx(1.0)
@@ -95,7 +95,7 @@ def test_numbers_are_read_as_they_are_written(tokens: tuple[str, ...], number: i
 
 
 @pytest.mark.parametrize("tokens", [("9", "0", "0"), ("100",), ("61",), ("It", " is"), ("-", END)])
-def test_what_is_no_candidate_gets_no_belief(tokens: tuple[str, ...]) -> None:
+def test_mass_on_other_answers_gives_no_belief(tokens: tuple[str, ...]) -> None:
     read = told(*((token, {token: 1.0}) for token in tokens))
     assert read.seen.sum() + read.unseen.sum() == pytest.approx(0.0)
 
@@ -106,7 +106,7 @@ def test_an_answer_that_was_cut_may_go_on() -> None:
     assert at(told(("2", {"2": 1.0})).seen, 2) == pytest.approx(1.0)
 
 
-def test_a_tree_of_digits_is_never_further_off_than_what_was_not_told() -> None:
+def test_beliefs_by_digits_are_within_the_unreported_mass() -> None:
     """Against the whole tree of a random model, of which an endpoint tells one path."""
     rng = np.random.default_rng(3)
     for _ in range(20):

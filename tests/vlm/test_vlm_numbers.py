@@ -91,7 +91,7 @@ def test_what_follows_a_number_does_not_matter() -> None:
     assert number_beliefs(tree, said)[CANDIDATES_C == 5] == pytest.approx(1.0, abs=1e-6)
 
 
-def test_beliefs_and_what_is_no_number_make_up_everything() -> None:
+def test_beliefs_and_the_mass_of_other_answers_sum_to_one() -> None:
     tree = number_tree(by_digit)
     rows = random_rows(tree)
     first = np.exp(rows[0].astype(np.float64))
@@ -103,7 +103,7 @@ def test_beliefs_and_what_is_no_number_make_up_everything() -> None:
 
 @pytest.mark.parametrize("said", ["72", "100", "65", "-40", "199"])
 @pytest.mark.parametrize("encode", [by_digit, whole])
-def test_a_number_that_is_no_candidate_is_not_the_one_it_begins_with(encode, said) -> None:
+def test_a_number_outside_the_candidates_is_not_read_as_its_beginning(encode, said) -> None:
     tree = number_tree(encode)
     assert number_beliefs(tree, planted(tree, tuple(encode(said)))).sum() < 1e-6
 
@@ -128,13 +128,13 @@ def test_several_spellings_of_one_answer_add_up() -> None:
 
 
 def test_answers_that_share_their_tokens_are_refused() -> None:
-    with pytest.raises(ValueError, match="does not tell"):
+    with pytest.raises(ValueError, match="does not distinguish"):
         choice_tree({"1": 0, "2": 1}, lambda _: [7])
-    with pytest.raises(ValueError, match="does not tell"):
+    with pytest.raises(ValueError, match="does not distinguish"):
         choice_tree({"1": 0}, lambda _: [])
 
 
-def test_wordings_count_the_same_and_their_quarrel_is_told() -> None:
+def test_wordings_count_equally_and_their_deviation_is_reported() -> None:
     sure, faint = np.zeros(len(CANDIDATES_C)), np.zeros(len(CANDIDATES_C))
     sure[CANDIDATES_C == 10] = 1.0
     faint[CANDIDATES_C == 20] = 0.6
@@ -160,7 +160,7 @@ def even(share: float) -> NDArray[np.float64]:
 
 
 @pytest.mark.parametrize("share", [0.0, 1e-9, 0.49, float("nan")])
-def test_what_a_sentence_leaves_to_numbers_is_no_temperature(share: float) -> None:
+def test_the_few_per_cent_a_sentence_leaves_to_numbers_are_not_a_temperature(share: float) -> None:
     with pytest.raises(VlmError, match="is a number"):
         spread([even(1.0), even(share)])
     assert spread([even(1.0), even(0.51)]).share == pytest.approx(0.755)
@@ -219,7 +219,7 @@ def test_a_stated_temperature_is_read(text: str, low: float, high: float) -> Non
         *("twenty two", "minus five degrees", "50 degrees Fahrenheit", "50F", "40-50 °F"),
     ],
 )
-def test_nonsense_is_no_temperature(text: str) -> None:
+def test_nonsense_is_not_a_temperature(text: str) -> None:
     with pytest.raises(VlmError, match="states"):
         read_celsius(text)
 
@@ -229,7 +229,7 @@ def test_a_stated_number_is_believed_within_the_papers_tolerance() -> None:
     assert widened(15, 0, 30) == (0, 30)
 
 
-def test_a_region_is_outlined_and_nothing_within_is_touched() -> None:
+def test_a_region_is_outlined_and_its_inside_unchanged() -> None:
     picture = np.full((100, 200, 3), 90, np.uint8)
     outlined = highlight(picture, messages.Region(x=0.25, y=0.25, w=0.5, h=0.5))
     red = (outlined == COLOUR).all(axis=2)
@@ -248,6 +248,6 @@ def test_an_object_that_fills_the_picture_is_outlined_within() -> None:
     assert not red[10:40, 10:40].any()
 
 
-def test_nothing_marked_leaves_the_picture_as_it_is() -> None:
+def test_an_empty_region_leaves_the_picture_unchanged() -> None:
     picture = np.random.default_rng(1).integers(0, 255, (30, 40, 3), np.uint8)
     assert (highlight(picture, messages.Region(x=0.5, y=0.5, w=0.0, h=0.0)) == picture).all()

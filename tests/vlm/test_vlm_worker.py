@@ -94,7 +94,7 @@ async def until_touched(client, claim):
     raise AssertionError("no such decision")
 
 
-async def test_what_an_endpoint_reads_is_felt_labelled_and_said_in_welcome():
+async def test_an_endpoints_reading_is_felt_labelled_and_stated_in_welcome():
     with endpoint(thirty_one()) as served, running(["--vlm-url", served.url]) as service:
         async with scene(service) as client:
             assert client.welcome["privacy"]["frames_leave_machine"]
@@ -106,7 +106,7 @@ async def test_what_an_endpoint_reads_is_felt_labelled_and_said_in_welcome():
     assert any("frames are sent there" in line for line in service.printed)
 
 
-async def test_without_the_flag_nobody_is_asked_and_welcome_says_that_frames_stay():
+async def test_without_the_flag_no_question_is_asked_and_welcome_states_that_frames_stay():
     with running() as service:
         async with scene(service) as client:
             assert not client.welcome["privacy"]["frames_leave_machine"]
@@ -224,7 +224,7 @@ async def test_a_killed_or_frozen_model_is_restarted_reported_and_asked_again(lo
 
 
 @pytest.mark.nightly
-async def test_a_model_that_cannot_be_loaded_is_given_up_said_and_does_without(tmp_path):
+async def test_a_model_that_cannot_be_loaded_is_given_up_and_reported(tmp_path):
     with running(["--vlm", str(tmp_path / "nothing")]) as service:
         async with scene(service) as client:
             await until(service, lambda found: found["vlm"]["absent"], PATIENCE_S)

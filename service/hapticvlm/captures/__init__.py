@@ -1,8 +1,8 @@
-"""The one capture format: a folder with capture.jsonl and pictures, or a video.
+"""Reads captures: a folder with capture.jsonl and pictures, or a video.
 
-A video file is its frames at their own times; a .jsonl of the same name beside it adds the rest,
-or else what stands in the middle of the picture is touched all the time. A screen or a camera is
-such a video without an end.
+A video file gives its frames at their own times. A .jsonl file of the same name beside it adds the
+other messages; without one, the object in the middle of the picture is touched all the time. A
+screen or a camera is such a video without an end.
 """
 
 from hapticvlm.captures.capture import CENTRE, Capture, Touched, read, watch

@@ -1,4 +1,4 @@
-"""A whole capture: how long it lasts and its lines in time order, from a folder or a video."""
+"""A capture as a whole: its duration and its lines in time order, from a folder or a video."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from hapticvlm.captures.lines import LINES, CaptureError, Line, read_lines
 from hapticvlm.captures.live import Live
 from hapticvlm.captures.video import AS_RECORDED, VIDEO_SUFFIXES, View
 
-CENTRE = "centre"  # object id of what stands in the middle of the picture
-CENTRAL_SHARE = 0.4  # of width and of height, where nothing else is asked for
+CENTRE = "centre"  # id of the object in the middle of the picture
+CENTRAL_SHARE = 0.4  # of width and of height, by default
 
 
 @dataclass(frozen=True, slots=True)
 class Touched:
-    """What is touched all the time: the middle, this share (0..1) of each side of the picture."""
+    """The part touched all the time: the middle, this share (0..1) of each side of the picture."""
 
     share: float = CENTRAL_SHARE
 
@@ -31,9 +31,9 @@ class Touched:
 
 @dataclass(frozen=True, slots=True)
 class Capture:
-    """A recorded session: how long it lasts, how many frames it has, and its lines in order.
+    """A recorded session: its duration, its number of frames, and its lines in order.
 
-    `touched`: no touches were recorded; the sender is to touch CENTRE throughout.
+    With `touched` no touches were recorded, and the sender touches CENTRE throughout.
     """
 
     path: Path
@@ -46,7 +46,7 @@ class Capture:
     _live: Live | None = None
 
     def lines(self) -> Iterator[Line]:
-        """Yield the lines in time order; a video is decoded as it goes. Raises CaptureError."""
+        """Yield the lines in time order, decoding a video on the way. Raises CaptureError."""
         target = {"object_id": CENTRE, "region": self.touched.region} if self.touched else {}
         if self._live is not None:
             return _merged(iter(self._lines), self._live.lines(target))
@@ -55,15 +55,15 @@ class Capture:
         return _merged(iter(self._lines), video.lines(self._video, self._view, target))
 
     def close(self) -> None:
-        """End a live source; what was recorded ends by itself."""
+        """End a live source; a recorded one ends by itself."""
         if self._live is not None:
             self._live.close()
 
 
 def watch(live: Live, touched: Touched | None = None) -> Capture:
-    """Make a capture of what a screen or a camera shows: its middle is touched until it is closed.
+    """Return a capture of a screen or a camera, whose middle is touched until it is closed.
 
-    Its length is infinite, and its count of frames 0.
+    Its duration is infinite, and its number of frames 0.
     """
     scene = {"objects": [{"object_id": CENTRE}], "replace": True}
     lines = (Line(0.0, "scene", scene),)
@@ -73,11 +73,11 @@ def watch(live: Live, touched: Touched | None = None) -> Capture:
 def read(path: Path, view: View = AS_RECORDED, touched: Touched | None = None) -> Capture:
     """Open a capture folder or a video. Raises CaptureError.
 
-    A video without a .jsonl beside it is touched in the middle, as large as `touched` states.
+    A video without a .jsonl file beside it is touched in the middle; `touched` states how large.
     """
     if path.is_dir():
         if view.eye or touched:
-            raise CaptureError(f"{path}: --eye and --centre are for videos")
+            raise CaptureError(f"{path}: --eye and --centre are for videos, and this is a folder")
         lines = read_lines(path / LINES)
         frames = sum(line.type == "frame" for line in lines)
         return Capture(path, lines[-1].t_s if lines else 0.0, frames, _lines=lines)
@@ -91,7 +91,9 @@ def read(path: Path, view: View = AS_RECORDED, touched: Touched | None = None) -
 def _read_video(path: Path, view: View, touched: Touched | None) -> Capture:
     sidecar = path.with_suffix(".jsonl")
     if sidecar.exists() and touched is not None:
-        raise CaptureError(f"{path}: {sidecar.name} beside it says what is touched, not --centre")
+        raise CaptureError(
+            f"{path}: {sidecar.name} beside it states the touches; leave out --centre"
+        )
     if sidecar.exists():
         lines = read_lines(sidecar)
     else:

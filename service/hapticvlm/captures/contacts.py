@@ -1,6 +1,6 @@
-"""The touches of a capture, each from its contact to its release, and what was decided of them.
+"""Lists the touches of a capture, from contact to release, each with its decision.
 
-Truth comes from the capture and is used for the comparison only.
+The truth comes from the capture and is used only to compare.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ Timed = list[tuple[float, Message]]
 
 @dataclass(frozen=True, slots=True)
 class Contact:
-    """One touch of the capture, from contact to release, and what was decided of it."""
+    """One touch of the capture, from contact to release, and the decision on its object."""
 
     object_id: str
     name: str
@@ -29,7 +29,7 @@ class Contact:
 
     @property
     def outcome(self) -> str:
-        """right, unknown (decided so) or wrong; against the capture's truth."""
+        """`right`, `unknown` or `wrong`: the decision compared with the capture's truth."""
         material = self.decision["material"] if self.decision else "unknown"
         if material == self.truth:
             return "right"
@@ -41,7 +41,7 @@ def contacts(capture: Capture, decisions: Timed) -> list[Contact]:
     known = names(capture)
     frames: list[Line] = []
     open_: dict[str, tuple[Line, Line | None]] = {}
-    found: list[Contact] = []
+    touches: list[Contact] = []
     for line in capture.lines():
         if line.type == "frame":
             frames.append(line)
@@ -53,28 +53,28 @@ def contacts(capture: Capture, decisions: Timed) -> list[Contact]:
                 open_[hand] = (line, _shows(frames, object_id))
             elif phase == "release" and hand in open_:
                 first, frame = open_.pop(hand)
-                found.append(_contact(first, line.t_s, frame, known, decisions))
-    return found
+                touches.append(_contact(first, line.t_s, frame, known, decisions))
+    return touches
 
 
 def names(capture: Capture) -> dict[str, str]:
     """Return the names the capture's scenes state, by object id."""
-    stated = [line.fields["objects"] for line in capture.lines() if line.type == "scene"]
-    return {o["object_id"]: o.get("name", o["object_id"]) for scene in stated for o in scene}
+    scenes = [line.fields["objects"] for line in capture.lines() if line.type == "scene"]
+    return {o["object_id"]: o.get("name", o["object_id"]) for scene in scenes for o in scene}
 
 
 def _contact(
     first: Line, ended_s: float, frame: Line | None, names: dict[str, str], decisions: Timed
 ) -> Contact:
     object_id = first.fields.get("object_id", "")
-    made = [d for at, d in decisions if d.get("object_id") == object_id and at <= ended_s]
+    by_then = [d for at, d in decisions if d.get("object_id") == object_id and at <= ended_s]
     return Contact(
         object_id=object_id,
         name=names.get(object_id, object_id),
         truth=first.truth,
         started_s=first.t_s,
         ended_s=ended_s,
-        decision=made[-1] if made else None,
+        decision=by_then[-1] if by_then else None,
         frame=frame,
     )
 

@@ -1,7 +1,8 @@
-"""The lines of a capture, read and written.
+"""Reads and writes the lines of a capture.
 
-A line of capture.jsonl is one protocol message without its id, plus `t_s` (when it was sent),
-`file` and `mask_file` (its pictures) and `truth` (what is touched or shown, for evaluation only).
+A line of capture.jsonl is one protocol message without its id, plus `t_s` (the time it was sent),
+`file` and `mask_file` (its pictures) and `truth` (the material touched or shown, for evaluation
+only).
 """
 
 from __future__ import annotations
@@ -21,12 +22,12 @@ _EXTRAS = ("t_s", "type", "file", "mask_file", "truth")
 
 
 class CaptureError(HapticVLMError):
-    """A capture that cannot be read: which file, which line, what to do."""
+    """Raised when a capture cannot be read; names the file, the line and what to do."""
 
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """One message of a capture; `fields` are the protocol's own, without type and id."""
+    """One message of a capture; `fields` are those of the protocol, without type and id."""
 
     t_s: float
     type: str
@@ -37,10 +38,10 @@ class Line:
     image: bytes | None = None
 
     def message(self, *, with_mask: bool = True) -> dict[str, Any]:
-        """Return the protocol message's fields, pictures read from their files.
+        """Return the fields of the protocol message, with pictures read from their files.
 
-        A frame may carry a mask or a region, not both; the mask is taken where there is one.
-        Raises CaptureError.
+        A frame may have a mask or a region, not both: the mask is used where there is one. Raises
+        CaptureError.
         """
         fields = dict(self.fields)
         image = self.image if self.file is None else _picture(self.file)
@@ -56,30 +57,31 @@ def _picture(path: Path) -> bytes:
     try:
         return documents.read_bytes(path)
     except (OSError, ValueError) as error:
-        text = f"{path}: {documents.reason(error)}; the capture names it as a picture"
-        raise CaptureError(text) from None
+        raise CaptureError(
+            f"{path}: {documents.reason(error)}; a line of the capture names it as a picture"
+        ) from None
 
 
 class Recorder:
-    """Writes lines of a capture or of decisions, one JSON object each, as they come."""
+    """Writes lines of a capture or of decisions to a file, one JSON object each."""
 
     def __init__(self, path: Path) -> None:
         self._file: TextIO = path.open("w", encoding="utf-8")
 
     def write(self, t_s: float, message: dict[str, Any], **extras: Any) -> None:
-        """Append one message; pictures must have been replaced by `file` before."""
+        """Append one message; replace its pictures by `file` first."""
         line = {"t_s": round(t_s, 6), **message, **extras}
         self._file.write(json.dumps(line) + "\n")
 
     def close(self) -> None:
-        """Finish the file."""
+        """Close the file."""
         self._file.close()
 
 
 def read_lines(path: Path) -> tuple[Line, ...]:
     """Read a file of lines, in time order. Raises CaptureError."""
     try:
-        text = documents.read_text(path, MAX_BYTES)
+        content = documents.read_text(path, MAX_BYTES)
     except OSError as error:
         raise CaptureError(f"{path}: {error.strerror}") from None
     except UnicodeDecodeError:
@@ -87,7 +89,7 @@ def read_lines(path: Path) -> tuple[Line, ...]:
     except ValueError as error:
         raise CaptureError(f"{path}: {error}; split the capture") from None
     lines: list[Line] = []
-    for number, row in enumerate(text.splitlines(), 1):
+    for number, row in enumerate(content.splitlines(), 1):
         if row.strip():
             lines.append(_line(row, path, number))
     for number, (before, after) in enumerate(itertools.pairwise(lines), 2):
@@ -118,7 +120,7 @@ def _beside(path: Path, name: str | None) -> Path | None:
         return None
     picture = (path.parent / name).resolve()
     if not picture.is_relative_to(path.parent.resolve()):
-        raise ValueError(f"{name} lies outside the capture")
+        raise ValueError(f"{name} is outside the capture's folder")
     if picture.exists() and not picture.is_file():
-        raise ValueError(f"{name} is no regular file")
+        raise ValueError(f"{name} is not a regular file")
     return picture

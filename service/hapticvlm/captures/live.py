@@ -1,6 +1,6 @@
-"""The pictures of a screen or a camera as they are shown now, such as a headset's mirror.
+"""Reads the live pictures of a screen or a camera, such as a headset's mirror.
 
-A live source ends when it is closed, never by itself. Knows nothing of touches.
+A live source ends when it is closed, never by itself. Knows nothing about touches.
 """
 
 from __future__ import annotations
@@ -27,19 +27,20 @@ from hapticvlm.captures.video import (
     opened,
     seen,
 )
+from hapticvlm.errors import installing
 
-LOOK_S = 0.1  # ten looks a second: a decision takes longer than that
-LONGEST_PX = 2048  # of a picture as it is sent: more shows the encoder nothing
+PERIOD_S = 0.1  # ten pictures a second: a decision takes longer than that
+LONGEST_PX = 2048  # longest side sent: the encoder gains nothing from more
 SMALL = 24  # px a side of the copy that is compared
-CHANGED = 2.0  # grey levels in the mean: less is a camera's noise, or a clock in a corner
+CHANGED = 2.0  # mean difference in grey levels: less is a camera's noise, or a clock in a corner
 
-Look = Callable[[], Picture | None]  # None: the source ended
-Source = Callable[[], AbstractContextManager[Look]]
+Grab = Callable[[], Picture | None]  # takes the present picture; None: the source has ended
+Source = Callable[[], AbstractContextManager[Grab]]
 
 
 @dataclass(frozen=True, slots=True)
 class Live:
-    """A source that can be looked at until it is closed; `name` is for messages."""
+    """A source of pictures until it is closed; `name` is for messages."""
 
     name: str
     source: Source
@@ -51,70 +52,76 @@ class Live:
         self._closed.set()
 
     def lines(self, fields: dict[str, Any]) -> Iterator[Line]:
-        """Yield a frame whenever the picture changed. Raises CaptureError.
+        """Yield a frame whenever the picture has changed. Raises CaptureError.
 
-        Who asks for the next line may ask from another thread each time, and Windows hands a
-        screen out to one thread only. So one thread of our own opens the source and looks.
+        The caller may ask for each line from another thread, but Windows gives a screen to one
+        thread only. Therefore one thread of this method opens the source and takes every picture.
         """
         began = time.monotonic()
         before: NDArray[np.float32] | None = None
         with ThreadPoolExecutor(1) as thread, contextlib.ExitStack() as stack:
-            look = thread.submit(lambda: stack.enter_context(self.source())).result()
+            grab = thread.submit(lambda: stack.enter_context(self.source())).result()
             while not self._closed.is_set():
                 t_s = time.monotonic() - began
-                picture = thread.submit(look).result()
+                picture = thread.submit(grab).result()
                 if picture is None:
                     break
                 copy = _small(picture)
                 if before is None or float(np.abs(copy - before).mean()) > CHANGED:
                     before = copy
                     yield _line(_fitting(seen(picture, self.view, self.name)), t_s, fields)
-                self._closed.wait(max(0.0, began + t_s + LOOK_S - time.monotonic()))
+                self._closed.wait(max(0.0, began + t_s + PERIOD_S - time.monotonic()))
             thread.submit(stack.close).result()
 
 
 @contextmanager
-def screen(number: int = 1, area: tuple[int, int, int, int] | None = None) -> Iterator[Look]:
-    """Offer a screen (1 is the first, 0 all) or an area of it: x, y, width, height in pixels."""
-    import mss
+def screen(number: int = 1, area: tuple[int, int, int, int] | None = None) -> Iterator[Grab]:
+    """Open a screen (1 is the first, 0 all) or an area of it: x, y, width, height in pixels."""
+    try:
+        import mss
+    except ImportError:
+        cure = f"`{installing('mss')}` (the extra `screen`)"
+        raise CaptureError(f"reading a screen needs mss: {cure}") from None
 
     try:
         with mss.MSS() as screens:
-            found = screens.monitors
-            if not 0 <= number < len(found):
-                text = f"of {len(found) - 1} that are here; --device 1 is the first"
-                raise CaptureError(f"screen {number} is none {text}")
-            place = dict(found[number])
+            monitors = screens.monitors
+            if not 0 <= number < len(monitors):
+                count = len(monitors) - 1
+                raise CaptureError(
+                    f"screen {number} does not exist: there are {count}; --device 1 is the first"
+                )
+            place = dict(monitors[number])
             if area is not None:
                 x, y, width, height = area
                 place = {"left": place["left"] + x, "top": place["top"] + y}
                 place |= {"width": width, "height": height}
 
-            def look() -> Picture:
+            def grab() -> Picture:
                 return np.asarray(screens.grab(place))[:, :, :3]
 
-            yield look
+            yield grab
     except mss.ScreenShotError as error:
-        cure = "run it in the desktop session whose screen it is; on Wayland, share it at /try"
+        cure = "run this in the desktop session of that screen; on Wayland, share it at /try"
         raise CaptureError(f"no screen can be read ({error}): {cure}") from None
 
 
 @contextmanager
-def camera(device: int | str = 0) -> Iterator[Look]:
-    """Offer a camera by its number, or whatever else OpenCV opens by name."""
-    refusal = f"camera {device}: none here, or another program holds it; --device 1 is the next one"
+def camera(device: int | str = 0) -> Iterator[Grab]:
+    """Open a camera by its number, or any other source that OpenCV opens by name."""
+    refusal = f"camera {device}: not found, or in use by another program; try another --device N"
     # SILENT: OpenCV prints lines of its own for every camera that is not there.
-    with opened(device, "a camera needs", refusal, "SILENT") as video:
+    with opened(device, "reading a camera needs", refusal, "SILENT") as video:
 
-        def look() -> Picture | None:
-            shown, picture = video.read()
-            return picture if shown else None
+        def grab() -> Picture | None:
+            is_read, picture = video.read()
+            return picture if is_read else None
 
-        yield look
+        yield grab
 
 
 def _small(picture: Picture) -> NDArray[np.float32]:
-    """Return a copy for comparing, float32: pixels of a grid, enough to see a change."""
+    """Return a copy to compare, float32: the pixels of a grid, enough to notice a change."""
     rows = np.linspace(0, picture.shape[0] - 1, SMALL).astype(int)
     columns = np.linspace(0, picture.shape[1] - 1, SMALL).astype(int)
     copy: NDArray[np.float32] = picture[np.ix_(rows, columns)].astype(np.float32)

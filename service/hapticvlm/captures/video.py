@@ -1,6 +1,6 @@
-"""The frames of a video file, upright, at the times they were shown.
+"""Reads the frames of a video file, upright, at the times they were shown.
 
-Knows nothing of touches. OpenCV decodes (extra `video`); it turns a rotated recording upright.
+OpenCV (extra `video`) decodes and turns a rotated recording upright. Knows nothing about touches.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 
 VIDEO_SUFFIXES = frozenset({".mp4", ".mkv", ".webm", ".mov", ".avi"})
 JPEG_QUALITY = 80
-USUAL_RATE_HZ = 30.0  # of a file that gives neither its rate nor the times of its frames
+USUAL_RATE_HZ = 30.0  # for a file that states neither its rate nor the times of its frames
 MAX_SIDE = 4096  # pixels; protocol v1's default limit
-# One eye's picture of two side by side is about square; half of a plain one is far narrower.
+# One eye's half of a stereo picture is about square; half of a plain picture is far narrower.
 NARROWEST_EYE = 0.6  # width over height
 
 Eye = Literal["left", "right"]
@@ -33,7 +33,7 @@ Picture = NDArray[Any]  # (h, w, 3) uint8, blue first
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """What is taken of a video: one eye of two side by side, or all of it (None)."""
+    """The part of each picture that is used: one eye of two side by side, or all of it (None)."""
 
     eye: Eye | None = None
 
@@ -44,28 +44,28 @@ AS_RECORDED = View()
 def size(path: Path, view: View) -> tuple[float, int]:
     """Return a video's length in seconds and its frames, as its header states. Raises CaptureError.
 
-    The first frame is decoded and checked, so that a file that shows nothing is found at once.
+    The first frame is decoded and checked, so that an unreadable file is refused at once.
     """
     with _opened(path) as video:
         import cv2
 
         first, picture = video.read()
         if not first:
-            raise CaptureError(f"{path}: no frame of it can be decoded; is it whole?")
+            raise CaptureError(f"{path}: no frame can be decoded; is the file complete?")
         seen(picture, view, path)
         frames = max(1, int(video.get(cv2.CAP_PROP_FRAME_COUNT)))
         return frames / _rate(video), frames
 
 
 def lines(path: Path, view: View, fields: dict[str, Any]) -> Iterator[Line]:
-    """Yield each frame as a line with these fields added, decoded as it goes."""
+    """Yield each frame as a line with these fields added, decoding one at a time."""
     with _opened(path) as video:
         rate = _rate(video)
         number = 0
         t_s = 0.0
         while True:
-            shown, picture = video.read()
-            if not shown:
+            is_read, picture = video.read()
+            if not is_read:
                 return
             t_s = _time(video, number, rate, t_s)
             yield _line(seen(picture, view, path), t_s, fields)
@@ -74,8 +74,8 @@ def lines(path: Path, view: View, fields: dict[str, Any]) -> Iterator[Line]:
 
 @contextmanager
 def _opened(path: Path) -> Iterator[cv2.VideoCapture]:
-    refusal = f"{path}: not a video that OpenCV can read, or one without frames"
-    with opened(str(path), f"{path}: videos need", refusal) as video:
+    refusal = f"{path}: not a video that OpenCV can read, or it has no frames"
+    with opened(str(path), f"{path}: reading videos needs", refusal) as video:
         yield video
 
 
@@ -83,15 +83,18 @@ def _opened(path: Path) -> Iterator[cv2.VideoCapture]:
 def opened(
     source: int | str, needs: str, refusal: str, log_level: str = "ERROR"
 ) -> Iterator[cv2.VideoCapture]:
-    """Open a file or a camera (a number) with OpenCV. Raises CaptureError with these words."""
-    # What cannot be read is reported in our words, once; both are read when OpenCV is first used.
+    """Open a file or a camera (a number) with OpenCV.
+
+    Raises CaptureError: `needs` where OpenCV is missing, `refusal` where the source cannot be read.
+    """
+    # Our error is the only report: OpenCV reads these two when it is first used, and stays silent.
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
     os.environ.setdefault("OPENCV_LOG_LEVEL", log_level)
     try:
         import cv2
     except ImportError:
         cure = installing("opencv-python-headless")
-        raise CaptureError(f"{needs} `{cure}`") from None
+        raise CaptureError(f"{needs} OpenCV: `{cure}` (the extra `video`)") from None
     video = cv2.VideoCapture(source)
     try:
         if not video.isOpened():
@@ -109,7 +112,7 @@ def _rate(video: cv2.VideoCapture) -> float:
 
 
 def _time(video: cv2.VideoCapture, number: int, rate: float, before_s: float) -> float:
-    """Return when the frame just read was shown: its own time, else by the rate.
+    """Return the time at which the last frame was shown: its own time, else by the rate.
 
     Screen recordings have a variable frame rate, so counting frames would drift.
     """
@@ -122,12 +125,13 @@ def _time(video: cv2.VideoCapture, number: int, rate: float, before_s: float) ->
 
 
 def seen(picture: Picture, view: View, path: Path | str) -> Picture:
-    """Cut out one eye; halve what is larger than a service takes. Raises CaptureError."""
+    """Cut out one eye, and halve a picture larger than a service accepts. Raises CaptureError."""
     height, width = picture.shape[:2]
     if view.eye is not None:
         if width / 2 < NARROWEST_EYE * height:
-            text = f"{width} x {height} pixels is not two eyes side by side; leave out --eye"
-            raise CaptureError(f"{path}: {text}")
+            raise CaptureError(
+                f"{path}: {width} x {height} pixels is not two eyes side by side; leave out --eye"
+            )
         half = width // 2
         picture = picture[:, :half] if view.eye == "left" else picture[:, width - half :]
     while max(picture.shape[:2]) > MAX_SIDE:
@@ -140,7 +144,7 @@ def seen(picture: Picture, view: View, path: Path | str) -> Picture:
 
 
 def frame_line(jpeg: bytes, picture: Picture, t_s: float, fields: dict[str, Any]) -> Line:
-    """Return the line of a frame whose picture was encoded so."""
+    """Return the line of a frame whose picture was encoded to this JPEG."""
     height, width = picture.shape[:2]
     shape = {"format": "jpeg", "width": width, "height": height, "origin": "top"}
     return Line(t_s, "frame", {"captured_at": t_s, **shape, **fields}, image=jpeg)

@@ -1,4 +1,4 @@
-"""HapticVLM's Python client: what researchers and the package's own tools connect with."""
+"""The Python client of HapticVLM, used by researchers and by the package's own tools."""
 
 from hapticvlm.client.connection import Client, Refused, connect, trusting
 

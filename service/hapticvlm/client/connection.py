@@ -1,10 +1,24 @@
-"""A client of protocol v1: plain websockets and msgpack, nothing of the service's own code.
+"""A client of protocol v1, built on websockets and msgpack without the service's own code.
 
-    async with connect("ws://127.0.0.1:8790/", name="my study") as client:
-        await client.scene([{"object_id": "table", "name": "Oak_Table_02"}], ambient_c=21.0)
-        await client.touch("contact", "table", speed_mps=0.3, force_n=1.0)
+    import asyncio
+    from hapticvlm.client import connect
 
-Messages are the dictionaries of schemas/messages.schema.json. A refused request raises Refused.
+    async def main():
+        async with connect("ws://127.0.0.1:8790/", name="my study") as client:
+            await client.scene([{"object_id": "table", "name": "Oak_Table_02"}], ambient_c=21.0)
+            await client.touch("contact", "table", speed_mps=0.3)
+            for _ in range(10):  # renew within 250 ms, else the outputs stop
+                await asyncio.sleep(0.1)
+                await client.touch("slide", "table", speed_mps=0.1)
+            await client.touch("release", "table")
+            while not client.events.empty():
+                print(client.events.get_nowait())
+
+    asyncio.run(main())
+
+Messages are dictionaries; `schemas/messages.schema.json` and `docs/protocol.md` define their
+fields. Answers are returned to the caller that sent the request, and every other message of the
+service goes to `Client.events`. A refused request raises `Refused`.
 """
 
 from __future__ import annotations
@@ -27,24 +41,33 @@ from hapticvlm import __version__
 from hapticvlm.errors import HapticVLMError
 
 Message = dict[str, Any]
-MAX_EVENTS = 4096
+MAX_EVENTS = 4096  # older events are dropped for newer ones
 
 
 class Connection(ClientConnection):
-    """A WebSocket that may end while its last bytes leave.
+    """A WebSocket that may end while its last bytes are being sent.
 
-    asyncio does not mark a transport that ends so, and the `abort` that websockets calls at the end
-    of `send` and `close` would raise AttributeError (CPython gh-156512).
+    asyncio does not mark a transport that ends in this way as closed, and the `abort` that
+    websockets calls at the end of `send` and `close` would raise AttributeError (CPython
+    gh-156512).
     """
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Note the end; there is nothing to abort any more."""
+        """Close, and make any later abort do nothing."""
         super().connection_lost(exc)
         self.transport.abort = lambda: None  # type: ignore[method-assign]
 
 
 class Refused(HapticVLMError):
-    """The service answered `error`: its code, text and path."""
+    """Raised when the service answers a request with `error`.
+
+    - `code`: the kind of error: `message` (a wrong field), `limit` (out of range), `protocol` (not
+      allowed in this state or role), `overload` (too much waits), `unsafe` (a stop holds the
+      outputs), `not_owner` (another scene owns the outputs), `device` or `model` (one fails).
+    - `path`: the field at fault, such as `$.objects[0].material`; None where there is none.
+
+    `str(error)` is the code and the service's explanation.
+    """
 
     def __init__(self, answer: Message) -> None:
         super().__init__(f"{answer['code']}: {answer['text']}")
@@ -53,7 +76,16 @@ class Refused(HapticVLMError):
 
 
 class Client:
-    """One connection after its welcome; open it with `connect`."""
+    """An open connection; `connect` returns one.
+
+    - `welcome`: the service's answer to hello, with its limits, devices, models and materials.
+    - `events`: messages that answer no request, such as `decision`, `telemetry` and `error`.
+    - `events_lost`: how many events were dropped because `events` held MAX_EVENTS of them.
+
+    Its methods may be called from several tasks at a time. After the connection has ended, `send`
+    raises `websockets.exceptions.ConnectionClosed`, and a request that still waits raises
+    `ConnectionError`.
+    """
 
     def __init__(self, socket: ClientConnection, welcome: Message) -> None:
         self.welcome = welcome
@@ -64,20 +96,38 @@ class Client:
         self._waiting: dict[int, asyncio.Future[Message]] = {}
 
     async def send(self, type: str, **fields: Any) -> asyncio.Future[Message]:
-        """Send one message without waiting; the future gives its answer."""
+        """Send one message without waiting for its answer.
+
+        - `type`: the type of the message, such as `touch`.
+        - `fields`: its other fields except `id`; a field that is None is left out.
+
+        Returns a future of the answer, which may be an `error` message. Use it to renew touches or
+        send frames at a fixed pace.
+
+            answer = await client.send("frame", image=jpeg, width=448, height=448, format="jpeg",
+                                       origin="top", captured_at=time.monotonic())
+            ...
+            print((await answer)["type"])
+        """
         id = next(self._ids)
         answer: asyncio.Future[Message] = asyncio.get_running_loop().create_future()
         self._waiting[id] = answer
-        given = {name: value for name, value in fields.items() if value is not None}
+        present = {name: value for name, value in fields.items() if value is not None}
         try:
-            await self._socket.send(msgpack.packb({"type": type, "id": id, **given}))
+            await self._socket.send(msgpack.packb({"type": type, "id": id, **present}))
         except ConnectionClosed:
             del self._waiting[id]
             raise
         return answer
 
     async def request(self, type: str, **fields: Any) -> Message:
-        """Send one message and return its answer. Raises Refused."""
+        """Send one message, as `send` does, and wait for its answer.
+
+        Raises `Refused` if the answer is `error`. There is no timeout: a service answers every
+        message. Use `asyncio.timeout` to set one.
+
+            await client.request("set", ownership="take")
+        """
         answer = await (await self.send(type, **fields))
         if answer["type"] == "error":
             raise Refused(answer)
@@ -86,7 +136,20 @@ class Client:
     async def scene(
         self, objects: list[Message], *, replace: bool = True, **fields: Any
     ) -> Message:
-        """Describe the scene's objects; fields: ambient_c, materials."""
+        """Declare the objects of the scene.
+
+        - `objects`: a dictionary for each object: `object_id`, and what is known of `name`,
+          `material`, `temperature_c`, `shader`, `thickness_m` (m), `sunlit`, `vibrates` and
+          `stands_on`.
+        - `replace`: True (the default) makes these all objects of the scene; False adds or updates
+          them and keeps the others.
+        - `fields`: `forget`, a list of ids of removed objects; `ambient_c`, the air temperature in
+          degC; `materials`, a list of all materials that objects of this scene can have.
+
+        Raises `Refused`, for example for an unknown material.
+
+            await client.scene([{"object_id": "cup", "material": "ceramic", "temperature_c": 50.0}])
+        """
         return await self.request("scene", objects=objects, replace=replace, **fields)
 
     async def touch(
@@ -98,40 +161,86 @@ class Client:
         force_n: float = 0.0,
         **fields: Any,
     ) -> Message:
-        """Send what a hand does; fields: hand, interaction, region, captured_at."""
-        given = {"hand": "right", "captured_at": time.monotonic(), **fields}
+        """Send the state of a hand; it renews the hand's lease on the outputs for 250 ms.
+
+        - `phase`: `approach`, `contact`, `slide` or `release`.
+        - `object_id`: the touched object. It or the field `region` is required, except for
+          `release` and a swing.
+        - `speed_mps`: speed of the hand relative to the surface in m/s; at `contact` the speed of
+          the impact (default 0).
+        - `force_n`: force of the hand in N (default 0).
+        - `fields`: `hand`, `left` or `right` (default); `interaction`, such as `tap` or `swing`;
+          `region`, a part of the newest frame; `distance_m` and `closing_mps` of an approach;
+          `captured_at` in s (default: now).
+
+        Raises `Refused`, for example with the code `unsafe` while a stop holds the outputs, or
+        `not_owner` when another scene owns them.
+
+            await client.touch("contact", "cup", speed_mps=0.3, force_n=1.5, hand="left")
+        """
+        message = {"hand": "right", "captured_at": time.monotonic(), **fields}
         return await self.request(
             "touch",
             phase=phase,
             object_id=object_id,
             speed_mps=speed_mps,
             force_n=force_n,
-            **given,
+            **message,
         )
 
     async def frame(self, image: bytes, width: int, height: int, **fields: Any) -> Message:
-        """Send a frame and return its `decision` or `skipped`; fields: format, object_id, ..."""
-        given = {"format": "jpeg", "origin": "top", "captured_at": time.monotonic(), **fields}
-        return await self.request("frame", image=image, width=width, height=height, **given)
+        """Send a picture and return the answer, `decision` or `skipped`.
+
+        - `image`: the encoded picture; 448 x 448 px as JPEG is enough.
+        - `width`, `height`: its size in px.
+        - `fields`: `format`, `jpeg` (default), `png`, `rgb8` or `rgba8`; `origin`, the row that
+          comes first, `top` (default) or `bottom`; `object_id`, the object it shows; `mask`, an
+          8-bit PNG of the same size that is nonzero on the object, or `region`, a rectangle around
+          it; `purpose`; `max_age_ms`; `captured_at` in s (default: now).
+
+        Raises `Refused`, for example for a picture that cannot be decoded.
+
+            decision = await client.frame(jpeg, 448, 448, object_id="cup")
+            print(decision["type"], decision.get("material"))
+        """
+        message = {"format": "jpeg", "origin": "top", "captured_at": time.monotonic(), **fields}
+        return await self.request("frame", image=image, width=width, height=height, **message)
 
     async def set(self, **fields: Any) -> Message:
-        """Change settings: ambient_c, vibration_gain, thermal_gain, watch, feel."""
+        """Change settings of this session; a field that is left out stays as it is.
+
+        - `ambient_c`: air temperature of the scene in degC.
+        - `vibration_gain`, `thermal_gain`: 0..1; only for the owner of the outputs.
+        - `feel`: the form in which each hand gets `vibration` events; only for the owner.
+        - `watch`: the kinds of `view` events to send; only for observers.
+        - `ownership`: take the outputs, give them up, or end the owner's connection.
+
+        Raises `Refused` for a setting that this connection may not change.
+
+            await client.set(vibration_gain=0.5)
+        """
         return await self.request("set", **fields)
 
     async def stop(self, scope: str = "all") -> Message:
-        """Rest the outputs at once."""
+        """Stop the outputs at once, whichever scene drives them.
+
+        - `scope`: `all` (default), `speaker` or `peltier`.
+
+        They stay off until the owner sends `release` for the hand and then a new `approach` or
+        `contact`. Any connection may stop, also an observer.
+        """
         return await self.request("stop", scope=scope)
 
     async def close(self) -> None:
-        """Close the connection; the outputs rest if it owned them."""
+        """Close the connection; outputs that it owned come to rest. `connect` does so too."""
         await self._socket.close()
 
     async def wait_closed(self) -> None:
-        """Wait until the connection has ended."""
+        """Wait until the connection has ended, by either side."""
         await self._socket.wait_closed()
 
     async def listen(self) -> None:
-        """Sort answers from events until the connection ends."""
+        """Deliver answers and events until the connection ends; `connect` runs it as a task."""
         try:
             async for data in self._socket:
                 self._deliver(msgpack.unpackb(data))
@@ -143,7 +252,7 @@ class Client:
                     answer.set_exception(ConnectionError("the service closed the connection"))
                     answer.exception()
             self._waiting.clear()
-            await self._socket.close()  # whoever still sends must not wait for ever
+            await self._socket.close()  # else a task that still sends would wait for ever
 
     def _deliver(self, message: Message) -> None:
         answer = self._waiting.pop(message["id"], None) if message["id"] else None
@@ -158,9 +267,12 @@ class Client:
 
 
 def trusting(ca: Path) -> ssl.SSLContext:
-    """Return what to give `connect` as `tls` for a service certified by this CA, a PEM file.
+    """Return a value of `tls` for `connect` that trusts the certificate authority in a PEM file.
 
-    Raises OSError.
+    Raises OSError if the file cannot be read, `ssl.SSLError` (an OSError) if it has no certificate.
+
+        async with connect("wss://vr-lab.local:8790/", tls=trusting(Path("authority.pem"))):
+            ...
     """
     return ssl.create_default_context(cafile=ca)
 
@@ -174,9 +286,22 @@ async def connect(
     token: str | None = None,
     tls: ssl.SSLContext | None = None,
 ) -> AsyncIterator[Client]:
-    """Connect and send hello; `tls` names whom to trust for wss, by default whom the system does.
+    """Open a connection to a service, and close it when the context ends.
 
-    Raises Refused, OSError when nobody listens or its certificate is not trusted.
+    - `url`: address of the service, as `hapticvlm serve` prints it; `ws://`, or `wss://` with TLS.
+    - `name`: a name for this client, shown on the dashboard and in logs.
+    - `role`: `scene` (default) declares objects and may own the outputs; `observer` watches
+      decisions and telemetry, and may stop the outputs.
+    - `token`: the token of a service that was started with one.
+    - `tls`: the certificate authorities to trust for `wss://` (`trusting`); by default those of the
+      system.
+
+    Raises `Refused` if the service rejects the connection (a wrong token, or no free place),
+    OSError if no service listens or its certificate is not trusted, and
+    `websockets.exceptions.WebSocketException` if the address is not a service's.
+
+        async with connect(name="my study", token="SECRET") as client:
+            print(client.welcome["materials"])
     """
     encrypted: dict[str, Any] = {} if tls is None else {"ssl": tls}
     async with open_socket(

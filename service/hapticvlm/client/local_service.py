@@ -1,4 +1,4 @@
-"""Runs `hapticvlm serve` as users do, in a process of its own, to measure or to demonstrate."""
+"""Runs `hapticvlm serve` in a process of its own, for demonstrations, measurements and tests."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from dataclasses import dataclass, field
 
 from hapticvlm.errors import HapticVLMError
 
-READY_S = 120.0  # a network of transformers on a busy machine takes most of a minute
+READY_S = 120.0  # loading a transformers network on a busy machine takes most of a minute
 _PR_SET_PDEATHSIG = 1  # prctl(2)
 
 
 class ServiceError(HapticVLMError):
-    """The service did not start; the text is what it printed."""
+    """Raised when the service did not start; the text is its own output."""
 
 
 @dataclass(slots=True)
@@ -35,11 +35,11 @@ class Service:
 
     @property
     def page(self) -> str:
-        """The status page's address."""
+        """The address of the dashboard."""
         return self.url.replace("ws", "http", 1)
 
     def stop(self, seconds: float = 10.0) -> int:
-        """Ask it to stop and return its exit code."""
+        """Ask the service to stop, kill it after `seconds`, and return its exit code."""
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGTERM)
         try:
@@ -57,11 +57,11 @@ def running(
     log: int = subprocess.STDOUT,
     module: str = "hapticvlm",
 ) -> Iterator[Service]:
-    """Start a service on a free port, and stop it at the end. Raises ServiceError.
+    """Start a service on a free port, and stop it when the context ends. Raises ServiceError.
 
     With `ends_with_us` it also stops, on Linux, when this thread is killed. Its log goes to the
-    descriptor `log`; without one it is kept in `printed`. `module` is what Python runs as the
-    `hapticvlm` command.
+    descriptor `log`; by default it is kept in `printed`. `module` is the module that Python runs as
+    the `hapticvlm` command.
     """
     command = [sys.executable, "-m", module, "serve", "--port", "0", *arguments]
     started = time.monotonic()
@@ -112,9 +112,9 @@ def _read(service: Service, ready: threading.Event) -> None:
     with contextlib.suppress(ValueError):
         for line in service.process.stdout:
             service.printed.append(line)
-            found = re.search(r"ready on (wss?://\S+)", line)
-            if found:
-                service.url = found.group(1)
+            match = re.search(r"ready on (wss?://\S+)", line)
+            if match:
+                service.url = match.group(1)
                 ready.set()
     ready.set()
     service.process.stdout.close()

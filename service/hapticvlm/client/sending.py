@@ -1,7 +1,7 @@
-"""Sends a capture's lines to a service at their own pace, and counts what comes back.
+"""Sends the lines of a capture to a service at their recorded pace, and counts the answers.
 
-Frames go out at their recorded times, never waiting for answers; when the service is slower it says
-so with `skipped`. As fast as possible means: the next frame as soon as the last is answered.
+Frames are sent at their recorded times, without waiting for answers; a service that is slower
+answers `skipped`. In fast mode the next line is sent as soon as the last one is answered.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ STROKE = {"speed_mps": 0.1, "force_n": 1.0}  # a palm rubbing slowly, where no t
 
 @dataclass(slots=True)
 class Outcome:
-    """What came back of one stream: counts of messages and answers; how late frames went out."""
+    """The result of one stream: counts of messages and answers, and how late frames were sent."""
 
     sent: Counter[str] = field(default_factory=Counter)
     answers: Counter[str] = field(default_factory=Counter)
@@ -36,7 +36,7 @@ class Outcome:
 
 @dataclass(frozen=True, slots=True)
 class Pace:
-    """How to send: at the recorded pace or as `fast` as answers come; masks, or regions instead."""
+    """The pace: as recorded, or as `fast` as answers arrive; with masks, or regions instead."""
 
     fast: bool = False
     with_masks: bool = True
@@ -49,12 +49,13 @@ AS_RECORDED = Pace()
 async def stream(
     client: Client, capture: Capture, *, seen: Seen, pace: Pace = AS_RECORDED
 ) -> Outcome:
-    """Send every line of the capture; `seen` is called with each answer as it arrives."""
+    """Send every line of the capture; call `seen` with each line and its answer."""
     sending = _Sending(client, seen, pace)
     async with sending.touching(capture.touched is not None):
         lines = capture.lines()
         # A video is decoded in a thread, so that no touch waits for it. A screen that does not
-        # change gives no line: who ends us meanwhile closes it, or that thread would wait for ever.
+        # change yields no line, and cancelling this task does not end the thread that waits for
+        # one: `close` does, else it would wait for ever.
         try:
             while (line := await asyncio.to_thread(next, lines, None)) is not None:
                 await sending.follow(line)
@@ -64,7 +65,7 @@ async def stream(
 
 
 class _Sending:
-    """One stream under way."""
+    """The state of one stream while it is sent."""
 
     def __init__(self, client: Client, seen: Seen, pace: Pace) -> None:
         self._client = client
@@ -75,7 +76,7 @@ class _Sending:
         self._started = time.monotonic()
 
     async def follow(self, line: Line) -> None:
-        """Send one line at its time or, fast, at once and wait for its answer."""
+        """Send one line at its time; in fast mode send it at once and wait for its answer."""
         fast = self._pace.fast
         fields: dict[str, Any] = line.message(with_mask=self._pace.with_masks)
         due = self._started + line.t_s
@@ -90,7 +91,7 @@ class _Sending:
 
     @asynccontextmanager
     async def touching(self, is_touched: bool) -> AsyncIterator[None]:
-        """Touch what stands in the middle meanwhile, at the wall clock's pace, if it is touched."""
+        """Touch the middle of the picture, in real time, until the context ends."""
         if not is_touched:
             yield
             return
@@ -105,7 +106,7 @@ class _Sending:
         await self._touch("release")
 
     async def finish(self) -> Outcome:
-        """Wait for the answers that are due."""
+        """Wait up to ANSWER_S for the answers that are due, and return the result."""
         if self._waiting:
             await asyncio.wait(self._waiting, timeout=ANSWER_S)
         await asyncio.sleep(0)

@@ -1,6 +1,6 @@
-"""`hapticvlm stream`: sends a capture to a service and shows what is decided.
+"""`hapticvlm stream` sends a capture to a service and prints its decisions.
 
-Prints for a person, or for a program in JSON lines; sending is done elsewhere.
+It prints a table for a person, or JSON lines for a program. `sending.py` sends.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from hapticvlm.client.connection import Client, Message, Refused, connect, trust
 from hapticvlm.client.sending import Outcome, Pace, stream
 from hapticvlm.errors import HapticVLMError
 
-LATE_S = 0.25  # worth reporting
+LATE_S = 0.25  # a shorter delay is not reported
 COLUMNS = (
     TextColumn("{task.description}"),
     BarColumn(),
@@ -33,7 +33,7 @@ COLUMNS = (
 
 
 class StreamError(HapticVLMError):
-    """The service was not reached, or went."""
+    """Raised when the service was not reached, or closed the connection."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,9 +46,10 @@ class Target:
 
 
 def run(opened: Callable[[], Capture], to: Target, pace: Pace, *, as_json: bool) -> int:
-    """Stream one capture, showing progress, decisions as they change and a summary.
+    """Stream one capture; print progress, decisions as they change and a summary.
 
-    Raises CaptureError, Refused, and StreamError where no service is reached.
+    Returns 0, or 1 where a message had no answer or was refused. Raises CaptureError, Refused, and
+    StreamError where no service is reached.
     """
     try:
         tls = None if to.ca is None else trusting(to.ca)
@@ -64,7 +65,7 @@ def run(opened: Callable[[], Capture], to: Target, pace: Pace, *, as_json: bool)
 
 
 def describe(decision: Message) -> str:
-    """One line for a person: object, material, confidence, rung, setpoint."""
+    """Return a line for a person: object, material, confidence, rung, setpoint."""
     limited = f" (limited by {decision['limited_by']})" if decision.get("limited_by") else ""
     return (
         f"{decision.get('object_id') or 'the view':<22} {decision['material']:<8} "
@@ -75,11 +76,11 @@ def describe(decision: Message) -> str:
 
 def _hint(error: Exception) -> str:
     if isinstance(error, ssl.SSLCertVerificationError):
-        return "give the authority that signed its certificate with --ca FILE"
+        return "give the authority that signed its certificate: --ca FILE"
     if isinstance(error, (InvalidURI, ValueError)):
-        return "a service is ws://HOST:PORT/ or, with a certificate, wss://HOST:PORT/"
+        return "the address must be ws://HOST:PORT/ or, with a certificate, wss://HOST:PORT/"
     if isinstance(error, (ssl.SSLError, WebSocketException)):
-        return "is it a service, and ws:// or wss:// as its ready line says?"
+        return "use the address, ws:// or wss://, that `hapticvlm serve` prints"
     return "start a service with `hapticvlm serve`"
 
 
@@ -100,7 +101,7 @@ async def _run(
 
 
 class _Show:
-    """Prints each decision that is new for its object, each error once, and how far it is."""
+    """Prints each changed decision, each error once, and a progress bar."""
 
     def __init__(self, progress: Progress, capture: Capture, *, as_json: bool) -> None:
         self._progress = progress
@@ -110,7 +111,7 @@ class _Show:
         self._errors: set[str] = set()
 
     def seen(self, line: Line, answer: Message) -> None:
-        """Receive one answer."""
+        """Receive the answer to a line."""
         if line.type == "frame":
             self._progress.advance(self._task)
         if answer["type"] == "error" and answer["text"] not in self._errors:
@@ -136,7 +137,7 @@ class _Show:
 def _summary(outcome: Outcome) -> str:
     sent = ", ".join(f"{count} {name}" for name, count in outcome.sent.items())
     answers = ", ".join(f"{count} {name}" for name, count in sorted(outcome.answers.items()))
-    late = f"; frames went out up to {outcome.late_s:.1f} s late" if outcome.late_s > LATE_S else ""
+    late = f"; frames were up to {outcome.late_s:.1f} s late" if outcome.late_s > LATE_S else ""
     return (
         f"sent {sent} in {outcome.seconds:.1f} s; "
         f"answered: {answers}; unanswered: {outcome.unanswered}{late}"

@@ -1,4 +1,4 @@
-"""`hapticvlm completion`: a script that lets a shell complete commands and options."""
+"""`hapticvlm completion` prints a script with which a shell completes commands and options."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ if TYPE_CHECKING:
 SHELLS = ("bash", "zsh", "fish", "tcsh", "powershell")
 
 _DESCRIPTION = """
-Print a script for your shell. Once the shell has read it, the Tab key completes commands and
-options. The script is static: pressing Tab starts no Python.
+Print a completion script for your shell. Once the shell has read it, the Tab key completes commands
+and options. The script is static: pressing Tab does not start Python. Needs the extra `completion`
+(shtab).
 """
 
 
@@ -20,7 +21,7 @@ def add(commands: Commands, whole: argparse.ArgumentParser) -> None:
     """Declare the command; it completes what `whole` declares."""
     completion = commands.add_parser(
         "completion",
-        help="print a script for the Tab key of your shell",
+        help="print a completion script for your shell",
         description=_DESCRIPTION,
         examples=(
             'eval "$(hapticvlm completion bash)"        in ~/.bashrc',

@@ -1,6 +1,6 @@
 """Reads a config file: TOML with the names of the flags, checked by the protocol's validator.
 
-Names may stand at the top or in the table of their group ([connections], [outputs], ...).
+A name may be at the top of the file or in the table of its group ([connections], [outputs], ...).
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _FORMER = {option.details.former: option.name for option in OPTIONS if option.de
 
 
 def _type(option: Option) -> Any:  # noqa: ANN401 - a type
-    """Return what the validator is to expect in a file."""
+    """Return the type that the validator expects in a file."""
     kind: Any = str if option.kind is Path else option.kind
     if option.details.range is not None:
         low, high = option.details.range
@@ -60,68 +60,68 @@ _FILE = _struct(
 
 
 def read(path: Path) -> dict[str, Any]:
-    """Return the options the file states, by field of `ServeOptions`; its paths are relative to it.
+    """Return the file's options by field of `ServeOptions`; its paths are relative to it.
 
-    Raises ValueError naming the file, the field, what is allowed and what to do.
+    Raises ValueError naming the file, the field, the allowed values and what to do.
     """
     try:
-        stated = _renamed(documents.parse_toml(documents.read_text(path)))
-        checked = msgspec.convert(stated, _FILE)
+        document = _renamed(documents.parse_toml(documents.read_text(path)))
+        checked = msgspec.convert(document, _FILE)
     except OSError as error:
-        raise ValueError(f"{path}: {error.strerror}; --config names a TOML file") from None
+        raise ValueError(f"{path}: {error.strerror}; --config takes a TOML file") from None
     except tomllib.TOMLDecodeError as error:
-        raise ValueError(f"{path}: not TOML: {error}; texts stand in quotes") from None
+        raise ValueError(f"{path}: not TOML: {error}; strings need quotes") from None
     except UnicodeDecodeError:
         raise ValueError(f"{path}: not UTF-8 text; save it as UTF-8") from None
     except msgspec.ValidationError as error:
         raise ValueError(f"{path}: {_explain(str(error))}") from None
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
-    found = _flat(path, checked)
-    _guard_secrets(path, found)
+    values = _flat(path, checked)
+    _guard_secrets(path, values)
     try:
         return {
             _BY_NAME[name].field: _value(_BY_NAME[name], value, path.parent)
-            for name, value in found.items()
+            for name, value in values.items()
             if value is not False or _BY_NAME[name].kind is bool
         }
     except argparse.ArgumentTypeError as error:
         raise ValueError(f"{path}: {error}") from None
 
 
-def _renamed(stated: Mapping[str, Any]) -> dict[str, Any]:
-    """Rename options that stand under an older name to the one they have now."""
+def _renamed(document: Mapping[str, Any]) -> dict[str, Any]:
+    """Rename options that have a former name."""
     return {
         _FORMER.get(name, name): _renamed(value)
         if name in GROUPS and isinstance(value, dict)
         else value
-        for name, value in stated.items()
+        for name, value in document.items()
     }
 
 
 def _flat(path: Path, checked: msgspec.Struct) -> dict[str, Any]:
-    """Return names and values, whichever table they stood in. Raises ValueError for duplicates."""
-    found: dict[str, Any] = {}
+    """Return names and values, of whichever table. Raises ValueError for duplicates."""
+    values: dict[str, Any] = {}
     tables = [getattr(checked, group) for group in GROUPS]
     for part in (checked, *(table for table in tables if table is not UNSET)):
         for name in part.__struct_fields__:
             value = getattr(part, name)
-            known = name.replace("_", "-")
-            if value is UNSET or known in GROUPS:
+            option_name = name.replace("_", "-")
+            if value is UNSET or option_name in GROUPS:
                 continue
-            if known in found:
-                group = _BY_NAME[known].details.group
-                raise ValueError(f"{path}: {known}: stands at the top and in [{group}]; keep one")
-            found[known] = value
-    return found
+            if option_name in values:
+                group = _BY_NAME[option_name].details.group
+                raise ValueError(f"{path}: {option_name}: set both at the top and in [{group}]")
+            values[option_name] = value
+    return values
 
 
-def _guard_secrets(path: Path, found: Mapping[str, Any]) -> None:
+def _guard_secrets(path: Path, values: Mapping[str, Any]) -> None:
     """Warn of a secret that other users of this machine can read."""
-    stated = [name for name in found if _BY_NAME[name].details.env]
-    if stated and os.name == "posix" and path.stat().st_mode & 0o077:
-        text = "%s states a %s and others can read it: chmod 600 %s"
-        logger.warning(text, path, stated[0], path)
+    secrets = [name for name in values if _BY_NAME[name].details.env]
+    if secrets and os.name == "posix" and path.stat().st_mode & 0o077:
+        warning = "%s contains a %s and other users can read it: run chmod 600 %s"
+        logger.warning(warning, path, secrets[0], path)
 
 
 def _value(option: Option, value: Any, folder: Path) -> Any:  # noqa: ANN401 - of any option
@@ -131,32 +131,34 @@ def _value(option: Option, value: Any, folder: Path) -> Any:  # noqa: ANN401 - o
         return _read(option, folder / value)
     if option.kind is Path:
         return folder / Path(value).expanduser()
-    if option.details.names_path and os.path.exists(folder / value):  # noqa: PTH110 - false for what is no name
+    if option.details.names_path and os.path.exists(folder / value):  # noqa: PTH110 - false for an invalid name
         return str(folder / value)
     return value
 
 
 def _read(option: Option, file: Path) -> float:
-    """Read from a file the number of the option. Raises ArgumentTypeError."""
+    """Read the value of an option from a file. Raises ArgumentTypeError."""
     assert option.details.read is not None
     assert option.details.range is not None
     value: float = option.details.read(str(file))
     low, high = option.details.range
     if not low <= value <= high:
-        raise argparse.ArgumentTypeError(f"{option.name}: {file} says {value:g}: {option.accepted}")
+        raise argparse.ArgumentTypeError(
+            f"{option.name}: {file} has {value:g}; it must be {option.accepted}"
+        )
     return value
 
 
 def _explain(reason: str) -> str:
-    """Convert the validator's message to field, fault and what is allowed."""
-    text, _, place = reason.partition(" - at ")
+    """Convert the validator's message to the field, the fault and the allowed values."""
+    fault, _, place = reason.partition(" - at ")
     where = re.sub(r"\[\d+\]", "", place.strip("`").removeprefix("$").removeprefix("."))
-    unknown = re.fullmatch(r"Object contains unknown field `(.*)`", text)
+    unknown = re.fullmatch(r"Object contains unknown field `(.*)`", fault)
     if unknown is not None:
         return _explain_unknown(unknown[1], where)
     option = _BY_NAME.get(where.rpartition(".")[2])
     cure = f"a table, as in [{where}]" if option is None else option.accepted
-    return f"{where}: {text[0].lower()}{text[1:]}; give {cure}"
+    return f"{where}: {fault[0].lower()}{fault[1:]}; give {cure}"
 
 
 def _explain_unknown(name: str, table: str) -> str:
@@ -166,7 +168,7 @@ def _explain_unknown(name: str, table: str) -> str:
     if option is not None and option.name != name:
         return f"{where}: names have dashes: write {option.name}"
     if option is not None:
-        return f"{where}: write it under [{option.details.group}] or above all tables"
+        return f"{where}: wrong table; write it in [{option.details.group}] or above all tables"
     near = difflib.get_close_matches(dashed, [*_BY_NAME, *GROUPS], 1)
     guess = f"did you mean {near[0]}?" if near else "the names are those of the flags"
     return f"{where}: no such option; {guess} (`hapticvlm serve --help` lists them)"

@@ -1,4 +1,7 @@
-"""`hapticvlm doctor`: what a first-time user trips over, and what to do. Moves no output."""
+"""`hapticvlm doctor` checks this machine for common problems and says how to fix them.
+
+It plays nothing and heats nothing.
+"""
 
 from __future__ import annotations
 
@@ -23,9 +26,9 @@ def add(commands: Commands) -> None:
     """Declare the command and its options."""
     doctor = commands.add_parser(
         "doctor",
-        help="say what is missing or wrong on this machine",
+        help="check this machine for missing or wrong parts",
         description="Check Python, packages, port, audio outputs, plate and certificate, and say "
-        "what to do. Nothing is played or heated. Exit code 1: something is wrong.",
+        "how to fix each problem. Nothing is played or heated. Exit code 1: something is wrong.",
         examples=("hapticvlm doctor", "hapticvlm doctor --config hapticvlm.toml"),
     )
     doctor.set_defaults(run=_doctor)
@@ -33,7 +36,7 @@ def add(commands: Commands) -> None:
         "--config",
         type=Path,
         metavar="FILE",
-        help="check what `hapticvlm serve --config FILE` needs",
+        help="check for a service that runs with this config file",
     )
     add_json(doctor)
 
@@ -43,21 +46,21 @@ def _doctor(options: argparse.Namespace) -> int:
 
     started = time.monotonic()
     with working("checking this machine"):
-        found = _examine(options, started + PATIENCE_S)
-    is_well = all(finding.verdict != "wrong" for finding in found)
+        findings = _examine(options, started + PATIENCE_S)
+    is_well = all(finding.verdict != "wrong" for finding in findings)
     if options.json:
-        # `said` is what `message` was called up to 0.3.
-        findings = [{**dataclasses.asdict(one), "said": one.message} for one in found]
+        # `said` is the name of `message` up to 0.3.
+        rows = [{**dataclasses.asdict(finding), "said": finding.message} for finding in findings]
         seconds = round(time.monotonic() - started, 2)
         verdict = "ok" if is_well else "wrong"
-        print(json.dumps({"doctor": verdict, "seconds": seconds, "findings": findings}))
+        print(json.dumps({"doctor": verdict, "seconds": seconds, "findings": rows}))
     else:
-        _print(found)
+        _print(findings)
     return 0 if is_well else 1
 
 
 def _examine(options: argparse.Namespace, deadline: float) -> list[Finding]:
-    """Make every check; those that may hang run beside the others."""
+    """Run every check; those that may hang run in threads beside the others."""
     from hapticvlm.commands import serve
     from hapticvlm.doctor import machine
     from hapticvlm.doctor.findings import BackgroundCheck, Finding
@@ -69,30 +72,31 @@ def _examine(options: argparse.Namespace, deadline: float) -> list[Finding]:
     from hapticvlm.doctor import devices, network
 
     try:
-        serving = serve.resolve_options(options)
+        serve_options = serve.resolve_options(options)
     except ValueError as error:
         first.append(Finding("config", "wrong", str(error)))
-        serving = ServeOptions()
-    audio = BackgroundCheck("audio", lambda: devices.audio(serving))
-    plates = BackgroundCheck("plate", lambda: devices.plates(serving))
-    now = [machine.clock(), machine.priority(serving), machine.encoder(serving)]
-    now += [network.port(serving), *network.address(serving)]
+        serve_options = ServeOptions()
+    audio = BackgroundCheck("audio", lambda: devices.audio(serve_options))
+    plates = BackgroundCheck("plate", lambda: devices.plates(serve_options))
+    now = [machine.clock(), machine.priority(serve_options), machine.encoder(serve_options)]
+    now += [network.port(serve_options), *network.address(serve_options)]
     return [*first, *now, *audio.by(deadline), *plates.by(deadline)]
 
 
-def _print(found: list[Finding]) -> None:
-    for finding in found:
+def _print(findings: list[Finding]) -> None:
+    for finding in findings:
         cure = f"  -> {finding.cure}" if finding.cure else ""
         print(f"{_MARKS[finding.verdict]} {finding.about:<11} {finding.message}{cure}")
-    print(f"\n{sentence(found)}")
+    print(f"\n{sentence(findings)}")
 
 
-def sentence(found: list[Finding]) -> str:
-    """Sum the findings up for a person."""
-    wrong = [finding.about for finding in found if finding.verdict == "wrong"]
-    notes = sum(finding.verdict == "note" for finding in found)
+def sentence(findings: list[Finding]) -> str:
+    """Sum up the findings for a person."""
+    wrong = [finding.about for finding in findings if finding.verdict == "wrong"]
+    notes = sum(finding.verdict == "note" for finding in findings)
     if wrong:
-        return f"{len(wrong)} wrong ({', '.join(wrong)}): do what stands behind the arrow."
+        return f"{len(wrong)} wrong ({', '.join(wrong)}): follow the advice after each arrow."
     if notes:
-        return f"Nothing is wrong; {notes} notes tell what could be better."
+        s = "" if notes == 1 else "s"
+        return f"Nothing is wrong; {notes} note{s} on possible improvements."
     return "Nothing is wrong: `hapticvlm serve` will start."

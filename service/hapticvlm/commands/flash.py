@@ -1,6 +1,7 @@
-"""Writes firmware onto a board with avrdude; knows boot loaders and versions, no protocol.
+"""Writes firmware to a board with avrdude.
 
-Says what is on the board, writes, and asks the board again: only its own answer counts.
+It asks the board for its firmware version, writes, and asks again: success is decided by the
+board's own answer, not by avrdude's. Knows boot loaders and versions, but not the plate's protocol.
 """
 
 from __future__ import annotations
@@ -32,18 +33,18 @@ NO_AVRDUDE = (
     "avrdude; Debian, Ubuntu: sudo apt install avrdude. Then open a new terminal"
 )
 FAILED = (
-    "is it an Uno, or a Nano with the new boot loader (optiboot)? firmware/README.md says how to "
-    "write another one"
+    "is it an Uno, or a Nano with the new boot loader (optiboot)? For other boards see "
+    "firmware/README.md"
 )
 
 
 class FlashError(HapticVLMError):
-    """Nothing was written, or not what should have been."""
+    """Raised when nothing was written, or the board does not run what was written."""
 
 
 @dataclass(frozen=True, slots=True)
 class Image:
-    """A program for the board; no version where it is not known."""
+    """A program for the board; its version is None where it is not known."""
 
     path: Path
     version: str | None
@@ -51,14 +52,14 @@ class Image:
 
     @property
     def text(self) -> str:
-        """What is written, for a person."""
+        """A description for a person: name, size and hash."""
         name = self.path.name if self.version is None else f"firmware {self.version}"
         digest = hashlib.sha256(documents.read_bytes(self.path)).hexdigest()[:12]
         return f"{name} ({self.size} bytes, sha256 {digest}...)"
 
 
 def flash(address: str, path: Path | None) -> int:
-    """Write an image (the shipped one without `path`) onto the board at a port or at `auto`.
+    """Write an image (by default the shipped one) to the board at a port or at `auto`.
 
     Raises FlashError, DeviceError and UsageError, each in one line.
     """
@@ -67,8 +68,8 @@ def flash(address: str, path: Path | None) -> int:
     if avrdude is None:
         raise FlashError(NO_AVRDUDE)
     with working("asking the board for its version"):
-        place, now = _found(address)
-    print(f"{place.text}: {now}")
+        place, before = _board(address)
+    print(f"{place.text}: {before}")
     print(f"writing {image.text}", flush=True)
     with working("writing"):
         _run(avrdude, place, image)
@@ -77,23 +78,23 @@ def flash(address: str, path: Path | None) -> int:
     if written is None:
         raise FlashError(f"{image.path.name} was written, but the board does not answer as a plate")
     if image.version is not None and written.split()[0] != image.version:
-        raise FlashError(f"avrdude wrote {image.version}, but the board answers {written}")
+        raise FlashError(f"avrdude wrote {image.version}, but the board still runs {written}")
     print(f"done: the board answers with firmware {written}")
     return 0
 
 
 def shipped() -> Image:
-    """Return the image that came with this program."""
+    """Return the image that ships with this program."""
     facts = json.loads(SHIPPED.with_suffix(".json").read_text(encoding="utf-8"))
     return Image(SHIPPED, facts["firmware"], program_bytes(SHIPPED.read_text(encoding="ascii")))
 
 
 def read(path: Path) -> Image:
-    """Return a user's image. Raises UsageError for what is no program of this chip."""
+    """Return a user's image. Raises UsageError for a file that is not a program of this chip."""
     try:
         size = program_bytes(documents.read_bytes(path, documents.MIB).decode("ascii"))
     except ValueError as error:  # not ASCII among them
-        raise UsageError(f"{path} is no Intel HEX file of an ATmega328P: {error}") from None
+        raise UsageError(f"{path} is not an Intel HEX file for an ATmega328P: {error}") from None
     return Image(path, None, size)
 
 
@@ -108,29 +109,33 @@ def program_bytes(text: str) -> int:
         kind = record[3]
         start = int.from_bytes(record[1:3], "big")
         if kind == 0 and start + record[0] > FLASH_BYTES:
-            raise ValueError(f"line {number} lies behind the {FLASH_BYTES} bytes of its flash")
+            raise ValueError(f"line {number} is beyond the {FLASH_BYTES} bytes of its flash")
         size += record[0] if kind == 0 else 0
         is_ended = kind == 1
     if not is_ended or not size:
-        raise ValueError("its end is missing")
+        raise ValueError("the end is missing")
     return size
 
 
-def _found(address: str) -> tuple[PortInfo, str]:
-    """Return the board's place and what is on it now, in words."""
-    found = ports.candidate_ports(address)
+def _board(address: str) -> tuple[PortInfo, str]:
+    """Return the board's port and its present firmware, in words."""
+    candidates = ports.candidate_ports(address)
+    first = candidates[0]
     if address != ports.AUTO:
-        _open_once(found[0])  # else silence and no port look alike
-        return found[0], _on_it(found[0])
-    answering = [(place, firmware) for place in found if (firmware := _firmware(place)) is not None]
+        _open_once(first)  # otherwise a silent board and a missing port look alike
+        return first, _describe(_firmware(first))
+    answering = [
+        (place, firmware) for place in candidates if (firmware := _firmware(place)) is not None
+    ]
     if len(answering) == 1:
-        return answering[0][0], f"firmware {answering[0][1]} now"
-    names = ", ".join(place.text for place in found)
+        place, firmware = answering[0]
+        return place, _describe(firmware)
+    names = ", ".join(place.text for place in candidates)
     if answering:
-        raise FlashError(f"several plates answer; name one: --port PORT of {names}")
+        raise FlashError(f"several plates answer; choose one of {names}: --port PORT")
     raise FlashError(
-        f"no plate answers at {names}; for a new board name its port: --port {found[0].url}. "
-        "What is on it will be overwritten"
+        f"no plate answers at {names}; for a new board give its port: --port {first.url}. "
+        "The program on it will be overwritten"
     )
 
 
@@ -141,13 +146,12 @@ def _open_once(place: PortInfo) -> None:
         raise DeviceError(f"{place.text} {error}") from None
 
 
-def _on_it(place: PortInfo) -> str:
-    firmware = _firmware(place)
-    return "nothing that answers as a plate now" if firmware is None else f"firmware {firmware} now"
+def _describe(firmware: str | None) -> str:
+    return "does not answer as a plate yet" if firmware is None else f"firmware {firmware} now"
 
 
 def _firmware(place: PortInfo) -> str | None:
-    """Return the firmware that answers; None without an answer. No setpoint is sent."""
+    """Return the board's firmware version; None without an answer. No setpoint is sent."""
     plate = Peltier(place.url)
     try:
         plate.connect()
@@ -171,7 +175,7 @@ def _run(avrdude: str, place: PortInfo, image: Image) -> None:
 
 
 def _reason(text: str) -> str:
-    """Return the line of avrdude's output that names the cause, without its own name."""
+    """Return the line of avrdude's output that names the cause, without its prefix."""
     lines = [line.strip() for line in text.splitlines() if line.strip()]
     for word in ("not responding", "cannot open", "verif", "error"):
         if causes := [line for line in lines if word in line.lower()]:

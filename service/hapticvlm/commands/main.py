@@ -1,4 +1,7 @@
-"""The command line: the only place that wires parts together. Imports late, to start at once."""
+"""The command line: declares every command and turns errors into one line and an exit code.
+
+Each command imports its parts when it runs, so that `--help` appears at once.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +30,7 @@ from hapticvlm.commands.parsing import Commands, Parser
 from hapticvlm.errors import HapticVLMError, UsageError, installing, one_line
 
 _MODELS = "torch transformers safetensors"
-# What a command may need beside the core, and the packages that bring it.
+# Modules that a command may need beside the core, and the packages that bring them.
 PACKAGES = {
     "matplotlib": "matplotlib",
     "psutil": "psutil",
@@ -38,21 +41,22 @@ PACKAGES = {
     "statsmodels": "statsmodels",
     "pandas": "statsmodels",
     "onnx": "onnx",
-    "openvino": "openvino",
     "mitsuba": "mitsuba",
     "httpx2": "httpx2",
     "uvicorn": "uvicorn",
     "ray": "'ray[serve]'",
+    "mss": "mss",
+    "shtab": "shtab",
 }
-# The other houses: each brings commands of its own, and here is what to say where it is missing.
+# The packages beside this one, with the commands each brings, to list them where it is missing.
 # They are found by name: entry points would cost a quarter of a second at every call.
 PARTS = {
     "hapticvlm_studio": {
-        "feel": "show what skin, plate and speaker do in one touch",
+        "feel": "show skin, plate and speaker during one touch",
         "export": "write a touch for other haptic tools",
         "evaluate": "grade a method on labelled pictures",
         "calibrate": "fit palm, plate and speaker",
-        "study": "run a study of what people feel, and report it",
+        "study": "run a study with participants, and report it",
     },
     "hapticvlm_recogniser_app": {"recogniser-app": "run one recogniser for many services"},
     "hapticvlm_lab": {
@@ -73,11 +77,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(threads, "1")
     parser = _parser()
-    given = sys.argv[1:] if arguments is None else list(arguments)
-    if not given:
+    words = sys.argv[1:] if arguments is None else list(arguments)
+    if not words:
         parser.print_help()
         return 0
-    options = parser.parse_args(given)
+    options = parser.parse_args(words)
     logging.basicConfig(
         level=options.log_level.upper(), format="%(asctime)s %(levelname)s %(name)s: %(message)s"
     )
@@ -85,28 +89,28 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _guarded(options: argparse.Namespace) -> int:
-    """Run the command; what its user can mend becomes one line and the exit code 2."""
+    """Run the command; an error that its user can fix becomes one line and exit code 2."""
     try:
         code: int = options.run(options)
     except KeyboardInterrupt:
         print(f"{options.program}: stopped", file=sys.stderr)
         return 130
-    except BrokenPipeError:  # who reads has seen enough; nothing more may be flushed to it
+    except BrokenPipeError:  # the reader has closed the pipe, so nothing more may be flushed to it
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except ModuleNotFoundError as error:
         name = (error.name or "").partition(".")[0]
         if name not in PACKAGES:
             raise
-        text = f"needs {name}: `{installing(PACKAGES[name])}`"
+        reason = f"needs {name}: `{installing(PACKAGES[name])}`"
     except (HapticVLMError, OSError) as error:
-        text = one_line(error)
+        reason = one_line(error)
     else:
         return code
-    if getattr(options, "json", False):  # who reads the output wants the error there, too
-        print(json.dumps({"error": text}))
+    if getattr(options, "json", False):  # a program that reads stdout gets the error there
+        print(json.dumps({"error": reason}))
     else:
-        print(f"{options.program}: {text}", file=sys.stderr)
+        print(f"{options.program}: {reason}", file=sys.stderr)
     return 2
 
 
@@ -116,9 +120,9 @@ def _parser() -> argparse.ArgumentParser:
         description="Makes objects in a VR scene feel like what they look like. "
         "`hapticvlm COMMAND --help` explains one command.",
         examples=(
-            "hapticvlm demo            see it work, without hardware",
+            "hapticvlm demo            try it without hardware",
             "hapticvlm serve           run the service, then open http://127.0.0.1:8790/",
-            "hapticvlm feel metal      what touching metal would feel like",
+            "hapticvlm feel metal      show what touching metal feels like",
         ),
     )
     parser.add_argument("--version", action="version", version=f"hapticvlm {__version__}")
@@ -126,27 +130,27 @@ def _parser() -> argparse.ArgumentParser:
         "--log-level",
         default="warning",
         choices=["debug", "info", "warning", "error"],
-        help="how much to report on stderr (%(default)s)",
+        help="least severe messages to log on stderr (%(default)s)",
     )
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
     for part in (serve, stop, stream_demo, record_replay, recognise, gallery, plate, doctor):
         part.add(commands)
-    for house in PARTS:
-        _add_house(commands, house)
+    for package in PARTS:
+        _add_package(commands, package)
     completion.add(commands, parser)
     return parser
 
 
-def _add_house(commands: Commands, house: str) -> None:
-    """Declare the commands of another house; without it, each says where to get it."""
-    if importlib.util.find_spec(house) is not None:
-        importlib.import_module(f"{house}.commands").add(commands)
+def _add_package(commands: Commands, package: str) -> None:
+    """Declare the commands of a package; without it, each says where to get it."""
+    if importlib.util.find_spec(package) is not None:
+        importlib.import_module(f"{package}.commands").add(commands)
         return
-    for name, text in PARTS[house].items():
-        command = commands.add_parser(name, help=f"{text} (not installed)", add_help=False)
+    for name, summary in PARTS[package].items():
+        command = commands.add_parser(name, help=f"{summary} (not installed)", add_help=False)
         command.add_argument("rest", nargs=argparse.REMAINDER)
-        command.set_defaults(run=_refuse_without, house=house)
+        command.set_defaults(run=_refuse_without, package=package)
 
 
 def _refuse_without(options: argparse.Namespace) -> int:
-    raise UsageError(WHERE[options.house])
+    raise UsageError(WHERE[options.package])

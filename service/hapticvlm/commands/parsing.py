@@ -1,4 +1,4 @@
-"""What every command needs to declare itself: a parser that suggests, and kinds of numbers."""
+"""The parser of every command: suggests the nearest name for a wrong one, checks numbers."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ else:
     Commands = argparse._SubParsersAction
 
 _EXAMPLES = "examples:"
-_CHOICE = re.compile(r"invalid choice: '(?P<given>[^']*)' \(choose from (?P<choices>.*)\)")
+_CHOICE = re.compile(r"invalid choice: '(?P<word>[^']*)' \(choose from (?P<choices>.*)\)")
 _OTHER_NAMES = {
     "run": "serve",
     "start": "serve",
@@ -29,7 +29,7 @@ _OTHER_NAMES = {
 
 
 class _Formatter(argparse.HelpFormatter):
-    """Wraps descriptions, and leaves examples as they are written."""
+    """Wraps descriptions, and leaves examples unchanged."""
 
     def _fill_text(self, text: str, width: int, indent: str) -> str:
         if text.startswith(_EXAMPLES):
@@ -49,54 +49,55 @@ class Parser(argparse.ArgumentParser):
     def parse_known_args(  # type: ignore[override]  # argparse's own has overloads for namespaces
         self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
     ) -> tuple[argparse.Namespace, list[str]]:
-        """Refuse what this command does not know, by its own name and with the nearest option."""
-        found, unknown = super().parse_known_args(args, namespace)
-        options = [text for text in unknown if text.startswith("-")]
+        """Refuse an unknown option in the name of this command, and suggest the nearest one."""
+        parsed, unknown = super().parse_known_args(args, namespace)
+        options = [word for word in unknown if word.startswith("-")]
         if options and self._subparsers is None:
             self.exit(2, f"{self.prog}: {self._no_such(options[0])}\n")
-        return found, unknown
+        return parsed, unknown
 
     def _no_such(self, option: str) -> str:
         name = option.partition("=")[0]
         shown = [action for action in self._actions if action.help != argparse.SUPPRESS]
-        near = get_close_matches(name, [flag for each in shown for flag in each.option_strings], 1)
-        cure = f"did you mean {near[0]}?" if near else f"`{self.prog} --help` lists them"
+        flags = [flag for action in shown for flag in action.option_strings]
+        near = get_close_matches(name, flags, 1)
+        cure = f"did you mean {near[0]}?" if near else f"`{self.prog} --help` lists all options"
         return f"{name}: no such option; {cure}"
 
     def error(self, message: str) -> NoReturn:
-        """Print the usage and what was probably meant, and leave with 2."""
+        """Print the usage and a suggestion, and exit with 2."""
         super().error(suggest(message))
 
 
 def suggest(message: str) -> str:
     """Add the nearest choice to argparse's message of an invalid one."""
-    found = _CHOICE.search(message)
-    if found is None:
+    match = _CHOICE.search(message)
+    if match is None:
         return message
-    given = found["given"]
-    choices = [choice.strip(" '") for choice in found["choices"].split(",")]
-    near = [name for name in [_OTHER_NAMES.get(given, "")] if name in choices]
-    near = near or get_close_matches(given, choices, n=1)
+    word = match["word"]
+    choices = [choice.strip(" '") for choice in match["choices"].split(",")]
+    near = [name for name in [_OTHER_NAMES.get(word, "")] if name in choices]
+    near = near or get_close_matches(word, choices, n=1)
     return f"{message}; did you mean {near[0]}?" if near else message
 
 
 def add_json(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:
     """Declare --json, which means the same for every command."""
-    text = 'print JSON for programs, and no text for people; an error is {"error": TEXT}'
-    parser.add_argument("--json", action="store_true", help=text)
+    summary = 'print JSON for programs, and no text for people; an error is {"error": TEXT}'
+    parser.add_argument("--json", action="store_true", help=summary)
 
 
 def add_former(
     parser: argparse.ArgumentParser | argparse._ArgumentGroup, flag: str, dest: str
 ) -> None:
-    """Accept an older name of the path option `dest`, without showing it."""
+    """Accept a former name of the path option `dest`, without listing it in the help."""
     parser.add_argument(
         flag, dest=dest, type=Path, default=argparse.SUPPRESS, help=argparse.SUPPRESS
     )
 
 
 def number_within(low: float, high: float) -> Callable[[str], float]:
-    """Make an argparse type for a number in a range."""
+    """Return an argparse type for a number in a range."""
 
     def number(text: str) -> float:
         value = float(text)

@@ -1,4 +1,4 @@
-"""`hapticvlm plate`: what a plate on a serial port reports, clearing its faults, its firmware."""
+"""`hapticvlm plate` reads a plate on a serial port, clears its faults or writes its firmware."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ def add(commands: Commands) -> None:
         "plate",
         help="read a plate on a serial port, clear a fault, or write its firmware",
         description="Read or change a plate on a serial port. Only one program can use "
-        "the port: end the service first.",
+        "the port: stop the service first.",
         examples=(
             "hapticvlm plate status",
             "hapticvlm plate clear runaway",
             "hapticvlm plate flash --port /dev/ttyUSB0",
         ),
     )
-    verbs = plate.add_subparsers(title="what to do", required=True, metavar="WHAT")
+    verbs = plate.add_subparsers(title="commands", required=True, metavar="WHAT")
     status = _add(verbs, "status", "print readings, faults and counts", _status)
     add_json(status)
-    clear = _add(verbs, "clear", "clear one fault; this switches nothing on", _clear)
+    clear = _add(verbs, "clear", "clear one fault; the plate stays off", _clear)
     clear.add_argument(
         "fault", metavar="FAULT", help="name or number of the fault, as `plate status` prints it"
     )
@@ -44,9 +44,10 @@ def add(commands: Commands) -> None:
 
 
 def _add(
-    verbs: Commands, name: str, text: str, run: Callable[[Peltier, argparse.Namespace], None]
+    verbs: Commands, name: str, summary: str, run: Callable[[Peltier, argparse.Namespace], None]
 ) -> argparse.ArgumentParser:
-    verb = verbs.add_parser(name, help=text, description=f"{text[0].upper()}{text[1:]}.")
+    description = f"{summary[0].upper()}{summary[1:]}."
+    verb = verbs.add_parser(name, help=summary, description=description)
     verb.add_argument(
         "--peltier",
         default="auto",
@@ -60,13 +61,13 @@ def _add(
 def _add_flash(verbs: Commands) -> None:
     flash = verbs.add_parser(
         "flash",
-        help="write the firmware onto an Uno or Nano",
-        description="Write the firmware onto an Arduino Uno or Nano with avrdude, then ask the "
+        help="write the firmware to an Uno or Nano",
+        description="Write the firmware to an Arduino Uno or Nano with avrdude, then ask the "
         "board for its version. Without --port only a board that answers as a plate is "
-        "written: another board of yours may hold another program.",
+        "written, because another board may hold another program.",
         examples=(
-            "hapticvlm plate flash                      a plate: bring it up to date",
-            "hapticvlm plate flash --port /dev/ttyUSB0  a new board",
+            "hapticvlm plate flash                      update a plate",
+            "hapticvlm plate flash --port /dev/ttyUSB0  write a new board",
         ),
     )
     flash.add_argument(
@@ -78,7 +79,7 @@ def _add_flash(verbs: Commands) -> None:
         help="the board's serial port (%(default)s)",
     )
     flash.add_argument(
-        "--hex", type=Path, metavar="FILE", help="an Intel HEX file (the one that came with this)"
+        "--hex", type=Path, metavar="FILE", help="Intel HEX file to write (the shipped one)"
     )
     flash.set_defaults(run=_flash)
 
@@ -130,7 +131,7 @@ def _status(plate: Peltier, options: argparse.Namespace) -> None:
 
 def _clear(plate: Peltier, options: argparse.Namespace) -> None:
     plate.clear(options.fault)
-    print(f"{options.fault} cleared; the plate stays off until a new setpoint comes")
+    print(f"{options.fault} cleared; the plate stays off until the next setpoint")
 
 
 def _degrees(temperature_c: float | None) -> str:

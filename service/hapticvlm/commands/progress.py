@@ -1,6 +1,6 @@
-"""What a person sees while a command works: a line at once, a bar where steps can be counted.
+"""Shows a person that a command is working: a line with a clock, or a bar that counts steps.
 
-Drawn on stderr and only on a terminal, so that pipes and JSON stay clean.
+It is drawn on stderr and only on a terminal, so that pipes and JSON stay clean.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ T = TypeVar("T")
 
 @contextmanager
 def working(text: str) -> Iterator[None]:
-    """Show what is being done, with a clock, until the context ends."""
+    """Show this text and a clock until the context ends."""
     with _bar(TextColumn("{task.description} ..."), TimeElapsedColumn()) as progress:
         progress.add_task(text, total=None)
         yield

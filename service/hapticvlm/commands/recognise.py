@@ -1,4 +1,4 @@
-"""`hapticvlm recognise`: what pictures show, by their pixels alone."""
+"""`hapticvlm recognise` prints the material that pictures show, by their pixels alone."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ DIGITS = 4  # of a confidence in JSON
 WIDEST = 60  # characters of a path, before the columns move
 
 _DESCRIPTION = """
-Say which material each picture shows, one line for each. Only the pixels count, never the name of
-a file. Pictures are JPEG, PNG or WebP. A folder stands for the pictures in it, but not in its
-sub-folders. Without a mask the whole picture is looked at: cut it to the object. If the best guess
-is more likely wrong than right, the material is `unknown` and the guess is the runner-up. Exit code
-1: a picture could not be read; 2: no picture was found, or an option is wrong.
+Print the material that each picture shows, one line for each. Only the pixels are used, never the
+name of a file. Pictures are JPEG, PNG or WebP. A folder stands for the pictures in it, but not in
+its sub-folders. Without a mask the whole picture is recognised: crop it to the object. If the best
+guess is more likely wrong than right, the material is `unknown` and the guess is the runner-up.
+Exit code 1: a picture could not be read; 2: no picture was found, or an option is wrong.
 """
 
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What one picture shows, or why that is not known."""
+    """The recognition of one picture, or the error that prevented it."""
 
     path: Path
     verdict: Verdict | None = None
@@ -45,7 +45,7 @@ def add(commands: Commands) -> None:
     recognise = commands.add_parser(
         "recognise",
         aliases=["recognize"],
-        help="say which material pictures show",
+        help="print the material that pictures show",
         description=_DESCRIPTION,
         examples=(
             "hapticvlm recognise photo.jpg frames/",
@@ -60,7 +60,7 @@ def add(commands: Commands) -> None:
         "--mask",
         type=Path,
         metavar="FILE_OR_FOLDER",
-        help="picture of the same size that is not 0 where the object is: one for all pictures, or "
+        help="mask of the same size, nonzero where the object is: one file for all pictures, or "
         "a folder with NAME.png for NAME.jpg",
     )
     add_json(recognise)
@@ -90,52 +90,54 @@ def _recognise(options: argparse.Namespace) -> int:
 
     if options.mask is not None and not options.mask.exists():
         raise UsageError(f"--mask {options.mask}: no such file or folder")
-    found = _find(options.paths)
-    if not any(path.is_file() for path in found):
+    paths = _find(options.paths)
+    if not any(path.is_file() for path in paths):
         first = "" if options.paths[0].exists() else f"{options.paths[0]}: no such file; "
         raise UsageError(
-            f"{first}no picture found; name JPEG, PNG or WebP files, or folders of them"
+            f"{first}no picture found; give JPEG, PNG or WebP files, or folders of them"
         )
     encoder = load_encoder(options.encoder)
     gallery = load_gallery(options.gallery, encoder=encoder)
     among = None if options.among is None else _among(options.among, gallery.candidates)
     recogniser = FrameRecogniser(encoder, gallery)
     for stream in (sys.stdout, sys.stderr):
-        if hasattr(stream, "reconfigure"):  # a file's name may be no text in any encoding
+        if hasattr(stream, "reconfigure"):  # a file's name may be invalid in every encoding
             stream.reconfigure(errors="backslashreplace")
-    width = min(WIDEST, max(len(str(path)) for path in found))
+    width = min(WIDEST, max(len(str(path)) for path in paths))
     if not options.json:
         print(_row("picture", ("material", "confidence", "runner-up", "source"), width), flush=True)
     failed = False
-    for answer in _answers(found, options.mask, recogniser, among):
+    for answer in _answers(paths, options.mask, recogniser, among):
         failed |= answer.error is not None
         _print(answer, None if options.json else width, options.top)
     return 1 if failed else 0
 
 
 def _among(text: str, candidates: Sequence[str]) -> frozenset[str]:
-    """Read names with commas between them. Raises MaterialError naming what the gallery has."""
+    """Read names separated by commas. Raises MaterialError listing the gallery's materials."""
     from hapticvlm.materials import MaterialError
 
     names = [name.strip() for name in text.split(",") if name.strip()]
     unknown = next((name for name in names if name not in candidates), None)
     if unknown is not None or not names:
-        text = f"--among: no material `{(unknown or text)[:60]}` in the gallery"
-        raise MaterialError(f"{text}; choose from {', '.join(candidates)}")
+        name = (unknown or text)[:60]
+        raise MaterialError(
+            f"--among: no material `{name}` in the gallery; choose from {', '.join(candidates)}"
+        )
     return frozenset(names)
 
 
 def _count(text: str) -> int:
     count = int(text)
     if count < 1:
-        raise argparse.ArgumentTypeError(f"{text}: print 1 or more")
+        raise argparse.ArgumentTypeError(f"{text}: must be 1 or more")
     return count
 
 
 def _find(paths: Sequence[Path]) -> list[Path]:
     from hapticvlm.vision.files import list_files
 
-    found: list[Path] = []
+    pictures: list[Path] = []
     for path in paths:
         try:
             inside = list_files(path) if path.is_dir() else [path]
@@ -143,23 +145,23 @@ def _find(paths: Sequence[Path]) -> list[Path]:
             _complain(f"{path}: {error.strerror}")
             continue
         if not inside:
-            _complain(f"{path}: no picture in it; folders below it are not searched")
-        found += inside
-    return found
+            _complain(f"{path}: contains no picture; sub-folders are not searched")
+        pictures += inside
+    return pictures
 
 
 def _answers(
-    found: Sequence[Path],
+    paths: Sequence[Path],
     masks: Path | None,
     recogniser: FrameRecogniser,
     among: frozenset[str] | None,
 ) -> Iterator[Answer]:
-    """Recognise one picture after the other: none may sway another by being in a batch with it."""
+    """Recognise one picture after the other: in a batch, one could change the result of another."""
     from hapticvlm.evidence.ladder import decide, restrict
     from hapticvlm.vision.files import FileError, read_frame
     from hapticvlm.vision.pictures import PictureError
 
-    for path in found:
+    for path in paths:
         try:
             frame = read_frame(path, _mask_of(path, masks))
             (evidence,) = recogniser.compare(frame, [frame.region])
@@ -177,7 +179,7 @@ def _mask_of(path: Path, masks: Path | None) -> Path | None:
     mask = masks / f"{path.stem}.png"
     if mask.is_file():
         return mask
-    _complain(f"{path}: no mask {mask}; all of it is looked at")
+    _complain(f"{path}: no mask {mask}; the whole picture is recognised")
     return None
 
 

@@ -1,4 +1,4 @@
-"""`hapticvlm record` and `replay`: keep a session, and run it again without hardware."""
+"""`hapticvlm record` keeps sessions; `hapticvlm replay` runs one again without hardware."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ def add(commands: Commands) -> None:
         "record",
         help="run the service and keep each session in a folder",
         description="Run the service as `hapticvlm serve` does, and keep every session: messages, "
-        "what was recognised, readings of the plate, outputs. Pictures are kept only with "
+        "recognitions, readings of the plate, outputs. Pictures are kept only with "
         "--record-frames. `hapticvlm replay` runs a session again.",
         examples=("hapticvlm record sessions", "hapticvlm record sessions --record-frames"),
     )
     record.add_argument(
-        "record", type=Path, metavar="FOLDER", help="each session becomes a folder in this one"
+        "record", type=Path, metavar="FOLDER", help="folder to keep the sessions in, a folder each"
     )
     serve.add_options(record, but=("record",))
     _add_replay(commands)
@@ -41,8 +41,8 @@ def _add_replay(commands: Commands) -> None:
     replay = commands.add_parser(
         "replay",
         help="run a recorded session again and compare every output",
-        description="Run a recorded session again, without hardware, and say whether every output "
-        "is the same bit for bit. Exit code 1: it is not, or lines are missing.",
+        description="Run a recorded session again, without hardware, and report whether every "
+        "output is the same bit for bit. Exit code 1: an output differs, or lines are missing.",
         examples=(
             "hapticvlm replay sessions/2026-01-31-120000-1",
             "hapticvlm replay sessions/2026-01-31-120000-1 --recognise",
@@ -51,23 +51,25 @@ def _add_replay(commands: Commands) -> None:
     )
     replay.set_defaults(run=_replay)
     replay.add_argument(
-        "folder", type=Path, metavar="SESSION", help="folder of one session that was recorded"
+        "folder", type=Path, metavar="SESSION", help="folder of one recorded session"
     )
     replay.add_argument(
         "--gallery",
         type=Path,
         metavar="GALLERY",
-        help="the gallery the service had (the shipped one)",
+        help="gallery that the service had (the shipped one)",
     )
     replay.add_argument(
-        "--encoder", metavar="NAME_OR_FILE", help="for --recognise, as in `serve` (the shipped one)"
+        "--encoder",
+        metavar="NAME_OR_FILE",
+        help="image network for --recognise, as in `serve` (the shipped one)",
     )
     replay.add_argument(
         "--recognise",
         "--recognize",
         action="store_true",
-        help="recognise the kept frames again and count what differs; needs a session that was "
-        "recorded with --record-frames",
+        help="recognise the kept frames again and count the differences; needs a session recorded "
+        "with --record-frames",
     )
     replay.add_argument(
         "--wav", type=Path, metavar="FILE", help="write the vibration to this WAV file"
@@ -75,16 +77,16 @@ def _add_replay(commands: Commands) -> None:
     replay.add_argument(
         "--view",
         action="store_true",
-        help="write a page to look through the session, and open it",
+        help="write a page that shows the session over time, and open it",
     )
     replay.add_argument(
         "--share",
         action="store_true",
-        help="with --view: a page to send on, with a title and a picture of one moment, at which "
-        "it opens: --at, or the strongest",
+        help="write a page to send on: it opens at one moment (--at, or the strongest vibration) "
+        "and has its title and picture",
     )
     replay.add_argument(
-        "--out", type=Path, metavar="FILE", help="the page to write (session.html in SESSION)"
+        "--out", type=Path, metavar="FILE", help="page to write (session.html in SESSION)"
     )
     replay.add_argument("--at", type=float, metavar="S", help="open the page at this time")
     replay.add_argument("--no-open", action="store_true", help="write the page and do not open it")
@@ -114,7 +116,7 @@ def _replay(options: argparse.Namespace) -> int:
 
 
 def _view(options: argparse.Namespace) -> int:
-    """Write the page of a session and show it."""
+    """Write the page of a session and open it."""
     import webbrowser
 
     from hapticvlm.recordings import timeline
@@ -132,14 +134,12 @@ def _view(options: argparse.Namespace) -> int:
     address = page.at(path, options.at)
     print(f"{path}: {path.stat().st_size / 1e6:.1f} MB\n{address}", flush=True)
     if not options.no_open and not webbrowser.open(address):
-        print("no browser opened by itself: open the address in one")
+        print("no browser was opened; open the address in one")
     return 0
 
 
 def _recogniser(options: argparse.Namespace) -> Recognise:
-    """Load an encoder and a gallery; return what recognises a picture of a record by them."""
-    import msgspec
-
+    """Load an encoder and a gallery; return a function that recognises pictures with them."""
     from hapticvlm.recordings.session_log import SessionLogError
     from hapticvlm.vision.encoders.loading import load_encoder
     from hapticvlm.vision.frame_recogniser import FrameRecogniser
@@ -149,11 +149,12 @@ def _recogniser(options: argparse.Namespace) -> Recognise:
     recogniser = FrameRecogniser(encoder, load_gallery(options.gallery, encoder=encoder))
 
     def recognise(picture: Frame, subject: str) -> Evidence:
-        found = recogniser.recognise(msgspec.msgpack.encode(picture), subject, 0.0, force=True)
-        if found.evidence is None:
-            text = f"{options.folder}: {found.error}; --recognise needs the frames kept"
-            raise SessionLogError(text)
-        return found.evidence
+        result = recogniser.recognise(picture, subject, 0.0, force=True)
+        if result.evidence is None:
+            raise SessionLogError(
+                f"{options.folder}: {result.error}; --recognise needs the frames kept"
+            )
+        return result.evidence
 
     return recognise
 
@@ -166,7 +167,7 @@ def _print(outcome: Replayed, *, recognised: bool) -> None:
     if outcome.is_same:
         print(f"{outcome.outputs} outputs, every one bit for bit as recorded")
         return
-    why = "recognised anew" if recognised else "NOT as recorded"
+    why = "recognised again" if recognised else "NOT as recorded"
     print(f"{outcome.outputs} outputs, {outcome.differing} groups of them differ ({why})")
     print(f"first: {outcome.first_difference}")
 

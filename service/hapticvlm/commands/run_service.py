@@ -1,4 +1,8 @@
-"""Runs the service that was put together until it is asked to stop, and takes it apart."""
+"""Runs an assembled service until it is asked to stop, and closes its parts.
+
+It decides the order of start and end, the process's priority and garbage collection, and prints the
+lines that say where the service listens. Knows no message.
+"""
 
 from __future__ import annotations
 
@@ -28,16 +32,16 @@ from hapticvlm.server.web.lan_pages import own_address
 from hapticvlm.server.websocket import WebSocketServer
 
 GATEWAY_PRIORITY = 10
-COLLECT_AFTER = (50_000, 20, 100)  # objects made, and collections of the younger
-SWITCH_S = 0.001  # a stop passes through the plate's thread, which a busy loop holds up otherwise
+COLLECT_AFTER = (50_000, 20, 100)  # new objects, then collections of the younger generation
+SWITCH_S = 0.001  # a stop passes through the plate's thread, which a busy loop delays otherwise
 
 T = TypeVar("T")
 
 
-async def run(serving: ServeOptions, where: Address, parts: ServiceParts) -> None:
+async def run(options: ServeOptions, where: Address, parts: ServiceParts) -> None:
     """Run the service of these parts until SIGINT, SIGTERM or SIGHUP, and close them.
 
-    Raises OSError, ChildError and DeviceError for what cannot be started.
+    Raises OSError, ChildError or DeviceError where a part cannot be started.
     """
     stopping = asyncio.Event()
     _on_signals(asyncio.get_running_loop(), stopping)
@@ -53,24 +57,26 @@ async def run(serving: ServeOptions, where: Address, parts: ServiceParts) -> Non
     try:
         await _start(parts, gateway)
         server = WebSocketServer(
-            where, gateway, service_info.service_info(serving, parts), time.monotonic
+            where, gateway, service_info.service_info(options, parts), time.monotonic
         )
-        has_priority = not serving.no_realtime and _raise_priority()
+        has_priority = not options.no_realtime and _raise_priority()
         sys.setswitchinterval(SWITCH_S)
         async with server.listen() as port, asyncio.TaskGroup() as tasks:
             running = tasks.create_task(Supervision(gateway).run())
-            # What was made so far stays: looking through it again would hold up a touch by 40 ms.
+            # The objects so far live as long as the service: frozen, they are never scanned again,
+            # which would delay a touch by 40 ms.
             gc.collect()
             gc.freeze()
-            # The default looks at the young every 700 objects and at all of them soon after, 1.9 ms
-            # in the middle of a touch. What a touch makes dies by itself; cycles are few.
+            # By default Python scans young objects every 700 allocations and all of them soon
+            # after, which takes 1.9 ms in the middle of a touch. Almost everything that a touch
+            # allocates is freed by its reference count; cycles are rare.
             gc.set_threshold(*COLLECT_AFTER)
-            print_ready(serving, port, service_info.devices(parts), has_priority=has_priority)
+            print_ready(options, port, service_info.devices(parts), has_priority=has_priority)
             gateway.vibration.prepare()
             await stopping.wait()
             gateway.close()
             running.cancel()
-            # The outputs end first: closing connections may wait for a client that does not read.
+            # The outputs end first: closing a connection may wait for a client that does not read.
             parts.plate.close()
             await asyncio.to_thread(parts.speaker.close)
     finally:
@@ -80,7 +86,7 @@ async def run(serving: ServeOptions, where: Address, parts: ServiceParts) -> Non
 
 async def _start(parts: ServiceParts, gateway: Gateway) -> None:
     loop = asyncio.get_running_loop()
-    # The plate is first: it is what fails most often, and then nothing else is waited for.
+    # The plate starts first: it fails most often, and then no other part delays the error.
     await asyncio.to_thread(parts.plate.start)
     await asyncio.gather(
         asyncio.to_thread(parts.speaker.start),
@@ -104,14 +110,14 @@ def _on_loop(
 
 def _on_signals(loop: asyncio.AbstractEventLoop, stopping: asyncio.Event) -> None:
     def stop() -> None:
-        if stopping.is_set():  # asked twice: leave at once, the engine fades by itself
+        if stopping.is_set():  # asked twice: exit at once; the audio engine fades by itself
             os._exit(130)
         stopping.set()
 
     numbers = [signal.SIGINT, signal.SIGTERM]
     closed_terminal = getattr(signal, "SIGHUP", None)  # Windows has none
     if closed_terminal is not None and signal.getsignal(closed_terminal) != signal.SIG_IGN:
-        numbers.append(closed_terminal)  # ignored under nohup: then it goes on
+        numbers.append(closed_terminal)  # nohup ignores it, and then the service continues
     for number in numbers:
         try:
             loop.add_signal_handler(number, stop)
@@ -129,34 +135,34 @@ def _raise_priority() -> bool:
     return False
 
 
-def print_ready(serving: ServeOptions, port: int, devices: Devices, *, has_priority: bool) -> None:
-    """Print where the service listens (on `port`) and what it drives."""
-    shown = f"[{serving.host}]" if ":" in serving.host else serving.host
-    s = "" if serving.tls_cert is None else "s"
+def print_ready(options: ServeOptions, port: int, devices: Devices, *, has_priority: bool) -> None:
+    """Print the addresses of the service and its devices."""
+    shown = f"[{options.host}]" if ":" in options.host else options.host
+    s = "" if options.tls_cert is None else "s"
     print(f"hapticvlm {__version__} ready on ws{s}://{shown}:{port}/", flush=True)
     print(f"  status page  http{s}://{shown}:{port}/")
-    print(f"  feel this    http{s}://{shown}:{port}/try")
-    for line in _network(serving, f"ws{s}", port):
+    print(f"  try it       http{s}://{shown}:{port}/try")
+    for line in _network(options, f"ws{s}", port):
         print(line)
     for label, device in (("speaker", devices.speaker), ("plate", devices.peltier)):
         print(f"  {label:<12} {device.name}{' (simulated)' if device.simulated else ''}")
     print(f"  priority     {'real-time' if has_priority else 'normal'}", flush=True)
-    if serving.recogniser_url is not None:
-        print(f"  recogniser   {serving.recogniser_url}: crops are sent there", flush=True)
-    if serving.vlm_url is not None:
-        print(f"  vlm          {serving.vlm_url}: frames are sent there", flush=True)
-    elif serving.vlm is not None:
-        print(f"  vlm          {serving.vlm or 'the default'}, loading", flush=True)
+    if options.recogniser_url is not None:
+        print(f"  recogniser   {options.recogniser_url} (crops are sent there)", flush=True)
+    if options.vlm_url is not None:
+        print(f"  vlm          {options.vlm_url} (frames are sent there)", flush=True)
+    elif options.vlm is not None:
+        print(f"  vlm          {options.vlm or 'the default'}, loading", flush=True)
 
 
-def _network(serving: ServeOptions, scheme: str, port: int) -> Iterator[str]:
-    """Yield what others on the network use, how they see pages, and who can read along."""
-    if is_loopback(serving.host):
+def _network(options: ServeOptions, scheme: str, port: int) -> Iterator[str]:
+    """Yield lines on the network: its address, access to pages, and missing encryption."""
+    if is_loopback(options.host):
         return
-    address = own_address() if serving.host in ("0.0.0.0", "::") else None
+    address = own_address() if options.host in ("0.0.0.0", "::") else None
     if address is not None:
         yield f"  from others  {scheme}://{address}:{port}/"
-    if serving.pages_from == "lan":
-        yield "  pages        for the local network too: any name, the token as password"
-    if serving.tls_cert is None:
-        yield "  unencrypted  the network can read along, the token too: see --tls-cert"
+    if options.pages_from == "lan":
+        yield "  pages        open to the local network: any user name, the token as password"
+    if options.tls_cert is None:
+        yield "  unencrypted  others on the network can read everything, also the token: --tls-cert"

@@ -1,6 +1,6 @@
-"""`hapticvlm serve`: runs the service a scene connects to, with its flags.
+"""`hapticvlm serve` runs the service that a scene connects to.
 
-A flag wins over the environment, that over the config file, that over the default.
+An option is read from its flag, else from the environment, else from the config file.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ def add(commands: Commands) -> None:
         "serve",
         help="run the service that a scene connects to",
         description="Run the service that a scene connects to. Open its address in a browser to "
-        "see the dashboard. Ctrl-C ends it and brings the outputs to rest. Devices are simulated "
-        "unless --speaker and --peltier name others.",
+        "see the dashboard. Ctrl-C stops it and brings the outputs to rest. Devices are simulated "
+        "unless --speaker and --peltier name real ones.",
         examples=(
             "hapticvlm serve",
             "hapticvlm serve --speaker default --peltier auto",
@@ -41,7 +41,7 @@ def add(commands: Commands) -> None:
 
 
 def add_options(parser: argparse.ArgumentParser, *, but: tuple[str, ...] = ()) -> None:
-    """Make the command run the service, with all options `but` those it declares itself."""
+    """Make the command run the service, with all options except `but`, which it has already."""
     parser.set_defaults(run=_serve)
     add_flags(parser, but=but)
 
@@ -53,38 +53,38 @@ def _serve(options: argparse.Namespace) -> int:
         logging.getLogger("hapticvlm").setLevel(logging.INFO)
     logging.getLogger("websockets").setLevel(logging.WARNING)
     with usage_errors():
-        serving = resolve_options(options)
+        serve_options = resolve_options(options)
         if sys.stderr.isatty():
             print("hapticvlm serve: starting the outputs and the recogniser ...", file=sys.stderr)
-        parts = assemble.build_service(serving)
+        parts = assemble.build_service(serve_options)
         try:
             parts.begin()
-            _run_parts(serving, parts)
+            _run_parts(serve_options, parts)
         finally:
-            parts.close()  # what was refused before anything ran; else it is done
+            parts.close()  # also after an error before anything ran; a second call does nothing
     return 0
 
 
-def _run_parts(serving: ServeOptions, parts: ServiceParts) -> None:
-    """Run the service; what it needs is imported while its processes start."""
+def _run_parts(options: ServeOptions, parts: ServiceParts) -> None:
+    """Run the service; its modules are imported while its processes start."""
     import asyncio
 
     from hapticvlm.commands import run_service
     from hapticvlm.server import service_info
 
-    where = service_info.address(serving)
-    with port_errors(serving.port):
-        asyncio.run(run_service.run(serving, where, parts))
+    where = service_info.address(options)
+    with port_errors(options.port):
+        asyncio.run(run_service.run(options, where, parts))
 
 
 def add_flags(parser: argparse.ArgumentParser, *, but: tuple[str, ...] = ()) -> None:
-    """Declare --config and a flag for each option `but` those the parser has by itself."""
+    """Declare --config and a flag for each option except `but`, which the parser has already."""
     parser.add_argument(
         "--config",
         type=Path,
         metavar="FILE",
         help="read options from this TOML file, under the names below without the dashes; an "
-        "option on the command line comes first",
+        "option on the command line overrides it",
     )
     for group, title in GROUPS.items():
         shown = [
@@ -104,32 +104,32 @@ def add_flags(parser: argparse.ArgumentParser, *, but: tuple[str, ...] = ()) -> 
 
 
 def resolve_options(
-    given: argparse.Namespace, environment: Mapping[str, str] = os.environ
+    arguments: argparse.Namespace, environment: Mapping[str, str] = os.environ
 ) -> ServeOptions:
-    """Return what is to be run. Raises ValueError, naming the flag or the file and its field."""
+    """Return the service's options. Raises ValueError naming the flag, or the file and field."""
     from hapticvlm.commands import config_file
 
-    values = config_file.read(given.config) if given.config is not None else {}
+    values = config_file.read(arguments.config) if arguments.config is not None else {}
     values |= {
         option.field: environment[option.details.env]
         for option in OPTIONS
         if option.details.env and environment.get(option.details.env)
     }
     flags = {
-        option.field: getattr(given, option.field)
+        option.field: getattr(arguments, option.field)
         for option in OPTIONS
-        if hasattr(given, option.field)
+        if hasattr(arguments, option.field)
     }
     check_ranges(OPTIONS, flags)
     return ServeOptions(**_frozen(values | flags))
 
 
 def _argument(option: Option) -> dict[str, Any]:
-    """Return what argparse is to know; a flag that is not given leaves no trace."""
-    text = option.details.help
+    """Return the keywords of `add_argument`; a flag that is not given sets no attribute."""
+    summary = option.details.help
     if option.default not in (None, False, ()):
-        text += f" ({option.default})"
-    argument: dict[str, Any] = {"default": argparse.SUPPRESS, "help": text}
+        summary += f" ({option.default})"
+    argument: dict[str, Any] = {"default": argparse.SUPPRESS, "help": summary}
     if option.kind is bool:
         return argument | {"action": "store_true"}
     argument["metavar"] = option.details.metavar
@@ -143,4 +143,6 @@ def _argument(option: Option) -> dict[str, Any]:
 
 
 def _frozen(values: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: tuple(v) if isinstance(v, list) else v for name, v in values.items()}
+    return {
+        name: tuple(value) if isinstance(value, list) else value for name, value in values.items()
+    }

@@ -1,6 +1,6 @@
-"""How commands reach a running service: its address, its secret, the authority to trust.
+"""The options with which commands reach a running service: address, token, trusted authority.
 
-And how a port that another program has is reported.
+It also turns the error of a port in use into one line.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare --url, --token and --ca."""
     parser.add_argument("--url", default=DEFAULT_URL, help="address of the service (%(default)s)")
     parser.add_argument(
-        "--token", help="the secret of the service (default: the variable HAPTICVLM_TOKEN)"
+        "--token", help="token of the service (the environment variable HAPTICVLM_TOKEN)"
     )
     parser.add_argument(
         "--ca",
         type=Path,
         metavar="FILE",
-        help="for wss://: trust the authority in this PEM file",
+        help="for wss://, trust the certificate authority in this PEM file",
     )
 
 
@@ -45,11 +45,13 @@ def target(options: argparse.Namespace) -> Target:
 
 @contextlib.contextmanager
 def port_errors(port: int) -> Iterator[None]:
-    """Turn a port that another program uses into an error of usage with its cure."""
+    """Turn the error of a port in use into a UsageError that says what to do."""
     try:
         yield
     except OSError as error:
         if error.errno != errno.EADDRINUSE:
             raise
-        text = f"port {port} is in use; `hapticvlm doctor` says by what"
-        raise UsageError(f"{text}. End that program, or take any free port: --port 0") from None
+        raise UsageError(
+            f"port {port} is in use (`hapticvlm doctor` shows by which program); stop that "
+            "program, or use any free port: --port 0"
+        ) from None

@@ -1,4 +1,4 @@
-"""`hapticvlm stop`: ends what a running service plays and heats, from any terminal."""
+"""`hapticvlm stop` stops the outputs of a running service, from any terminal."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import argparse
 import json
 from typing import TYPE_CHECKING
 
-from hapticvlm.commands import service_address as reaching
+from hapticvlm.commands import service_address
 from hapticvlm.commands.parsing import add_json
 from hapticvlm.errors import HapticVLMError
 
@@ -21,14 +21,14 @@ SCOPES = {
 }
 
 _DESCRIPTION = """
-Stop the outputs of a running service at once, whoever drives them. The vibration ends and the
-current of the plate is cut. Both rest until the scene that owns them begins a new touch. The
-service itself goes on. Exit code 0: stopped; 2: no service was reached, or it refused.
+Stop the outputs of a running service at once, whichever scene drives them. The vibration ends and
+the current of the plate is cut. Both stay off until the scene that owns them begins a new touch.
+The service itself keeps running. Exit code 0: stopped; 2: no service was reached, or it refused.
 """
 
 
 class StopError(HapticVLMError):
-    """The service was not reached, so nothing is known to have stopped."""
+    """Raised when the service was not reached, so that nothing is known to have stopped."""
 
 
 def add(commands: Commands) -> None:
@@ -49,16 +49,16 @@ def add(commands: Commands) -> None:
         nargs="?",
         default="all",
         choices=tuple(SCOPES),
-        help="what to stop: %(choices)s (%(default)s)",
+        help="outputs to stop: %(choices)s (%(default)s)",
     )
-    reaching.add_options(stop)
+    service_address.add_options(stop)
     add_json(stop)
 
 
 def _stop(options: argparse.Namespace) -> int:
     import asyncio
 
-    asyncio.run(_ask(reaching.target(options), options.scope))
+    asyncio.run(_ask(service_address.target(options), options.scope))
     if options.json:
         print(json.dumps({"stopped": options.scope}))
         return 0
@@ -67,7 +67,7 @@ def _stop(options: argparse.Namespace) -> int:
 
 
 async def _ask(to: Target, scope: str) -> None:
-    """Send `stop` and wait for its answer. Raises Refused, StopError."""
+    """Send `stop` and wait for the answer. Raises Refused, StopError."""
     from websockets.exceptions import WebSocketException
 
     from hapticvlm.client import connect, trusting
@@ -79,5 +79,5 @@ async def _ask(to: Target, scope: str) -> None:
         ) as client:
             await client.stop(scope)
     except (OSError, WebSocketException, ValueError) as error:
-        text = "nothing was stopped; is the address right? (`hapticvlm serve` prints it)"
-        raise StopError(f"{to.url}: {error}; {text}") from None
+        cure = "nothing was stopped; check the address (`hapticvlm serve` prints it)"
+        raise StopError(f"{to.url}: {error}; {cure}") from None

@@ -1,4 +1,4 @@
-"""`hapticvlm stream` and `demo`: recorded captures as scenes."""
+"""`hapticvlm stream` and `hapticvlm demo` play captures to a service, as a scene would."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hapticvlm.commands import service_address as reaching
+from hapticvlm.commands import service_address
 from hapticvlm.commands.parsing import add_json
 from hapticvlm.errors import UsageError
 
@@ -21,14 +21,15 @@ EXAMPLES = "examples"
 CURE = "npm ci --prefix examples/webxr"
 
 _STREAM = """
-Send a recorded VR session to a running service, as a scene would: or what a screen or a camera
-shows now, such as a headset's mirror, until Ctrl-C. The decisions are printed as they change. Exit
-code 1: a message had no answer or was an error; 2: the service or the capture could not be used.
+Send a recorded VR session to a running service, as a scene would, or the live picture of a screen
+or a camera, such as a headset's mirror, until Ctrl-C. Decisions are printed as they change. Screens
+need the extra `screen` (mss), videos and cameras the extra `video` (OpenCV). Exit code 1: a message
+had no answer or was refused; 2: the service or the capture could not be used.
 """
 _DEMO = """
 Play a recorded VR session through a service with simulated devices. Each touch prints a line.
-The folder then holds the session as a page with frames, decisions, plate and sound, the record,
-its figures, and the vibration as a WAV file.
+The folder then contains a page with frames, decisions, plate and sound, the recorded session, a
+summary, and the vibration as a WAV file.
 """
 
 
@@ -55,38 +56,38 @@ def _add_stream(commands: Commands) -> None:
         "capture",
         type=Path,
         metavar="CAPTURE",
-        help="a capture folder, a video file, screen, or camera",
+        help="capture folder, video file, `screen` or `camera`",
     )
     stream.add_argument(
         "--device",
         type=int,
         metavar="N",
-        help="which screen (1 is the first, 0 all together) or camera (0 is the first)",
+        help="number of the screen (1 is the first, 0 all together) or camera (0 is the first)",
     )
     stream.add_argument(
         "--area",
         type=_area,
         metavar="X,Y,WIDTH,HEIGHT",
-        help="only these pixels of the screen: a window's place",
+        help="send only these pixels of the screen, such as a window",
     )
-    reaching.add_options(stream)
+    service_address.add_options(stream)
     stream.add_argument(
         "--eye",
         choices=("left", "right"),
-        help="the video shows both eyes side by side: use this half",
+        help="use this half of a video that shows both eyes side by side",
     )
     stream.add_argument(
         "--centre",
         type=_share,
         metavar="SHARE",
-        help="without a .jsonl file beside the video, the middle of the picture is touched: this "
-        "share of its width and height (0.4)",
+        help="touch this share of the picture's width and height, in the middle, where no .jsonl "
+        "file is beside the video (0.4)",
     )
     stream.add_argument(
         "--fast", action="store_true", help="send as fast as the service answers, not in real time"
     )
     stream.add_argument(
-        "--no-masks", action="store_true", help="say where an object is by a rectangle, not a mask"
+        "--no-masks", action="store_true", help="send a rectangle around an object, not its mask"
     )
     add_json(stream)
 
@@ -94,13 +95,13 @@ def _add_stream(commands: Commands) -> None:
 def _add_demo(commands: Commands) -> None:
     demo = commands.add_parser(
         "demo",
-        help="see it work on simulated devices",
+        help="play a recorded session on simulated devices",
         description=_DEMO,
         examples=("hapticvlm demo", "hapticvlm demo --browser"),
     )
     demo.set_defaults(run=_demo)
     demo.add_argument(
-        "--capture", type=Path, metavar="CAPTURE", help="the session to play (one of the package)"
+        "--capture", type=Path, metavar="CAPTURE", help="session to play (one in the package)"
     )
     demo.add_argument(
         "--out",
@@ -135,23 +136,28 @@ def _stream(options: argparse.Namespace) -> int:
         raise UsageError("--device and --area are for screen and camera")
     return run(
         opened,
-        reaching.target(options),
+        service_address.target(options),
         Pace(fast=options.fast, with_masks=not options.no_masks),
         as_json=options.json,
     )
 
 
 def _area(text: str) -> tuple[int, int, int, int]:
-    found = [int(part) for part in text.split(",")]
-    if len(found) != len(("x", "y", "width", "height")) or min(found) < 0 or not all(found[2:]):
-        raise argparse.ArgumentTypeError(f"{text}: four numbers of pixels, x,y,width,height")
-    return found[0], found[1], found[2], found[3]
+    numbers = [int(part) for part in text.split(",")]
+    if len(numbers) != 4 or min(numbers) < 0 or not all(numbers[2:]):
+        raise argparse.ArgumentTypeError(
+            f"{text}: must be four numbers of pixels, x,y,width,height; width and height above 0"
+        )
+    x, y, width, height = numbers
+    return x, y, width, height
 
 
 def _share(text: str) -> float:
     share = float(text)
     if not 0.0 < share <= 1.0:
-        raise argparse.ArgumentTypeError(f"{text}: a share of the picture, above 0 and at most 1")
+        raise argparse.ArgumentTypeError(
+            f"{text}: must be a share of the picture, above 0 and at most 1"
+        )
     return share
 
 
@@ -162,7 +168,7 @@ def _demo(options: argparse.Namespace) -> int:
 
     if not options.json:
         print("hapticvlm demo: loading", flush=True)
-    with nullcontext() if options.json else working("loading"):  # many s where none is compiled
+    with nullcontext() if options.json else working("loading"):  # seconds on the first run
         from hapticvlm.demo.run import run
 
     return run(options.capture, options.out, quiet=options.quiet, as_json=options.json)
@@ -176,7 +182,7 @@ def _browse() -> int:
 
     examples = _examples_folder()
     if examples is None:
-        raise UsageError("no browser scene here: this wheel was built without it; use a checkout")
+        raise UsageError("this wheel was built without the browser scene; use a checkout")
     if not (examples / "webxr" / "node_modules" / "three").is_dir():
         raise UsageError(f"three.js is not installed: {CURE}")
     try:
@@ -185,19 +191,19 @@ def _browse() -> int:
             running(["--scene", str(examples)], ends_with_us=True) as service,
         ):
             page = service.page + "scene/webxr/"
-            print(f"the scene    {page}\ndashboard    {service.page}\nCtrl+C ends both", flush=True)
+            print(f"scene        {page}\ndashboard    {service.page}\nCtrl+C ends both", flush=True)
             if not webbrowser.open(page):
-                print("no browser opened by itself: open the first address in one", flush=True)
+                print("no browser was opened; open the first address in one", flush=True)
             while service.process.poll() is None:
                 time.sleep(0.5)
     except KeyboardInterrupt:
         return 0
-    print("hapticvlm demo: the service ended by itself", file=sys.stderr)
+    print("hapticvlm demo: the service ended unexpectedly", file=sys.stderr)
     return 1
 
 
 def _examples_folder() -> Path | None:
-    """Find the scene: of the folder one is in, of this checkout, or of this wheel."""
+    """Find the scene: in the current folder, in this checkout, or in this wheel."""
     package = Path(__file__).resolve().parents[1]
     for folder in (Path.cwd() / EXAMPLES, package.parents[1] / EXAMPLES, package / "scene"):
         if (folder / "webxr" / "index.html").is_file():

@@ -1,4 +1,7 @@
-"""What `feel` and `export` share of a touch without a scene: material, warmth, recordings."""
+"""The options of a touch without a scene: material, temperatures, recordings to play.
+
+`feel`, `export` and `replay` share them.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,7 @@ Options = argparse.ArgumentParser | argparse._ArgumentGroup
 
 
 def add_force(parser: Options) -> None:
-    """Declare how hard the hand touches."""
+    """Declare the force of the hand."""
     parser.add_argument(
         "--force",
         type=number_within(0.0, 100.0),
@@ -28,12 +31,12 @@ def add_force(parser: Options) -> None:
 
 
 def add_temperatures(parser: Options) -> None:
-    """Declare how warm object and room are."""
+    """Declare the temperatures of object and room."""
     parser.add_argument(
         "--object-c",
         type=number_within(-100.0, 400.0),
         metavar="DEGC",
-        help="temperature of the object (that of the room)",
+        help="temperature of the object (the room's)",
     )
     parser.add_argument(
         "--ambient-c",
@@ -45,25 +48,25 @@ def add_temperatures(parser: Options) -> None:
 
 
 def add_seconds(parser: Options, default_s: float) -> None:
-    """Declare how long the touch lasts."""
+    """Declare the length of the touch."""
     parser.add_argument(
         "--seconds",
         type=number_within(0.02, 60.0),
         default=default_s,
         metavar="S",
-        help="how long the touch lasts (%(default)s)",
+        help="length of the touch (%(default)s)",
     )
 
 
 def add_gallery(parser: Options) -> None:
-    """Declare where the user's own materials are."""
+    """Declare the folder of the user's own materials."""
     parser.add_argument(
         "--gallery", type=Path, metavar="GALLERY", help="folder with materials of your own"
     )
 
 
 def table(gallery: Path | None) -> Mapping[str, Material]:
-    """Return the materials there are. Raises OSError, ValueError."""
+    """Return the table of materials, with the user's own. Raises OSError, ValueError."""
     from hapticvlm.materials import MATERIALS
     from hapticvlm.vision.galleries.user_materials import read_folder, table_with
 
@@ -71,17 +74,17 @@ def table(gallery: Path | None) -> Mapping[str, Material]:
 
 
 def find(name: str, known: Mapping[str, Material]) -> Material:
-    """Find a material by name; raises MaterialError naming the nearest."""
+    """Find a material by name. Raises MaterialError naming the nearest."""
     from hapticvlm.materials import MaterialError, nearest
 
-    found = known.get(name) or known.get(name.lower())
-    if found is None:
+    material = known.get(name) or known.get(name.lower())
+    if material is None:
         raise MaterialError(f"no material `{name[:40]}`{nearest(name, known)}")
-    return found
+    return material
 
 
 def add_recordings(parser: Options) -> None:
-    """Declare what is played instead of synthesis, and the speaker it is corrected for."""
+    """Declare recordings to play instead of synthesis, and the correction of the speaker."""
     parser.add_argument(
         "--patterns",
         type=Path,
@@ -92,12 +95,12 @@ def add_recordings(parser: Options) -> None:
         "--speaker-response",
         type=Path,
         metavar="FILE",
-        help="correct the speaker by this curve, as `serve` does",
+        help="correct the speaker with this curve, as `serve` does",
     )
 
 
 def voices(options: argparse.Namespace, table: Mapping[str, Material]) -> Voices:
-    """Make the mixer that the options describe. Raises OSError, ValueError."""
+    """Return the mixer that the options describe. Raises OSError, ValueError."""
     from hapticvlm.devices.speaker.speaker_files import read_speaker_files
     from hapticvlm.rendering.vibration.equaliser import Playback
     from hapticvlm.rendering.vibration.voices import Voices

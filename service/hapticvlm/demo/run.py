@@ -1,7 +1,7 @@
-"""The main job, end to end, on simulated devices: a recorded headset capture becomes touch.
+"""Runs the main job end to end on simulated devices: a recorded headset capture becomes touch.
 
-Starts the service in a process of its own, streams the capture to it as a scene would, reports each
-touch while it happens, and leaves a page to look through the session, its sound, and the record.
+It starts the service in its own process, streams the capture to it as a scene would, prints each
+touch while it happens, and writes a page of the session, its sound, and the recorded session.
 """
 
 from __future__ import annotations
@@ -39,13 +39,13 @@ SETTLE_S = 0.3  # for the last answers and telemetry
 def run(path: Path | None, out: Path, *, quiet: bool, as_json: bool = False) -> int:
     """Run the demo; return 0 when every message was answered. Raises HapticVLMError, OSError.
 
-    For programs its figures are printed as JSON at its end, and nothing before.
+    With `as_json` only the summary is printed, as JSON at the end.
     """
     console = Console(highlight=False, soft_wrap=True, quiet=as_json)
     capture = read(CAPTURE if path is None else path)
     console.print(
-        f"A recorded session of an emulated headset, {capture.duration_s:.0f} s, becomes touch.\n"
-        "Starting the service: simulated plate, and your speaker if there is one."
+        f"Playing a recorded session of an emulated headset ({capture.duration_s:.0f} s).\n"
+        "Starting the service with a simulated plate, and your speaker if there is one."
     )
     sessions = out / "session"
     sessions.mkdir(parents=True, exist_ok=True)
@@ -53,12 +53,12 @@ def run(path: Path | None, out: Path, *, quiet: bool, as_json: bool = False) -> 
         console.print(f"Ready after {service.seconds_to_ready:.1f} s.\n")
         outcome, show = asyncio.run(_perform(capture, service, console))
     _record(show, out / "decisions.jsonl")
-    recorded = _remembered(sessions, console)
-    write_wav(out / "vibration.wav", recorded.wave)
-    page.write(recorded, "the demo", out / "session.html")
+    session_timeline = _timeline(sessions, console)
+    write_wav(out / "vibration.wav", session_timeline.wave)
+    page.write(session_timeline, "the demo", out / "session.html")
     figures = summary.write(capture, outcome, show.decisions, show.telemetry, out)
     console.print((out / "summary.txt").read_text(encoding="utf-8"))
-    console.print("Open this page in a browser: frames, decisions, plate and sound over time.")
+    console.print("Results; open the page in a browser for frames, decisions, plate and sound:")
     for name in ("session.html", "vibration.wav", "decisions.jsonl", figures.name):
         console.print(f"  {out / name}")
     console.print(_next_steps(_session(sessions)))
@@ -102,7 +102,7 @@ async def _follow(capture: Capture, show: Show) -> None:
 
 
 def _ignore(line: Line, answer: Message) -> None:
-    """Ignore the scene's own answers: the observer receives everything."""
+    """Ignore the scene's own answers, because the observer receives every decision."""
 
 
 def _record(show: Show, path: Path) -> None:
@@ -112,23 +112,23 @@ def _record(show: Show, path: Path) -> None:
     recorder.close()
 
 
-def _remembered(sessions: Path, console: Console) -> Timeline:
-    console.print("\nReading the record, and playing its vibration again.")
-    with waiting(console, lambda seconds: f"playing again, {seconds:.0f} s"):
+def _timeline(sessions: Path, console: Console) -> Timeline:
+    console.print("\nReading the recorded session and rendering its vibration again.")
+    with waiting(console, lambda seconds: f"rendering, {seconds:.0f} s"):
         return timeline.read(_session(sessions), MATERIALS, Voices())
 
 
 def _session(sessions: Path) -> Path:
-    """Return the newest record with frames; folders are named by their time."""
-    found = [folder for folder in sessions.iterdir() if (folder / "frames").is_dir()]
-    if not found:
+    """Return the newest session with frames; folders are named by their time."""
+    folders = [folder for folder in sessions.iterdir() if (folder / "frames").is_dir()]
+    if not folders:
         raise HapticVLMError(f"{sessions}: no frame was kept; is the disk full?")
-    return max(found)
+    return max(folders)
 
 
 @contextmanager
 def _service(sessions: Path, console: Console, *, quiet: bool) -> Iterator[Service]:
-    """Start the service on a real output if there is one, else on the simulated speaker."""
+    """Start the service on a real audio output if there is one, else on the simulated speaker."""
     arguments = ["--record", str(sessions), "--record-frames"]
     with contextlib.ExitStack() as stack:
         service = None
@@ -143,10 +143,10 @@ def _service(sessions: Path, console: Console, *, quiet: bool) -> Iterator[Servi
 def _next_steps(session: Path) -> str:
     return (
         "\nNext:\n"
-        f"  look again  hapticvlm replay --view {session}\n"
+        f"  view again  hapticvlm replay --view {session}\n"
         "  dashboard   hapticvlm serve, then open http://127.0.0.1:8790/ in a browser\n"
-        "  your own    http://127.0.0.1:8790/try: drop a picture of yours and touch it\n"
+        "  pictures    http://127.0.0.1:8790/try: drop a picture of yours and touch it\n"
         "  your scene  connect it to ws://127.0.0.1:8790/ (shortest: examples/touch.py)\n"
         "  Unity       add the package in unity_client/ (README.md there: five steps);\n"
-        "              schemas/messages.schema.json and schemas/vectors/ are the contract"
+        "              the protocol is schemas/messages.schema.json and schemas/vectors/"
     )

@@ -1,4 +1,4 @@
-"""Shows what the service decides while it decides it: a line a touch, and a line that moves."""
+"""Prints the service's decisions as they are made: a row for each touch, and a live status line."""
 
 from __future__ import annotations
 
@@ -25,21 +25,21 @@ SOURCES = {
     "unknown": "not sure enough",
 }
 REFRESH_HZ = 8
-SILENCE_S = 2.0  # of a text that is not a terminal, before it reports progress
-_COLUMNS = "{:>5}  {:<21} {:<13} {:<16} {:>5} {:>5} {:>5}"
+SILENCE_S = 2.0  # longest silence before progress is printed, where the output is not a terminal
+_COLUMNS = "{:>5}  {:<21} {:<13} {:<16} {:>5} {:>8} {:>5}"
 _HEAD = (
-    _COLUMNS.format("time", "touched", "is", "told", "feel", "asked", "plate")
+    _COLUMNS.format("time", "object", "material", "evidence", "skin", "setpoint", "plate")
     + "\n"
     + _COLUMNS.format("s", "", "", "", "degC", "degC", "degC")
 )
 _LEGEND = (
-    "feel: what skin should feel. asked: what the plate was asked for when the touch\n"
-    "ended. plate: what it then measured (simulated)."
+    "skin: temperature that skin should feel. setpoint: target of the plate when the\n"
+    "touch ended. plate: its temperature then (simulated)."
 )
 
 
 def confidence_text(decision: Mapping[str, Any]) -> str:
-    """Return how sure, and by what: `97 % sure, by its name`."""
+    """Return the confidence and the evidence: `97 % sure, by its name`."""
     source = SOURCES[decision["source"]]
     if decision["source"] == "scene":
         return source
@@ -50,14 +50,14 @@ def confidence_text(decision: Mapping[str, Any]) -> str:
 
 
 def degrees(decision: Mapping[str, Any]) -> str:
-    """Return what skin is to feel: `skin should feel 23.9 °C`."""
+    """Return the temperature for skin: `skin should feel 23.9 °C`."""
     contact_c = decision.get("contact_c")
     return "" if contact_c is None else f"skin should feel {contact_c:.1f} °C"
 
 
 @contextmanager
 def waiting(console: Console, text: Callable[[float], str]) -> Iterator[None]:
-    """Print a line every SILENCE_S while something takes long; `text` is given the seconds."""
+    """Print a line every SILENCE_S until the context ends; `text` makes it from the seconds."""
     began = time.monotonic()
     ended = threading.Event()
 
@@ -75,7 +75,7 @@ def waiting(console: Console, text: Callable[[float], str]) -> Iterator[None]:
 
 
 class Show:
-    """What the observer has received so far, and the touches that were printed."""
+    """Prints touches and status, and keeps the events the observer has received."""
 
     def __init__(self, console: Console, capture: Capture) -> None:
         self._console = console
@@ -93,7 +93,7 @@ class Show:
 
     @contextmanager
     def running(self) -> Iterator[None]:
-        """Count time from now, and keep the moving line until the end."""
+        """Count time from now, and show the status line until the context ends."""
         self._started = time.monotonic()
         self._print(_HEAD)
         with Live(
@@ -117,11 +117,11 @@ class Show:
                 self._newest[event["object_id"]] = event
 
     def begin_touch(self, touch: Contact) -> None:
-        """Show in the moving line what is touched."""
+        """Show the touched object in the status line."""
         self._touched = touch.name
 
     def end_touch(self, touch: Contact) -> None:
-        """Print the line of a touch that has ended."""
+        """Print the row of a touch that has ended."""
         self._touched = None
         decision = self._newest.get(touch.object_id)
         newest = self.telemetry[-1][1] if self.telemetry else {}
@@ -135,7 +135,7 @@ class Show:
         if not self.telemetry:
             return Text("waiting for the first telemetry")
         newest = self.telemetry[-1][1]
-        touched = f"touching {self._touched}" if self._touched else "between two touches"
+        touched = f"touching {self._touched}" if self._touched else "no touch"
         bar = "#" * min(12, int(24 * newest["speaker_level"]))
         return Text(
             f"{self.now_s:5.1f} of {self._duration_s:.0f} s  {touched:<31}"
@@ -144,7 +144,7 @@ class Show:
 
 
 def row(touch: Contact, decision: Message | None, telemetry: Message) -> str:
-    """One touch on a line of at most 80 columns: what it is, why, and its temperatures."""
+    """Return one touch as a row of at most 80 columns: object, material, evidence, temperatures."""
     if decision is None:
         return _COLUMNS.format(f"{touch.started_s:.1f}", touch.name[:21], "undecided", *[""] * 4)
     material = decision["material"]

@@ -1,6 +1,6 @@
-"""What a demo leaves in figures: how its touches were decided, answered and timed.
+"""Writes the summary of a demo: how its touches were decided, answered and timed.
 
-Reads decisions and telemetry as they were received; decides nothing itself.
+It counts decisions and telemetry as they were received and makes no decision itself.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from hapticvlm.client.sending import Outcome
 def write(
     capture: Capture, outcome: Outcome, decisions: Timed, telemetry: Timed, out: Path
 ) -> Path:
-    """Write the figures into `out` as text and as JSON; return the file of the JSON."""
+    """Write the summary into `out` as text and as JSON; return the JSON file."""
     result = summary(capture, outcome, contacts(capture, decisions), decisions, telemetry)
     file = out / "summary.json"
     file.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
@@ -31,7 +31,7 @@ def write(
 def summary(
     capture: Capture, outcome: Outcome, touches: list[Contact], decisions: Timed, telemetry: Timed
 ) -> dict[str, Any]:
-    """Return the run in figures."""
+    """Return the figures of the run."""
     newest = telemetry[-1][1] if telemetry else {}
     stages = [d["stages_ms"] for _, d in decisions if d.get("stages_ms")]
     return {
@@ -57,19 +57,19 @@ def summary(
 
 
 def as_text(result: dict[str, Any]) -> str:
-    """Write the figures for a person."""
+    """Return the summary as text for a person."""
     outcomes = result["touch_outcomes"]
     total = result["touches"]
     answers = ", ".join(f"{count} {name}" for name, count in sorted(result["answers"].items()))
     sources = ", ".join(f"{count} {name}" for name, count in result["touch_sources"].items())
     return (
-        f"{total} touches: {outcomes.get('right', 0)} as in the capture's truth, "
-        f"{outcomes.get('unknown', 0)} honestly unknown, {outcomes.get('wrong', 0)} wrong\n"
-        f"decided by: {sources}\n"
+        f"{total} touches: {outcomes.get('right', 0)} correct, "
+        f"{outcomes.get('unknown', 0)} unknown, {outcomes.get('wrong', 0)} wrong\n"
+        f"evidence: {sources}\n"
         f"{result['sent'].get('frame', 0)} frames in {result['seconds']} s; answers: {answers}; "
         f"unanswered: {result['unanswered']}\n"
-        f"a look took {result['look_ms_median']} ms in the median, its frame was "
-        f"{result['frame_age_ms_median']} ms old\n"
+        f"median recognition {result['look_ms_median']} ms, median age of its frame "
+        f"{result['frame_age_ms_median']} ms\n"
         f"underruns: {result['underruns']}, "
         f"dropped frames: {result['dropped_frames']}\n"
     )

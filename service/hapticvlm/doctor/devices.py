@@ -1,6 +1,6 @@
-"""What `hapticvlm doctor` checks on cables: audio outputs and plates; none is played or heated.
+"""Checks audio outputs and plates for `hapticvlm doctor`, without playing or heating anything.
 
-A plate only exchanges hello, which opening resets, and stays off.
+A plate only exchanges hello with this program. Opening its port resets the board, which stays off.
 """
 
 from __future__ import annotations
@@ -19,66 +19,69 @@ from hapticvlm.doctor.findings import Finding, Verdict
 from hapticvlm.server.settings import ServeOptions
 
 
-def audio(serving: ServeOptions) -> list[Finding]:
-    """Find the outputs, and whether the one asked for is among them."""
+def audio(options: ServeOptions) -> list[Finding]:
+    """List the audio outputs, and check whether the chosen one is among them."""
     try:
-        return [found_audio(serving, output_names())]
+        return [found_audio(options, output_names())]
     except subprocess.TimeoutExpired:
-        text = f"the sound system did not answer within {AUDIO_S:g} s"
-        verdict: Verdict = "note" if serving.speaker == "simulated" else "wrong"
-        return [Finding("audio", verdict, text, "is a sound server running? try again")]
+        message = f"the sound system did not answer within {AUDIO_S:g} s"
+        verdict: Verdict = "note" if options.speaker == "simulated" else "wrong"
+        return [Finding("audio", verdict, message, "start the sound server, then try again")]
 
 
-def found_audio(serving: ServeOptions, names: list[str]) -> Finding:
-    """Judge the outputs' names by what was asked for."""
-    text = f"outputs: {', '.join(names) or 'none'}"
-    if serving.speaker == "simulated":
-        cure = "--speaker default, or part of a name, plays on one" if names else None
-        return Finding("audio", "ok", f"{text}; simulated is asked for", cure)
+def found_audio(options: ServeOptions, names: list[str]) -> Finding:
+    """Check whether the chosen speaker is among these outputs."""
+    outputs = f"outputs: {', '.join(names) or 'none'}"
+    if options.speaker == "simulated":
+        cure = "use one: --speaker default, or part of its name" if names else None
+        return Finding("audio", "ok", f"{outputs}; the speaker is simulated", cure)
     try:
-        choose([{"name": name} for name in names], serving.speaker)
+        choose([{"name": name} for name in names], options.speaker)
     except OutputError as error:
-        cure = "plug one in, start the sound server, or --speaker simulated"
-        return Finding("audio", "wrong", f"--speaker {serving.speaker}: {error}", cure)
-    return Finding("audio", "ok", f"{text}; {serving.speaker} is asked for")
+        cure = "plug one in, start the sound server, or use --speaker simulated"
+        return Finding("audio", "wrong", f"--speaker {options.speaker}: {error}", cure)
+    return Finding("audio", "ok", f"{outputs}; the speaker is {options.speaker}")
 
 
-def plates(serving: ServeOptions) -> list[Finding]:
-    """Find which serial ports may be a plate, whether they may be opened, and which answers."""
-    is_asked = serving.peltier != "simulated"
+def plates(options: ServeOptions) -> list[Finding]:
+    """Check each serial port that may be a plate: whether it can be opened, and whether it answers.
+
+    A fault counts as wrong only where the service is to use a real plate.
+    """
+    is_required = options.peltier != "simulated"
     try:
-        found = ports.candidate_ports(serving.peltier if is_asked else ports.AUTO)
+        candidates = ports.candidate_ports(options.peltier if is_required else ports.AUTO)
     except DeviceError as error:
-        verdict: Verdict = "wrong" if is_asked else "ok"
-        return [Finding("plate", verdict, str(error).split("; plug")[0], "or --peltier simulated")]
-    findings = [_judged(place, is_asked) for place in found]
-    if is_asked and any(
-        finding.verdict == "ok" for finding in findings
-    ):  # auto takes the one that answers
-        return [finding for finding in findings if finding.verdict == "ok"]
+        verdict: Verdict = "wrong" if is_required else "ok"
+        cure = "plug one in, or use --peltier simulated"
+        return [Finding("plate", verdict, str(error).split("; plug")[0], cure)]
+    findings = [_check_port(place, is_required) for place in candidates]
+    answering = [finding for finding in findings if finding.verdict == "ok"]
+    if is_required and answering:  # `auto` uses the plate that answers
+        return answering
     return findings
 
 
-def _judged(place: PortInfo, is_asked: bool) -> Finding:
+def _check_port(place: PortInfo, is_required: bool) -> Finding:
     if Path(place.url).exists() and not os.access(place.url, os.R_OK | os.W_OK):
-        verdict: Verdict = "wrong" if is_asked else "note"
-        text = f"{place.text}: may not be opened by you"
-        return Finding("plate", verdict, text, _join_group(Path(place.url)))
-    return check_plate(place.text, Peltier(place.url), is_asked)
+        verdict: Verdict = "wrong" if is_required else "note"
+        message = f"{place.text}: you have no permission to open it"
+        return Finding("plate", verdict, message, _join_group(Path(place.url)))
+    return check_plate(place.text, Peltier(place.url), is_required)
 
 
 def _join_group(port: Path) -> str:
     return f"sudo usermod -aG {port.group()} $USER, then log in again"
 
 
-def check_plate(address: str, plate: Peltier, is_asked: bool) -> Finding:
-    """Connect to what may be a plate and close it; no setpoint is sent."""
+def check_plate(address: str, plate: Peltier, is_required: bool) -> Finding:
+    """Connect to a possible plate and close it again; no setpoint is sent."""
     try:
         plate.connect()
     except DeviceError as error:
         reason = str(error).removeprefix("no plate answered; ")
-        cure = "another port, the board's cable, or no firmware yet: hapticvlm plate flash"
-        return Finding("plate", "wrong" if is_asked else "note", reason or address, cure)
+        cure = "try another port, check the cable, or write its firmware: hapticvlm plate flash"
+        return Finding("plate", "wrong" if is_required else "note", reason or address, cure)
     finally:
         plate.close()
     return Finding("plate", "ok", f"{plate.name} answers")

@@ -1,4 +1,4 @@
-"""What `hapticvlm doctor` checks on the network: the port, who has it, the certificate."""
+"""Checks the network for `hapticvlm doctor`: the port, the program that has it, the certificate."""
 
 from __future__ import annotations
 
@@ -14,57 +14,58 @@ from hapticvlm.server.settings import ServeOptions
 
 ASK_S = 1.5
 SOON_DAYS = 14.0
-_ANY = {"0.0.0.0": "127.0.0.1", "::": "::1"}  # where to ask, not where to listen
+_ANY = {"0.0.0.0": "127.0.0.1", "::": "::1"}  # where to connect if the service listens everywhere
 
 
-def address(serving: ServeOptions) -> list[Finding]:
-    """Check whether the service would listen as asked, and how long its certificate lasts."""
+def address(options: ServeOptions) -> list[Finding]:
+    """Check whether the service could listen there, and how long its certificate is valid."""
     from hapticvlm.server import service_info
 
     try:
-        where = service_info.address(serving)
+        where = service_info.address(options)
     except ValueError as error:
-        return [Finding("address", "wrong", str(error), "`hapticvlm serve --help`")]
+        return [Finding("address", "wrong", str(error), "see `hapticvlm serve --help`")]
     if where.certificate is None:
         return []
     days = (where.certificate.ends_at - time.time()) / 86400.0
-    text = f"for {', '.join(sorted(where.certificate.names)) or 'no name'}, {days:.0f} days left"
+    names = ", ".join(sorted(where.certificate.names)) or "no name"
+    message = f"for {names}, {days:.0f} days left"
     if days < SOON_DAYS:
-        return [Finding("certificate", "note", text, "make a new one soon")]
-    return [Finding("certificate", "ok", text)]
+        return [Finding("certificate", "note", message, "renew it soon")]
+    return [Finding("certificate", "ok", message)]
 
 
-def port(serving: ServeOptions) -> Finding:
-    """Check whether the port is free, or who answers there."""
-    address = f"{serving.host}:{serving.port}"
-    family = socket.AF_INET6 if ":" in serving.host else socket.AF_INET
+def port(options: ServeOptions) -> Finding:
+    """Check whether the port is free, or which program answers there."""
+    address = f"{options.host}:{options.port}"
+    family = socket.AF_INET6 if ":" in options.host else socket.AF_INET
     try:
-        with socket.create_server((serving.host, serving.port), family=family):
+        with socket.create_server((options.host, options.port), family=family):
             return Finding("port", "ok", f"{address} is free")
     except OSError as error:
         if error.errno == errno.EADDRINUSE:
-            return asyncio.run(_who(serving, address))
+            return asyncio.run(_who(options, address))
         reason = f"{address}: {error.strerror}"
-        cure = "another --host or --port"
+        cure = "choose another --host or --port"
         return Finding("port", "wrong", reason, cure)
 
 
-async def _who(serving: ServeOptions, address: str) -> Finding:
-    """Connect to what listens at the port, as an observer would."""
-    host = _ANY.get(serving.host, serving.host)
+async def _who(options: ServeOptions, address: str) -> Finding:
+    """Connect to the program at the port, as an observer would."""
+    host = _ANY.get(options.host, options.host)
     tls = None
-    if serving.tls_cert is not None:
+    if options.tls_cert is not None:
         tls = ssl.create_default_context()
-        # we only ask who is there
+        # The certificate names another host than this address, and only the greeting is read.
         tls.check_hostname = False
         tls.verify_mode = ssl.CERT_NONE
     shown = f"[{host}]" if ":" in host else host
-    url = f"ws{'s' if tls else ''}://{shown}:{serving.port}/"
-    cure = "stop it before you start another, or take another --port"
+    url = f"ws{'s' if tls else ''}://{shown}:{options.port}/"
+    cure = "stop it before you start another, or choose another --port"
     try:
         async with (
             asyncio.timeout(ASK_S),
-            connect(url, name="doctor", role="observer", token=serving.token, tls=tls) as client,
+            connect(url, name="doctor", role="observer", token=options.token, tls=tls) as client,
         ):
             version = client.welcome["service"]["version"]
             return Finding("port", "note", f"{address}: hapticvlm {version} runs there", cure)
@@ -73,4 +74,4 @@ async def _who(serving: ServeOptions, address: str) -> Finding:
         return Finding("port", "note", reason, cure)
     except Exception as error:  # noqa: BLE001 - an unknown program may answer anything
         reason = f"{address}: another program has it ({type(error).__name__})"
-        return Finding("port", "wrong", reason, "take another --port")
+        return Finding("port", "wrong", reason, "choose another --port")

@@ -1,8 +1,8 @@
-"""Ambient temperature of a scene, rung by rung: stated, read by a VLM, a default. Pure.
+"""Decides a scene's ambient temperature: stated by the scene, read by a VLM, or a default. Pure.
 
-A picture shows a kind of climate rather than a number, so every value carries an interval and its
-source, and a reading that leaves most temperatures open counts as none: the next rung decides.
-Knows no model; a scene view is an embedding and a brightness.
+A picture shows a kind of climate rather than a number, so every value has an interval and a source.
+A reading whose interval leaves most temperatures open is ignored, and the next rung decides. Knows
+no model; a scene view is an embedding and a brightness.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ from numpy.typing import NDArray
 from hapticvlm.evidence.reading import Reading
 
 DEFAULT_C = 22.0  # degC, middle of heated and cooled rooms (docs/physics.md 7.1)
-# Indoor comfort bands run from 18 (WHO's least for healthy homes) to 26 degC (upper end of the
-# ASHRAE 55 summer band; physics.md 7.1); a scene that states nothing is assumed to be a room. An
-# outdoor scene may lie far outside, which is why the value always carries its source.
+# Indoor comfort ranges from 18 degC (the WHO's minimum for healthy homes) to 26 degC (upper end of
+# the ASHRAE 55 summer range; physics.md 7.1). A scene that states nothing is assumed to be a room;
+# an outdoor scene may be far outside, which is why the value always has its source.
 DEFAULT_LOW_C = 18.0
 DEFAULT_HIGH_C = 26.0
-WIDEST_C = 40.0  # degC, an interval wider than this separates no climates; our choice
+WIDEST_C = 40.0  # degC; a wider interval does not distinguish climates; our choice
 
 
 @dataclass(frozen=True, slots=True)
 class Ambient:
-    """An ambient temperature, the interval it is believed to lie in, and its source; degC."""
+    """An ambient temperature, the interval that it is believed to lie in, degC, and its source."""
 
     value_c: float
     low_c: float
@@ -38,14 +38,14 @@ class Ambient:
 
 @dataclass(frozen=True, slots=True)
 class SceneView:
-    """What a frame shows as a whole: embedding (D,) of unit norm, and brightness 0..1."""
+    """A whole frame: embedding (D,) of unit norm, and brightness 0..1."""
 
     embedding: NDArray[np.float32]
     brightness: float
 
 
 def ambient(scene_c: float | None, readings: Sequence[Reading] = ()) -> Ambient:
-    """Return the scene's value as exact, else what a VLM read, else the default; degC."""
+    """Return the scene's value as exact, else the mean of usable readings, else the default."""
     if scene_c is not None:
         return Ambient(scene_c, scene_c, scene_c, "scene")
     usable = [reading for reading in readings if is_informative(reading)]
@@ -53,7 +53,7 @@ def ambient(scene_c: float | None, readings: Sequence[Reading] = ()) -> Ambient:
 
 
 def is_informative(reading: Reading) -> bool:
-    """Whether a reading is a number whose interval leaves something out."""
+    """Whether a reading is finite and its interval is at most WIDEST_C wide."""
     numbers = (reading.value_c, reading.low_c, reading.high_c)
     ordered = reading.low_c <= reading.value_c <= reading.high_c
     return all(map(math.isfinite, numbers)) and ordered and numbers[2] - numbers[1] <= WIDEST_C
@@ -65,7 +65,7 @@ def distance(first: SceneView, second: SceneView) -> float:
 
 
 def _mean(readings: Sequence[Reading]) -> Ambient:
-    """Mean of readings of one place; what they disagree by widens the interval."""
+    """Return the mean of readings of one place; their standard deviation widens the interval."""
     values = np.array([reading.value_c for reading in readings])
     value_c = float(values.mean())
     spread_c = float(values.std())

@@ -1,4 +1,4 @@
-"""What a name says of how a thing vibrates by itself: the table of hums.toml. Pure."""
+"""Reads from an object's name how it vibrates by itself, by the table hums.toml. Pure."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ TABLE = Path(__file__).with_name("hums.toml")
 
 @dataclass(frozen=True, slots=True)
 class NamedHum:
-    """Fundamental in Hz, share of each harmonic of the one before it, felt level 0..1."""
+    """The fundamental, Hz; the level of each harmonic over the one before it; felt level 0..1."""
 
     frequency_hz: float
     richness: float
@@ -22,13 +22,13 @@ class NamedHum:
 
 
 def hum_of(name: str) -> NamedHum | None:
-    """Return how a thing of this name vibrates, None where the name says nothing of it."""
+    """Return how an object of this name vibrates; None if the name implies no vibration."""
     words = words_of(name)
     for size in range(_longest(), 0, -1):
         for begin in range(len(words) - size + 1):
-            found = _phrases().get(" ".join(words[begin : begin + size]))
-            if found is not None:
-                return found
+            hum = _phrases().get(" ".join(words[begin : begin + size]))
+            if hum is not None:
+                return hum
     return None
 
 

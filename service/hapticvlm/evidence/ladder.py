@@ -1,20 +1,27 @@
-"""The ladder: evidence in order of cost, when to stop climbing, and the verdict. Pure.
+"""Pools evidence on a material, decides when it suffices, and gives the verdict. Pure.
 
-Rung r believes b_r(m) of each of C materials and leaves open u_r = 1 - sum b_r. Rungs use
-different things (a name, a shader, pixels), so they are pooled log-linearly with what they leave
-open spread evenly; that no rung knows stays open, so one rung alone is believed as it is:
-  p(m) ~ prod_r (b_r(m) + u_r / C)^w_r - prod_r (u_r / C)^w_r,
-where w_r < 1 discounts a rung for leaning on the same hints as the others. Hence a rung that knows
-nothing changes nothing, and one that agrees never lowers a belief. Knows neither pictures nor
-objects, and keeps no state.
+*Pooling rungs.* Each rung (the scene's statement, a name, a shader, pixels, a VLM) gives a belief
+b_r(m) in each of C materials and leaves u_r = 1 - sum b_r open. Rungs observe different things, so
+their beliefs are multiplied, as independent evidence is: the pool is log-linear. The open part of a
+rung is first spread evenly, so that what it does not know is no evidence against anything. The
+product then contains the case that all rungs know nothing, which is subtracted again and stays
+open, so that a single rung is believed as it is:
 
-Several recognitions of one object are one evidence: the mean of their beliefs, of which the newest
-counts 1 / MEMORY at least. When CHANGE in a row find the same other material, something else is
-shown and the mean starts again. A belief carries its own weight: a poor picture leaves much open.
-Rejected after a comparison: short means and moving averages (2 to 6 times the flips for as quick a
-change), products with an exponent and a Bayes filter (surer than right: neighbouring frames repeat
-each other's errors), the mean embedding (its best guess is not better, and evidence would have to
-carry it), weights by size or sharpness (no gain).
+  p(m) ~ prod_r (b_r(m) + u_r / C)^w_r - prod_r (u_r / C)^w_r.
+
+A weight w_r < 1 discounts a rung that relies on the same hints as another one. Hence a rung that
+knows nothing changes nothing, and a rung that agrees never lowers a belief.
+
+*Fusing recognitions.* Several recognitions of one object by the same encoder are not independent:
+neighbouring frames repeat each other's errors, and a product would soon be surer than it is right.
+So they are averaged, and the newest counts at least 1 / MEMORY. When CHANGE recognitions in a row
+find the same other material, the object itself has changed and the average starts again. A poor
+picture needs no smaller weight, because its beliefs leave much open.
+
+Compared and rejected: short and moving averages (2 to 6 times the flips for as quick a change),
+products with an exponent and a Bayes filter (overconfident), the mean embedding (its best guess is
+not better, and evidence would have to hold it), weights by size or sharpness (no gain). Knows
+neither pictures nor objects, and keeps no state.
 """
 
 from __future__ import annotations
@@ -30,26 +37,26 @@ Rung = messages.Rung
 
 SURE = 0.8  # belief at which a rung, or the pool, needs no further rung
 KNOWN = 0.5  # pooled belief below which the answer is unknown: more likely wrong than right
-FLIP_MARGIN = 0.15  # lead in belief a new material needs over the one already rendered
-FLOOR = 1e-4  # least belief any rung may hold: no rung can veto a material for good
+FLIP_MARGIN = 0.15  # lead in belief that a new material needs over the one already rendered
+FLOOR = 1e-4  # least belief of a rung in any material, so that no rung can exclude it
 
-# Names and shaders come from the same person: what of a shader's exponent a name takes away that
-# leaves nothing open. All other exponents are 1.
+# Names and shaders are set by the same person. A name that leaves nothing open reduces a shader's
+# exponent by this much. All other exponents are 1.
 SHARED_HINTS = 0.3
 
-# Of the recognitions of one object; chosen on drifting crops of teaching sources, never on what is
-# held back.
-MEMORY = 32  # recognitions; so far back each counts alike, older ones fade
-CHANGE = 4  # in a row: fewer flip with a blurred stretch, more delay what is rendered
+# For recognitions of one object; chosen on drifting crops of training pictures, none of them held
+# back.
+MEMORY = 32  # recognitions that count equally; older ones fade
+CHANGE = 4  # in a row: fewer would flip during blurred frames, more would delay a change
 
 _ORDER: tuple[Rung, ...] = ("scene", "name", "shader", "encoder", "vlm", "unknown")
 
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """What one rung believes: (material, probability) best first, summing to at most 1.
+    """The beliefs of one rung: (material, probability), best first, summing to at most 1.
 
-    The mass the beliefs leave open belongs to no class: it is what the rung does not know.
+    The rest to 1 belongs to no class: it is what the rung does not know.
     """
 
     rung: Rung
@@ -57,22 +64,22 @@ class Evidence:
 
     @property
     def material(self) -> str | None:
-        """The most probable material, None when the rung believes nothing."""
+        """The most probable material; None if the rung has no beliefs."""
         return self.beliefs[0][0] if self.beliefs else None
 
     @property
     def confidence(self) -> float:
-        """Belief in `material`, 0..1; 0 when the rung believes nothing."""
+        """The belief in `material`, 0..1; 0 if the rung has no beliefs."""
         return self.beliefs[0][1] if self.beliefs else 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """What the ladder decided. An unknown material still names its best guess as `runner_up`.
+    """The ladder's decision; if `material` is unknown, `runner_up` is its best guess.
 
-    `confidence` is the posterior of the best material, also where that was not enough to name it.
-    `beliefs` is the posterior of every class, empty where no rung believes anything. It follows
-    from the evidence, so two verdicts are compared without it.
+    `confidence` is the posterior of the best material, even if it was too low to name it.
+    `beliefs` is the posterior of every class, empty if no rung has beliefs. It follows from the
+    evidence, so it is left out of comparisons.
     """
 
     material: str
@@ -85,7 +92,7 @@ class Verdict:
 
 @dataclass(frozen=True, slots=True)
 class Fused:
-    """The evidence of all recognitions of one object, their number, and those that contradict."""
+    """Fused evidence on one object, the count of its recognitions, and contradicting ones."""
 
     evidence: Evidence
     count: int
@@ -93,15 +100,15 @@ class Fused:
 
 
 def ranked(rung: Rung, beliefs: Mapping[str, float]) -> Evidence:
-    """Return beliefs as evidence, best first, rounded: the same whatever order they came in."""
+    """Return beliefs as evidence, best first and rounded, whatever their order was."""
     best_first = sorted(beliefs.items(), key=lambda item: (-item[1], item[0]))
     return Evidence(rung, tuple((name, round(p, 4)) for name, p in best_first))
 
 
 def restrict(item: Evidence, among: Collection[str] | None) -> Evidence:
-    """Restrict beliefs to these materials (None: all): the mass of others goes to them in scale.
+    """Restrict beliefs to these materials (None: all) and scale them up by the mass of the others.
 
-    What the evidence left open counts as one more candidate and grows alike.
+    The open part counts as one more candidate and grows in scale too.
     """
     if among is None:
         return item
@@ -113,13 +120,13 @@ def restrict(item: Evidence, among: Collection[str] | None) -> Evidence:
 
 
 def is_sure(evidence: Sequence[Evidence]) -> bool:
-    """Whether climbing can stop: the scene stated it, a rung is sure, or all together are."""
+    """Whether no further rung is needed: the scene stated it, or a rung or the pool is sure."""
     statement = _statement(_informative(evidence))
     return statement is not None or max(pool(evidence).values()) >= SURE
 
 
 def decide(evidence: Sequence[Evidence]) -> Verdict:
-    """Judge what was gathered so far; unknown when nothing is believed enough."""
+    """Return the verdict on the evidence so far; unknown if no belief reaches KNOWN."""
     gathered = tuple(evidence)
     informative = _informative(evidence)
     if not informative:
@@ -136,7 +143,7 @@ def decide(evidence: Sequence[Evidence]) -> Verdict:
 
 
 def apply_hysteresis(previous: Verdict | None, new: Verdict) -> Verdict:
-    """Hysteresis: the material in use stays unless the new one leads it by FLIP_MARGIN."""
+    """Keep the previous material unless the new one leads it by FLIP_MARGIN."""
     if previous is None or previous.material == new.material or new.source == "scene":
         return new
     if previous.material == materials.UNKNOWN:
@@ -151,10 +158,7 @@ def apply_hysteresis(previous: Verdict | None, new: Verdict) -> Verdict:
 
 
 def fuse(views: Sequence[Evidence]) -> Evidence:
-    """Several views of one object as one encoder evidence: the mean of their beliefs.
-
-    The mean, not the product: views of one object repeat each other's errors.
-    """
+    """Fuse several views of one object to one encoder evidence, the mean of their beliefs."""
     named = sorted({name for view in views for name, _ in view.beliefs})
     beliefs = [dict(view.beliefs) for view in views]
     means = {name: sum(b.get(name, 0.0) for b in beliefs) / len(views) for name in named}
@@ -182,19 +186,19 @@ def fuse_recognitions(recognitions: Iterable[Evidence]) -> Evidence:
 
 
 def pool(evidence: Sequence[Evidence]) -> dict[str, float]:
-    """Belief in every class after all evidence: the posterior; what it lacks to 1 is unknown."""
+    """Return the posterior of every class after all evidence; what it lacks to 1 is unknown."""
     informative = _informative(evidence)
     return _posterior(informative, _statement(informative))
 
 
 def _informative(evidence: Sequence[Evidence]) -> list[Evidence]:
-    """Return the rungs that believe anything, in one order, so that sums and ties are the same."""
-    found = [item for item in evidence if any(belief > 0.0 for _, belief in item.beliefs)]
-    return sorted(found, key=lambda item: (_ORDER.index(item.rung), item.beliefs))
+    """Return the evidence that has beliefs, in a fixed order: sums and ties are reproducible."""
+    kept = [item for item in evidence if any(belief > 0.0 for _, belief in item.beliefs)]
+    return sorted(kept, key=lambda item: (_ORDER.index(item.rung), item.beliefs))
 
 
 def _statement(informative: Sequence[Evidence]) -> Evidence | None:
-    """Find the scene's statement, else the first rung in order of cost that is sure by itself."""
+    """Return the scene's statement, else the first rung in order of cost that is sure by itself."""
     for item in informative:
         if item.rung == "scene" or item.confidence >= SURE:
             return item
@@ -212,25 +216,26 @@ def _posterior(informative: Sequence[Evidence], statement: Evidence | None) -> d
 def _product(informative: Sequence[Evidence]) -> dict[str, float]:
     classes = _classes(informative)
     logs = dict.fromkeys(classes, 0.0)
-    nobody_knows = 0.0
+    all_open = 0.0  # logarithm of prod_r (u_r / C)^w_r: no rung knows the material
     for item in informative:
         weight = _weight(item, informative)
         beliefs = dict(item.beliefs)
         share = _share(item, classes)
-        nobody_knows += weight * math.log(max(share, sys.float_info.min))
+        all_open += weight * math.log(max(share, sys.float_info.min))
         for name in classes:
             logs[name] += weight * math.log(max(beliefs.get(name, 0.0) + share, FLOOR))
+    # Scaled by the largest before leaving the logarithms, so that the powers do not underflow.
     top = max(logs.values())
     powers = {name: math.exp(value - top) for name, value in logs.items()}
     total = sum(powers.values())
-    rest = math.exp(min(0.0, nobody_knows - top))
+    rest = math.exp(min(0.0, all_open - top))
     return {name: max(0.0, power - rest) / total for name, power in powers.items()}
 
 
 def _with_statement(
     posterior: Mapping[str, float], material: str, informative: Sequence[Evidence]
 ) -> dict[str, float]:
-    """Believe a sure rung's material at least as much as any rung does, others in scale."""
+    """Raise a sure rung's material to the largest belief of any rung; scale the others down."""
     confidences = [item.confidence for item in informative if item.material == material]
     belief = min(1.0, max(posterior[material], *confidences))
     others = sum(posterior.values()) - posterior[material]
@@ -250,21 +255,21 @@ def _weight(item: Evidence, informative: Sequence[Evidence]) -> float:
 
 
 def _share(item: Evidence, classes: Sequence[str]) -> float:
-    """Spread what the beliefs leave open: to all classes alike, also to those named.
+    """Return each class's share of what the beliefs leave open, the same for all classes.
 
-    A rung that believes its own best guess at 2 % and nothing else is no evidence against it.
+    Named classes get it too: a rung whose only belief is 2 % is not evidence against its guess.
     """
     return max(0.0, 1.0 - sum(belief for _, belief in item.beliefs)) / len(classes)
 
 
 def _classes(informative: Sequence[Evidence]) -> tuple[str, ...]:
-    """Every class of the table, and those a user's gallery or scene adds."""
+    """Return every class of the table, and those that a user's gallery or scene adds."""
     named = [name for item in informative for name, _ in item.beliefs]
     return tuple(dict.fromkeys((*materials.MATERIALS, *named)))
 
 
 def _heaviest(informative: Sequence[Evidence], material: str) -> Rung:
-    """Find the rung that supports the material most, against knowing nothing."""
+    """Return the rung that supports the material most, compared with an even spread."""
     classes = _classes(informative)
 
     def weight(item: Evidence) -> float:
@@ -275,9 +280,10 @@ def _heaviest(informative: Sequence[Evidence], material: str) -> Rung:
 
 
 def _contradicting(before: Fused, newest: Evidence) -> tuple[Evidence, ...]:
-    """Return those in a row, this one included, that find another material than was fused.
+    """Return the latest recognitions in a row, with this one, of one material other than fused.
 
-    A run goes on when the mean has come over to it, since hysteresis may still hold the old label.
+    A run continues even after the mean has changed to its material, because hysteresis may still
+    keep the old one.
     """
     if newest.confidence < KNOWN:
         return ()

@@ -1,10 +1,11 @@
-"""What the name of an object or of its material implies about the material. Pure.
+"""Infers an object's material from its name or its material's name. Pure.
 
-A name is cut into words (CamelCase, snake, kebab, digits, engine noise). Each word is looked up in
-materials.toml (class words) and names.toml (things, finishes, phrases). Words are read the way
-English builds compounds: the last thing named is the head, words before it modify it, so
-"wooden handle steel pan" is a steel pan with a wooden handle. Other languages give nothing. Knows
-no picture; how often it is right is measured by `hapticvlm_lab/bench/names.py`.
+A name is split into words (at CamelCase, snake_case, kebab-case and digits), and words of engines
+are dropped. Each word is looked up in materials.toml (words of a material class) and names.toml
+(things, finishes, phrases). They are combined as English builds compounds: the last thing named is
+the head, and the words before it modify it, so "wooden handle steel pan" is a steel pan with a
+wooden handle. Names in other languages give no evidence. Knows no picture;
+`hapticvlm_lab/bench/names.py` measures how often it is right.
 """
 
 from __future__ import annotations
@@ -26,10 +27,10 @@ from hapticvlm.materials import Material
 Kind = Literal["word", "form", "weak", "thing", "phrase", "part", "tail", "not", "fake", "look", ""]
 Distribution = Mapping[str, float]
 
-WORD_BELIEF = 0.93  # a class word is right this often; checked by the reliability table of measure
-FAKE = 0.3  # what is left of a belief in "faux leather" or "leather look"
-MINOR = 0.1  # weight of what stands beside the word that decides, and of things beside the head
-LEAST_PART = 3  # letters of the shortest word looked for inside an unbroken compound
+WORD_BELIEF = 0.93  # how often a class word is right; checked by `hapticvlm measure names`
+FAKE = 0.3  # factor on beliefs for "faux leather" or "leather look"
+MINOR = 0.1  # weight of words beside the deciding one, and of things beside the head
+LEAST_PART = 3  # letters of the shortest part of an unbroken compound
 
 _CAMEL = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+|[A-Z]+")
 
@@ -39,12 +40,12 @@ class _Item:
     kind: Kind
     beliefs: Distribution
     weight: float = 1.0
-    words: tuple[str, ...] = ()  # of the name; none where the name denies them
+    words: tuple[str, ...] = ()  # of the name; () if the name denies them
 
 
 @dataclass(frozen=True, slots=True)
 class Lexicon:
-    """The words with a meaning: of a material table and of names.toml; see `read_lexicon`."""
+    """All known words, of a material table and of names.toml; made by `read_lexicon`."""
 
     items: Mapping[str, _Item]
     phrases: Mapping[tuple[str, ...], _Item]
@@ -54,12 +55,12 @@ class Lexicon:
 
 
 def read_lexicon(table: Mapping[str, Material]) -> Lexicon:
-    """Collect the words of these materials and of names.toml; the last ones are remembered."""
+    """Collect the words of these materials and of names.toml; results are cached."""
     return _lexicon(tuple(table.values()))
 
 
 def from_name(name: str, lexicon: Lexicon | None = None) -> Evidence | None:
-    """Read a name; None when no word of it is known. No lexicon means the built-in materials'."""
+    """Return a name's evidence; None if no word is known. Default lexicon: built-in materials."""
     if lexicon is None:
         lexicon = read_lexicon(materials.MATERIALS)
     groups = _groups_of(name, lexicon)
@@ -71,7 +72,7 @@ def from_name(name: str, lexicon: Lexicon | None = None) -> Evidence | None:
 
 
 def head_words(name: str, lexicon: Lexicon) -> tuple[str, ...]:
-    """Return the known words of the thing that a name is about, singular; "faux brick" has none."""
+    """Return the known words of the head group, in the singular; "faux brick" has none."""
     groups = _groups_of(name, lexicon)
     if not groups:
         return ()
@@ -79,7 +80,7 @@ def head_words(name: str, lexicon: Lexicon) -> tuple[str, ...]:
 
 
 def words_of(name: str) -> list[str]:
-    """Lower-case words of a name, without digits and single letters; non-Latin words stay whole."""
+    """Split a name into lower-case words without digits or single letters; non-Latin stay whole."""
     chunks = re.split(r"[\W\d_]+", unicodedata.normalize("NFKC", name))
     cut = (_CAMEL.findall(chunk) if chunk.isascii() else [chunk] for chunk in chunks)
     words = [word for part in cut for word in part]
@@ -91,36 +92,36 @@ def _groups_of(name: str, lexicon: Lexicon) -> list[list[_Item]]:
 
 
 def _head(groups: Sequence[Sequence[_Item]]) -> int:
-    """Find the group of the thing that is named: the last that is no part or aside."""
+    """Return the index of the head group: the last that is not a part or an aside."""
     return max(range(len(groups)), key=lambda index: (not _is_aside(groups[index]), index))
 
 
 def _lookup(words: Sequence[str], lexicon: Lexicon) -> list[_Item]:
-    """Words as items, longest known phrase first; noise is dropped, the unknown kept as ""."""
+    """Look up words, longest known phrase first; noise is dropped, unknown words have kind ""."""
     singular = [
         part for word in words for part in _split(singular_of(word, lexicon.vocabulary), lexicon)
     ]
-    found: list[_Item] = []
+    items: list[_Item] = []
     at = 0
     while at < len(singular):
         runs = [tuple(singular[at : at + n]) for n in range(lexicon.longest, 0, -1)]
         run = next((run for run in runs if run in lexicon.phrases), runs[-1])
         if run in lexicon.phrases or run[0] not in lexicon.noise:
             item = lexicon.phrases.get(run) or lexicon.items.get(run[0], _Item("", {}))
-            found.append(replace(item, words=run))
+            items.append(replace(item, words=run))
         at += len(run)
-    return found
+    return items
 
 
 def singular_of(word: str, vocabulary: Container[str]) -> str:
-    """Return the form of this word that the vocabulary has, or the word itself."""
+    """Return the singular of a word if the vocabulary has it, else the word itself."""
     endings = (("", ""), ("s", ""), ("es", ""), ("ves", "f"), ("ves", "fe"), ("ies", "y"))
     stems = [word.removesuffix(end) + new for end, new in endings if word.endswith(end)]
     return next((stem for stem in stems if stem in vocabulary), word)
 
 
 def _split(word: str, lexicon: Lexicon) -> tuple[str, ...]:
-    """Cut an unbroken compound of two known words ("oaktable"); else the word itself."""
+    """Split an unbroken compound of two known words ("oaktable"); else return the word itself."""
     if word in lexicon.vocabulary or len(word) < 2 * LEAST_PART:
         return (word,)
     if word.startswith("non") and word[3:] in lexicon.items:
@@ -134,7 +135,7 @@ def _split(word: str, lexicon: Lexicon) -> tuple[str, ...]:
 
 
 def _tone(items: Iterable[_Item]) -> list[_Item]:
-    """Apply "not", "faux" and "look" to their neighbours, and drop what is no evidence."""
+    """Apply "not", "faux" and "look" to their neighbours; drop items without evidence."""
     kept: list[_Item] = []
     pending: Kind = ""
     for item in items:
@@ -158,9 +159,9 @@ def _scaled(item: _Item, factor: float) -> _Item:
 
 
 def _groups(items: Iterable[_Item]) -> list[list[_Item]]:
-    """Noun groups: each ends with its thing or part; class words left over join the last one.
+    """Form noun groups: each ends with its thing or part; remaining class words join the last.
 
-    What follows "with" and the like gets little weight.
+    Items after "with" and other prepositions get little weight.
     """
     groups: list[list[_Item]] = []
     current: list[_Item] = []
@@ -181,7 +182,7 @@ def _groups(items: Iterable[_Item]) -> list[list[_Item]]:
 
 
 def _is_aside(group: Sequence[_Item]) -> bool:
-    """Whether a group names only a part of something, or stands after "with"."""
+    """Whether a group names only a part of something, or follows a preposition."""
     kinds = {item.kind for item in group}
     return ("part" in kinds and not kinds & {"thing", "phrase"}) or all(
         i.weight < 1.0 for i in group
@@ -189,7 +190,7 @@ def _is_aside(group: Sequence[_Item]) -> bool:
 
 
 def _meaning(group: Sequence[_Item]) -> Distribution:
-    """One group's materials: class words decide, forms, finishes and things only when alone."""
+    """Return a group's beliefs: class words decide, then forms and phrases, then other items."""
     ranks: tuple[tuple[Kind, ...], ...] = (("word",), ("form", "phrase"), ("thing", "weak"))
     leading = next(rank for rank in ranks if any(i.kind in rank and i.beliefs for i in group))
     items = [item for item in group if item.beliefs]
@@ -208,7 +209,7 @@ def _mix(parts: Sequence[Distribution], weights: Sequence[float]) -> dict[str, f
 
 @lru_cache(maxsize=4)
 def _lexicon(known: tuple[Material, ...]) -> Lexicon:
-    """Class words of the materials and names.toml; a user's words come before both."""
+    """Build the lexicon; a user's words override class words, and these override names.toml."""
     with Path(__file__).with_name("names.toml").open("rb") as file:
         table = tomllib.load(file)
     items = _entries("weak", table["weak"]) | _entries("thing", table["things"])
@@ -233,11 +234,11 @@ def _lexicon(known: tuple[Material, ...]) -> Lexicon:
 
 
 def _entries(kind: Kind, table: Mapping[str, str], comma: str | None = None) -> dict[str, _Item]:
-    """Items of a table "class:probability" -> words; one under two classes is shared."""
-    found: dict[str, list[Distribution]] = {}
+    """Read items of a table "class:probability" -> words; a word under two classes is shared."""
+    beliefs: dict[str, list[Distribution]] = {}
     for key, words in table.items():
         name, _, probability = key.partition(":")
         belief = {name: float(probability)} if name else {}
         for word in words.split(comma):
-            found.setdefault(word.strip(), []).append(belief)
-    return {word: _Item(kind, _mix(parts, [1.0] * len(parts))) for word, parts in found.items()}
+            beliefs.setdefault(word.strip(), []).append(belief)
+    return {word: _Item(kind, _mix(parts, [1.0] * len(parts))) for word, parts in beliefs.items()}

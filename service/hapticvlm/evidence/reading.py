@@ -1,4 +1,4 @@
-"""An ambient temperature that was read off a picture, with its interval. Knows no model."""
+"""Defines the reading of an ambient temperature from a picture. Knows no model."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ Method = Literal["readout", "logprobs", "text"]
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """An ambient temperature read off a picture, degC, with the interval that holds COVERAGE.
+    """An ambient temperature read from a picture, degC, with the interval that holds COVERAGE.
 
-    `prompt_sd_c` is the standard deviation of the value over the wordings asked, None with one.
-    `share` is the probability that the answer is one of the candidate numbers at all, None where
-    the method sees no probabilities.
+    `prompt_sd_c` is the standard deviation of the value over the wordings; None with one. `share`
+    is the probability that the answer is a candidate number at all; None if the method has no
+    probabilities. `seconds` is how long the reading took.
     """
 
     value_c: float

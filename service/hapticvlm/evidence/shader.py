@@ -1,13 +1,13 @@
-"""What a shader's physically based parameters imply about the material. Pure."""
+"""Infers a material from a shader's physically based parameters. Pure."""
 
 from __future__ import annotations
 
 from hapticvlm import materials
 from hapticvlm.evidence.ladder import Evidence, ranked
 
-METALLIC = 0.9  # from here on a shader means bare metal
-DIELECTRIC = 0.1  # up to here it means no bare metal
-TRANSMISSIVE = 0.5  # from here on light passes through the object
+METALLIC = 0.9  # from this value on it is bare metal
+DIELECTRIC = 0.1  # up to this value it is not bare metal
+TRANSMISSIVE = 0.5  # from this value on light passes through the object
 
 
 def from_shader(
@@ -16,10 +16,10 @@ def from_shader(
     transmission: float | None,
     base_color: tuple[float, float, float] | None,
 ) -> Evidence | None:
-    """Read physically based parameters (0..1); None when they are no evidence.
+    """Return the evidence of parameters (0..1, or None: not stated); None if they imply nothing.
 
-    metallic 1 with roughness 1 or unstated is glTF's default, found on textured wood as often as on
-    metal: it is no evidence.
+    metallic 1 with roughness 1 or unstated is glTF's default, which textured wood has as often as
+    metal, so it implies nothing.
     """
     if (transmission or 0.0) >= TRANSMISSIVE and (metallic or 0.0) < METALLIC:
         clear = {"glass": 0.75, "plastic": 0.15}  # not sure by itself: acrylic and water are clear
@@ -36,7 +36,7 @@ def from_shader(
 
 
 def _dielectric(roughness: float | None) -> dict[str, float]:
-    """Believe all but metal alike; smooth is hardly cloth or paper, rough hardly glass."""
+    """Return even beliefs with less metal; smooth is seldom cloth or paper, rough seldom glass."""
     doubt = {"metal": 0.3}
     if roughness is not None and roughness <= 0.2:
         doubt |= dict.fromkeys(("fabric", "paper", "rubber", "foliage"), 0.5)

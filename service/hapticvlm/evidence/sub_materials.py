@@ -1,9 +1,10 @@
-"""What a name gives of a thing beyond its material: its sub-material and its thickness. Pure.
+"""Reads an object's sub-material and thickness from its name. Pure.
 
-A material's bulk is that of its usual kind: plastic is solid, stone is granite, foliage is thick.
-Styrofoam, brick or a leaf differ from that by more than skin can feel, so their words lead to bulk
-values and a thickness of their own (sub_materials.toml; docs/physics.md 1.5). What the name gives
-counts only for the material that the ladder decided on, and the scene's own thickness outranks it.
+The thermal constants of a material are those of its usual kind: plastic is solid, stone is granite,
+foliage is thick. Styrofoam, brick or a leaf differ from that by more than skin can feel, so their
+words have their own constants and thickness (sub_materials.toml; docs/physics.md 1.5). They count
+only for the material that the ladder decides on, and a thickness stated by the scene overrides
+them.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ Run = tuple[str, ...]
 
 @dataclass(frozen=True, slots=True)
 class SubMaterial:
-    """A kind of some materials with bulk values of its own."""
+    """A kind of some materials (`of`) with its own thermal constants."""
 
     name: str
     of: tuple[str, ...]
@@ -36,7 +37,7 @@ class SubMaterial:
 
 @dataclass(frozen=True, slots=True)
 class Thickness:
-    """How thick a thing that is never thick is, m, where it is made of one of these materials."""
+    """The thickness, m, of a thing that is always thin, if made of one of the materials `of`."""
 
     name: str
     of: tuple[str, ...]
@@ -46,23 +47,23 @@ class Thickness:
 
 @dataclass(frozen=True, slots=True)
 class MaterialDetail:
-    """What a name gives, by the material that the thing may turn out to be."""
+    """Sub-materials and thicknesses from a name, by the material that the object may have."""
 
     sub_materials: Mapping[str, SubMaterial]
     thickness_m: Mapping[str, float]
 
     def sub_material(self, material: str) -> str | None:
-        """Return the name of what a thing of this material is made of, None: its usual kind."""
-        found = self.sub_materials.get(material)
-        return None if found is None else found.name
+        """Return the name of the sub-material for this material; None for its usual kind."""
+        kind = self.sub_materials.get(material)
+        return None if kind is None else kind.name
 
     def refine(self, table: Mapping[str, Material]) -> Mapping[str, Material]:
-        """Return the materials as this thing has them."""
+        """Return the material table with this object's sub-materials in it."""
         if not self.sub_materials:
             return table
         finer = {
-            name: replace(table[name], thermal=found.thermal)
-            for name, found in self.sub_materials.items()
+            name: replace(table[name], thermal=kind.thermal)
+            for name, kind in self.sub_materials.items()
             if name in table
         }
         return {**table, **finer}
@@ -72,15 +73,15 @@ PLAIN = MaterialDetail(MappingProxyType({}), MappingProxyType({}))
 
 
 def from_name(name: str, lexicon: Lexicon) -> MaterialDetail:
-    """Read a name; PLAIN where it gives nothing beyond the material.
+    """Return a name's details; PLAIN if it gives none.
 
     Of several sub-materials of a material the first named counts: "brick concrete" is brick.
     """
     words = names.head_words(name, lexicon)
     kinds: dict[str, SubMaterial] = {}
     for run in _runs(words):
-        found = SUB_MATERIALS.get(run)
-        kinds = {**dict.fromkeys(found.of, found), **kinds} if found else kinds
+        kind = SUB_MATERIALS.get(run)
+        kinds = {**dict.fromkeys(kind.of, kind), **kinds} if kind else kinds
     ends = (words[start:] for start in reversed(range(len(words))))
     metres = {
         name: row.metres for run in ends for row in THICKNESSES.get(run, ()) for name in row.of
@@ -89,7 +90,7 @@ def from_name(name: str, lexicon: Lexicon) -> MaterialDetail:
 
 
 def _runs(words: Sequence[str]) -> Iterator[Run]:
-    """Cut words into known runs, the longest first, from left to right."""
+    """Split words into known runs, the longest first, from left to right."""
     at = 0
     while at < len(words):
         runs = [tuple(words[at : at + length]) for length in range(LONGEST, 0, -1)]
@@ -99,20 +100,20 @@ def _runs(words: Sequence[str]) -> Iterator[Run]:
 
 
 def _read_sub_materials(table: Mapping[str, Any]) -> Mapping[Run, SubMaterial]:
-    found: dict[Run, SubMaterial] = {}
+    kinds: dict[Run, SubMaterial] = {}
     for name, row in table.items():
         kind = SubMaterial(name, tuple(row["of"].split()), Thermal(*row["bulk"]), row["source"])
-        found |= dict.fromkeys(_words(row), kind)
-    return MappingProxyType(found)
+        kinds |= dict.fromkeys(_words(row), kind)
+    return MappingProxyType(kinds)
 
 
 def _read_thicknesses(table: Mapping[str, Any]) -> Mapping[Run, tuple[Thickness, ...]]:
-    found: dict[Run, tuple[Thickness, ...]] = {}
+    kinds: dict[Run, tuple[Thickness, ...]] = {}
     for name, row in table.items():
         kind = Thickness(name, tuple(row["of"].split()), row["metres"], row["source"])
         for run in _words(row):
-            found[run] = (*found.get(run, ()), kind)
-    return MappingProxyType(found)
+            kinds[run] = (*kinds.get(run, ()), kind)
+    return MappingProxyType(kinds)
 
 
 def _words(row: Mapping[str, str]) -> list[Run]:

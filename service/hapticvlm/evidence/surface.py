@@ -1,12 +1,14 @@
-"""Surface temperature of an object: stated by the scene, its name, sun, the ambient. Pure.
+"""Decides an object's surface temperature: stated, from its name, from sun, or ambient. Pure.
 
-The rungs are climbed in that order and each may give None; the last always gives a value, so that
-an object of which nothing is known is as warm as its surroundings. In the sun an object is warmer
-than the air by the sol-air rule (ASHRAE Handbook of Fundamentals; docs/physics.md 7.2):
-    rise = a G / (h + k) - s
-with a the absorptance, G the sun's power on it, h the heat transfer to air and sky, k what a body
-leads into its depth or evaporates, s the loss to a clear sky. It is a steady state on a clear day:
-an hour of sun for stone, minutes for cloth. Knows no picture.
+The rungs are tried in that order, and each may give None except the last: an object of which
+nothing is known is as warm as its surroundings. In the sun an object is warmer than the air by the
+sol-air rule (ASHRAE Handbook of Fundamentals; docs/physics.md 7.2),
+
+    rise = a G / (h + k) - s,
+
+with the absorptance a, the sun's power G on the surface, the heat transfer h to air and sky, the
+heat k that the body conducts into its depth or evaporates, and the loss s to a clear sky. It is the
+steady state on a clear day, which stone reaches in an hour and cloth in minutes. Knows no picture.
 """
 
 from __future__ import annotations
@@ -17,12 +19,12 @@ from typing import Literal
 from hapticvlm.evidence import names, temperature_words
 from hapticvlm.evidence.ambient import Ambient
 
-# what `temperature_c` may be on the wire; a test compares them
+# The range of `temperature_c` on the wire; a test compares them.
 LEAST_C = -100.0
 MOST_C = 400.0
-HEATED_ROOM_C = 25.0  # above this nobody heats: a radiator gives nothing; our choice
+HEATED_ROOM_C = 25.0  # ambient above which radiators are off; our choice
 
-SUN_W_M2 = (400.0, 800.0, 1000.0)  # low sun, usual clear day, at right angles (physics.md 7.2)
+SUN_W_M2 = (400.0, 800.0, 1000.0)  # G: low sun, usual clear day, perpendicular (physics.md 7.2)
 AIR_W_M2_K = 17.0  # h of the sol-air rule in a light wind (3.4 m/s); calm air gives about 10
 SKY_K = (4.0, 4.0, 0.0)  # s of a horizontal surface, and of a vertical one
 
@@ -31,7 +33,7 @@ Source = Literal["scene", "name", "sun", "ambient"]
 
 @dataclass(frozen=True, slots=True)
 class SurfaceFacts:
-    """What is known of an object: `stated_c` in degC; `sunlit` None when not stated."""
+    """Known facts of an object: `stated_c` in degC; `sunlit` is None if not stated."""
 
     name: str | None = None
     object_id: str | None = None
@@ -42,7 +44,7 @@ class SurfaceFacts:
 
 @dataclass(frozen=True, slots=True)
 class Surface:
-    """A surface temperature, the interval it is believed to lie in, its source and why; degC."""
+    """A surface temperature and the interval it is believed to lie in, degC; source and reason."""
 
     value_c: float
     low_c: float
@@ -53,7 +55,7 @@ class Surface:
 
 @dataclass(frozen=True, slots=True)
 class _Sunning:
-    """Absorptance least, usual, most; and k in W/(m2 K). Sources: physics.md 7.2."""
+    """The least, usual and largest absorptance; and k, W/(m2 K). Sources: physics.md 7.2."""
 
     absorptance: tuple[float, float, float]
     depth_w_m2_k: float = 0.0
@@ -78,9 +80,9 @@ _PALE = frozenset(("white", "pale", "ivory", "cream", "whitewashed", "limewashed
 
 
 def surface(facts: SurfaceFacts, ambient: Ambient) -> Surface:
-    """Return how warm an object's surface is, by the first rung that gives a value."""
-    found = stated(facts) or named(facts, ambient) or sunned(facts, ambient)
-    return found or Surface(
+    """Return an object's surface temperature, by the first rung that gives one."""
+    known = stated(facts) or named(facts, ambient) or sunned(facts, ambient)
+    return known or Surface(
         ambient.value_c,
         ambient.low_c,
         ambient.high_c,
@@ -90,7 +92,7 @@ def surface(facts: SurfaceFacts, ambient: Ambient) -> Surface:
 
 
 def stated(facts: SurfaceFacts) -> Surface | None:
-    """Return the temperature that the scene stated; None: none stated."""
+    """Return the temperature that the scene stated; None if it stated none."""
     if facts.stated_c is None:
         return None
     value = facts.stated_c
@@ -98,17 +100,17 @@ def stated(facts: SurfaceFacts) -> Surface | None:
 
 
 def named(facts: SurfaceFacts, ambient: Ambient) -> Surface | None:
-    """Return what the name gives, or the object id where there is no name; None: nothing.
+    """Return the temperature that the name implies (or the object id, without a name), or None.
 
-    In hot air nothing hot is colder than the air, in cold air nothing cold is warmer.
+    A hot object is never colder than hot air, and a cold one never warmer than cold air.
     """
     name = facts.name or facts.object_id
-    found = temperature_words.from_name(name) if name else None
-    if found is None or (found.is_supposed_on and ambient.value_c > HEATED_ROOM_C):
+    hot_name = temperature_words.from_name(name) if name else None
+    if hot_name is None or (hot_name.is_supposed_on and ambient.value_c > HEATED_ROOM_C):
         return None
-    heat = found.heat
+    heat = hot_name.heat
     bound = max if heat.is_hot else min
-    why = f"`{found.thing}` {found.state}".rstrip() + f": {heat.source}"
+    why = f"`{hot_name.thing}` {hot_name.state}".rstrip() + f": {heat.source}"
     return _limited(
         Surface(
             bound(heat.value_c, ambient.value_c),
@@ -121,7 +123,7 @@ def named(facts: SurfaceFacts, ambient: Ambient) -> Surface | None:
 
 
 def sunned(facts: SurfaceFacts, ambient: Ambient) -> Surface | None:
-    """Return how warm the sun makes it; None in the shade and for unknown materials."""
+    """Return the temperature in the sun; None in the shade and for unknown materials."""
     known = _SUNNING.get(facts.material or "")
     if not facts.sunlit or known is None:
         return None
@@ -144,7 +146,7 @@ def sunned(facts: SurfaceFacts, ambient: Ambient) -> Surface | None:
 def _shaded(
     name: str | None, absorptance: tuple[float, float, float]
 ) -> tuple[str, tuple[float, float, float]]:
-    """Narrow the absorptance by a colour in the name: ("dark ", ...), ("pale ", ...) or as is."""
+    """Narrow the absorptance by a colour in the name; also return "dark ", "pale " or ""."""
     words = set(names.words_of(name or ""))
     least, usual, most = absorptance
     if words & _DARK and not words & _PALE:
@@ -154,13 +156,14 @@ def _shaded(
     return "", absorptance
 
 
-def _limited(found: Surface) -> Surface:
-    """Clamp to what the wire declares, and note it in `why`."""
+def _limited(surface: Surface) -> Surface:
+    """Clamp to the range of the wire, and note it in `why`."""
     value, low, high = (
-        min(max(figure, LEAST_C), MOST_C) for figure in (found.value_c, found.low_c, found.high_c)
+        min(max(figure, LEAST_C), MOST_C)
+        for figure in (surface.value_c, surface.low_c, surface.high_c)
     )
-    if (value, low, high) == (found.value_c, found.low_c, found.high_c):
-        return found
-    unclamped = f"{found.value_c:g} ({found.low_c:g} to {found.high_c:g}) degC"
-    why = f"{found.why}; {unclamped} clamped to {LEAST_C:g}..{MOST_C:g}"
-    return replace(found, value_c=value, low_c=low, high_c=high, why=why)
+    if (value, low, high) == (surface.value_c, surface.low_c, surface.high_c):
+        return surface
+    unclamped = f"{surface.value_c:g} ({surface.low_c:g} to {surface.high_c:g}) degC"
+    why = f"{surface.why}; {unclamped} clamped to {LEAST_C:g}..{MOST_C:g}"
+    return replace(surface, value_c=value, low_c=low, high_c=high, why=why)

@@ -1,10 +1,11 @@
-"""How hot or cold a thing is, as far as its name gives it, by temperature_words.toml. Pure.
+"""Reads from a name how hot or cold a thing is, by the table temperature_words.toml. Pure.
 
-A thing is hot or cold by itself or only in a state; the state of the bare name is "".
-Names are cut into words as names.py cuts them. The last thing named is what is touched: a "radiator
-grille" is a grille, an "ice blue sofa" a sofa, and neither has a temperature; nor has one that may
-be on or off, until a word next to it names a state. Better none than wrong: a word this reader does
-not know, between a state and a thing or after the thing, gives none. Knows no ambient and no sun.
+Some things are hot or cold by themselves (ice), others only in a state (a stove that is on); the
+state of a bare name is "". Names are split into words as in names.py. The last thing named is what
+a hand touches: a "radiator grille" is a grille, an "ice blue sofa" a sofa, and neither has a
+temperature. A thing that may be on or off has one only if a word next to it names the state. A
+wrong temperature is worse than none, so an unknown word between a state and a thing, or after the
+thing, gives None. Knows no ambient and no sun.
 """
 
 from __future__ import annotations
@@ -27,12 +28,12 @@ Run = tuple[str, ...]
 
 TABLE = Path(__file__).with_name("temperature_words.toml")
 ROOM_C = 22.0
-BARE = "bare"  # in the file, the state of a name that states none
+BARE = "bare"  # in the file: the state of a name without any word of state
 
 
 @dataclass(frozen=True, slots=True)
 class Heat:
-    """A surface temperature and the interval it is believed to lie in, degC, and its source."""
+    """A surface temperature, the interval that it is believed to lie in, degC, and its source."""
 
     value_c: float
     low_c: float
@@ -41,12 +42,12 @@ class Heat:
 
     @property
     def is_hot(self) -> bool:
-        """Whether it is warmer than a room, not colder; no figure lies near the limit."""
+        """Whether it is warmer than a room; no value of the table is near the limit."""
         return self.value_c > ROOM_C
 
 
 def _runs(words: str) -> list[Run]:
-    """Cut "ice cube, snow" into (("ice", "cube"), ("snow",))."""
+    """Split "ice cube, snow" into [("ice", "cube"), ("snow",)]."""
     return [tuple(run.split()) for run in words.split(",")]
 
 
@@ -58,19 +59,19 @@ def _heats(table: Mapping[str, Any]) -> dict[str, Heat]:
 
 
 def _things(table: list[Any], heats: Mapping[str, Heat]) -> Mapping[Run, Mapping[State, Heat]]:
-    found: dict[Run, Mapping[State, Heat]] = {}
+    rows: dict[Run, Mapping[State, Heat]] = {}
     for row in table:
         states = {
             cast("State", "" if state == BARE else state): heats[name]
             for state, name in row["in_state"].items()
         }
-        found |= dict.fromkeys(_runs(row["names"]), states)
-    return MappingProxyType(found)
+        rows |= dict.fromkeys(_runs(row["names"]), states)
+    return MappingProxyType(rows)
 
 
 def _states(table: Mapping[str, str]) -> Mapping[Run, State]:
-    found = {run: cast("State", state) for state, words in table.items() for run in _runs(words)}
-    return MappingProxyType(found)
+    rows = {run: cast("State", state) for state, words in table.items() for run in _runs(words)}
+    return MappingProxyType(rows)
 
 
 _FILE = tomllib.loads(TABLE.read_text(encoding="utf-8"))
@@ -94,14 +95,14 @@ LONGEST = max(map(len, THINGS))
 
 Role = Literal["thing", "state", "colour", "mute", "stuff", "tail", "not", "fake", "other"]
 
-_WITH = ("with",)  # the preposition after which a state may stand: a mug with steam
-_GLASS = ("glass",)  # a thing here, a class word to names.py
-_HEATING: tuple[State, ...] = ("boiling", "hot", "on")  # agree with each other; the first counts
+_WITH = ("with",)  # the preposition that a state may follow: a mug with steam
+_GLASS = ("glass",)  # a thing here, a class word in names.py
+_HEATING: tuple[State, ...] = ("boiling", "hot", "on")  # compatible; the first one counts
 
 
 @dataclass(frozen=True, slots=True)
 class HotName:
-    """What a name gives: the thing, its state ("" when the thing needs none), the figures."""
+    """A thing that a name gives, its state ("" if it needs none), and its temperature."""
 
     thing: str
     state: State
@@ -109,7 +110,7 @@ class HotName:
 
     @property
     def is_supposed_on(self) -> bool:
-        """Whether it is a heater without the word "on": a radiator."""
+        """Whether it is a radiator without a word of state, which is assumed to be on."""
         return self.heat is RADIATOR and not self.state
 
 
@@ -122,7 +123,7 @@ class _Token:
 
 @lru_cache(maxsize=8192)
 def from_name(name: str) -> HotName | None:
-    """Read a name; None when it gives no temperature."""
+    """Return a name's thing and temperature; None if it gives no temperature."""
     main, aside = _clauses(_without_colours(_tokens(name)))
     heads = [at for at, token in enumerate(main) if token.role not in ("state", "colour")]
     if not heads or main[heads[-1]].role != "thing":
@@ -137,7 +138,7 @@ def from_name(name: str) -> HotName | None:
 
 
 def _is_imitation(main: Sequence[_Token], figures: Mapping[State, Heat]) -> bool:
-    """Whether a word denies it: a toy stove, an icicle of glass, no fire."""
+    """Whether a word denies the temperature: a toy stove, an icicle of glass, no fire."""
     roles = {token.role for token in main}
     is_ice = figures.get("") is MELTING
     is_stuff = "stuff" in roles or any(token.run == _GLASS for token in main)
@@ -145,13 +146,13 @@ def _is_imitation(main: Sequence[_Token], figures: Mapping[State, Heat]) -> bool
 
 
 def _named_states(main: Sequence[_Token], head: int) -> frozenset[State]:
-    """States named after the thing, or before it with no unknown word between."""
+    """Return the states named after the thing, or before it without an unknown word between."""
     before = takewhile(lambda token: token.role != "other", reversed(main[:head]))
     return frozenset(token.state for token in (*before, *main[head + 1 :]) if token.state)
 
 
 def _agreed(states: frozenset[State]) -> State | None:
-    """Return the one state named, "" when none is, None when they contradict each other."""
+    """Return the one state named; "" if there is none, None if states contradict each other."""
     if len(states) <= 1:
         return next(iter(states), "")
     if states <= set(_HEATING):
@@ -160,19 +161,19 @@ def _agreed(states: frozenset[State]) -> State | None:
 
 
 def _clauses(tokens: Sequence[_Token]) -> tuple[list[_Token], frozenset[State]]:
-    """Split at the first preposition: what is named, and its states after "with"."""
+    """Split at the first preposition; return the tokens before it, and the states after "with"."""
     for at, token in enumerate(tokens):
         if token.role == "tail" or (token.run == ("on",) and _is_followed(tokens[at + 1 :])):
-            return list(tokens[:at]), _had(tokens[at:])
+            return list(tokens[:at]), _states_in(tokens[at:])
     return list(tokens), frozenset()
 
 
 def _is_followed(rest: Sequence[_Token]) -> bool:
-    """Whether something stands after "on": then it is a place, else the thing runs."""
+    """Whether a thing follows "on": then it is a place, else it means that the thing runs."""
     return any(token.role not in ("state", "colour") for token in rest)
 
 
-def _had(aside: Sequence[_Token]) -> frozenset[State]:
+def _states_in(aside: Sequence[_Token]) -> frozenset[State]:
     if aside[0].run != _WITH:
         return frozenset()
     states = {token.state or WITH.get(token.run, "") for token in aside}
@@ -180,7 +181,7 @@ def _had(aside: Sequence[_Token]) -> frozenset[State]:
 
 
 def _without_colours(tokens: Sequence[_Token]) -> list[_Token]:
-    """Drop colours named after something hot or cold: hot pink, ice blue, off white."""
+    """Drop colours that contain a hot or cold word: hot pink, ice blue, off white."""
     kept: list[_Token] = []
     for token in tokens:
         if token.role == "colour" and kept and kept[-1].run in ALSO_COLOURS:
@@ -191,16 +192,16 @@ def _without_colours(tokens: Sequence[_Token]) -> list[_Token]:
 
 
 def _tokens(name: str) -> list[_Token]:
-    """Cut a name into known runs of words, the longest first; noise and mute words are dropped."""
+    """Split a name into known runs of words, the longest first; drops noise and mute words."""
     lexicon = names.read_lexicon(materials.MATERIALS)
     words = [names.singular_of(word, VOCABULARY) for word in names.words_of(name)]
-    found = []
+    tokens = []
     at = 0
     while at < len(words):
         token = next(filter(None, (_token(run, lexicon) for run in _runs_at(words, at))))
-        found.append(token)
+        tokens.append(token)
         at += len(token.run)
-    return [token for token in found if token.role != "mute"]
+    return [token for token in tokens if token.role != "mute"]
 
 
 def _runs_at(words: Sequence[str], at: int) -> Iterator[Run]:

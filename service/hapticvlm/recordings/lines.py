@@ -1,8 +1,7 @@
-"""The names in the lines of a session log: a file format, which stays when code is renamed.
+"""Defines the names in a session log: every key and every kind of line, in format version 2.
 
-The log is written and read in this room alone, and every key of it stands here once. Some names are
-older than the words of today's code ("look" is a recognition, "sight" a scene view, "say" a
-decision, "Feel" a vibration command): files of years ago must go on to be read.
+Only this package writes and reads the log. The names are a file format: when code is renamed they
+stay, or VERSION grows and a translator like `version_1.py` is added. Knows no file.
 """
 
 from __future__ import annotations
@@ -10,17 +9,21 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import Any
 
+VERSION = 2
+
 Line = dict[str, Any]
 
 
 class Key(StrEnum):
     """A field of a line."""
 
-    LINE = "line"  # its number; a gap means that lines were lost
-    HEAD = "head"  # what the session began with
+    LINE = "line"  # the line's number; a gap means that lines were lost
+    HEAD = "head"  # the settings a session begins with
+    VERSION = "version"  # of the format; version 1 does not have this field
+    RELEASE = "hapticvlm"  # the version of the program that recorded
     NOW = "now"  # s, the service's clock
-    IN = "in"  # what came into the session: an Input
-    OUT = "out"  # what the outputs were to do then: each an Output by its DO
+    IN = "in"  # the kind of an input to the session: an Input
+    OUT = "out"  # the outputs that followed from it, each an Output by its DO
     DO = "do"
     MESSAGE = "message"
     FILE = "file"  # of a picture that was kept
@@ -28,7 +31,7 @@ class Key(StrEnum):
     NUMBER = "number"  # of the recognition or question that this answers
     STAGES_MS = "stages_ms"
     EVIDENCE = "evidence"
-    SIGHT = "sight"
+    SCENE_VIEW = "scene_view"
     EMBEDDING = "embedding"
     BRIGHTNESS = "brightness"
     KIND = "kind"
@@ -38,36 +41,35 @@ class Key(StrEnum):
     THERMAL_GAIN = "thermal_gain"
     SCOPE = "scope"
     COMMAND = "command"
-    VERSION = "hapticvlm"
     CAN_ASK = "can_ask"
     CONTACT_RESISTANCE = "contact_resistance"
     PLATE_RESISTANCE = "plate_resistance"
     MATERIALS = "materials"
-    SAVED = "saved"
-    HOLD = "hold"  # what a stop keeps at rest: output, hand, whether a release has armed it
+    SAVED_MATERIALS = "saved_materials"
+    HOLD = "hold"  # outputs kept at rest by a stop: output, hand, whether a release has armed it
 
 
 class Input(StrEnum):
-    """What came into a session."""
+    """The kind of an input to a session."""
 
     MESSAGE = "message"
-    RECOGNITION = "look"
-    SCENE_VIEW = "sight"
+    RECOGNITION = "recognition"
+    SCENE_VIEW = "scene_view"
     ANSWER = "answer"
     TICK = "tick"
     OWNER = "owner"
     REST = "rest"
-    HELD = "held"
+    STOP = "stop"
     HOLD = "hold"  # another session stopped or released: the hold is shared by all of them
 
 
 class Output(StrEnum):
-    """What a session had the outputs do, or announced."""
+    """The kind of an output: an action of the session, or a decision that it announced."""
 
-    DECISION = "say"
-    VIBRATION = "Feel"
-    RELEASE = "LetGo"
-    GAIN = "SetGain"
-    SETPOINT = "Heat"
-    REST_PLATE = "RestPlate"
-    HOLD = "HoldAtRest"
+    DECISION = "decision"
+    VIBRATION = "play_vibration"
+    RELEASE = "release_hand"
+    GAIN = "set_gain"
+    SETPOINT = "drive_plate"
+    REST_PLATE = "rest_plate"
+    HOLD = "hold_outputs"

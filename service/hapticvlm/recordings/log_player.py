@@ -1,7 +1,7 @@
-"""Feeds a recorded session to a fresh one, line by line, and compares what comes out.
+"""Feeds a recorded session to a new one, line by line, and compares the outputs.
 
-What was recognised is taken from the session log, so that the outputs must come out bit for bit
-the same; with a recogniser the kept frames are recognised anew and the differences are counted.
+Recognitions are taken from the session log, so the outputs must be the same bit for bit. With a
+recogniser the kept frames are recognised again instead, and the differences are counted.
 """
 
 from __future__ import annotations
@@ -38,13 +38,13 @@ from hapticvlm.session.hands import Hold, Output
 from hapticvlm.session.targets import RecognitionRequest, name_of
 
 HoldState = list[tuple[Output, HandName, bool]]
-# Recognises a picture anew under a name of what it shows. Raises SessionLogError.
+# Recognises a picture again, under a name for its subject. Raises SessionLogError.
 Recognise = Callable[[Frame, str], Evidence]
 
 
 @dataclass(slots=True)
 class Replayed:
-    """What a replay came to; times of sounds are in s of the log's clock."""
+    """The result of a replay; times of sounds are in s of the log's clock."""
 
     lines: int = 0
     counts: Counter[str] = field(default_factory=Counter)
@@ -56,12 +56,12 @@ class Replayed:
 
     @property
     def is_same(self) -> bool:
-        """Whether every output came out as recorded and no line of the log was lost."""
+        """Whether every output is as recorded and no line of the log was lost."""
         return not self.differing and not self.missing
 
 
 class LogPlayer:
-    """The session that a record is played to, and what it came to so far: `outcome`."""
+    """The session that a log is played to; `outcome` is the result so far."""
 
     def __init__(
         self,
@@ -81,7 +81,7 @@ class LogPlayer:
             write_line=lambda line, _: self._written.append(line),
         )
         self._recognitions: dict[int, RecognitionRequest] = {}
-        self._blanks: set[bytes] = set()  # that stand for pictures which were not kept
+        self._blanks: set[bytes] = set()  # in place of pictures that were not kept
         self._asks: dict[int, AskAmbient | AskMaterial] = {}
         self._outputs: list[Line] = []
         self._now = 0.0
@@ -89,7 +89,7 @@ class LogPlayer:
         self.outcome = Replayed()
 
     def play(self, line: Line) -> None:
-        """Feed one line, or compare one line of outputs with what just came out."""
+        """Feed one line, or compare one line of outputs with those of the line before."""
         self.outcome.missing += line[Key.LINE] - self._next_line
         self._next_line = line[Key.LINE] + 1
         self.outcome.lines += 1
@@ -102,9 +102,9 @@ class LogPlayer:
         self._apply(self._play(Input(line[Key.IN]), line))
 
     def _apply(self, actions: list[Action]) -> None:
-        outs = [line[Key.OUT] for line in self._written if Key.OUT in line]
+        outputs = [line[Key.OUT] for line in self._written if Key.OUT in line]
         self._written.clear()
-        self._outputs = outs[0] if outs else []
+        self._outputs = outputs[0] if outputs else []
         for action in actions:
             match action:
                 case RecognitionRequest():
@@ -123,7 +123,7 @@ class LogPlayer:
             self._differ(line, f"recorded {_short(recorded)}, now {_short(outputs)}")
 
     def _finish(self, line: Line) -> None:
-        """Notice outputs that came out now and are not in the log."""
+        """Count outputs of the replay that are not in the log."""
         if self._outputs:
             self._differ(line, f"not recorded, now {_short(self._outputs)}")
             self._outputs = []
@@ -151,14 +151,14 @@ class LogPlayer:
                 return []
 
     def _play_order(self, kind: Input, line: Line) -> None:
-        """Give the session an order from outside, which it answers by no action."""
+        """Give the session an order from outside, which it answers with no action."""
         match kind:
             case Input.REST:
                 self._session.rest()
             case Input.OWNER:
                 gain = line.get(Key.THERMAL_GAIN)
                 self._session.set_owner(owner=line[Key.OWNER], thermal_gain=gain)
-            case Input.HELD:
+            case Input.STOP:
                 self._hold.stop(line[Key.SCOPE])
             case Input.HOLD:
                 self._hold.restore(msgspec.convert(line[Key.HOLD], HoldState))
@@ -176,17 +176,17 @@ class LogPlayer:
         if line[Key.EVIDENCE] is not None:
             evidence = msgspec.convert(line[Key.EVIDENCE], Evidence)
         if self._recognise is not None and evidence is not None:
-            evidence = self._recognise_anew(request, evidence)
+            evidence = self._recognise_again(request, evidence)
         stages_ms = line[Key.STAGES_MS]
         return self._session.recognised(request, evidence, stages_ms, line[Key.NOW])
 
     def _play_scene_view(self, line: Line) -> list[Action]:
         request = self._recognitions.pop(line[Key.NUMBER])
-        seen = line[Key.SIGHT]
+        fields = line[Key.SCENE_VIEW]
         view = None
-        if seen is not None:
-            embedding = np.array(seen[Key.EMBEDDING], np.float32)
-            view = SceneView(embedding, seen[Key.BRIGHTNESS])
+        if fields is not None:
+            embedding = np.array(fields[Key.EMBEDDING], np.float32)
+            view = SceneView(embedding, fields[Key.BRIGHTNESS])
         return self._session.scene_view_received(request, view, line[Key.NOW])
 
     def _play_answer(self, line: Line) -> list[Action]:
@@ -207,24 +207,24 @@ class LogPlayer:
         return messages.decode(msgspec.msgpack.encode(fields))
 
     def _kept(self, name: str | None, kind: str, width: int, height: int) -> bytes:
-        """Read a picture of the record; a blank of the same size where none was kept."""
+        """Read a picture of the record, or return a blank of its size where none was kept."""
         if name is not None:
             return read_picture(self._folder, name)
         blank = blank_picture(kind, width, height)
         self._blanks.add(blank)
         return blank
 
-    def _recognise_anew(self, request: RecognitionRequest, before: Evidence) -> Evidence:
+    def _recognise_again(self, request: RecognitionRequest, before: Evidence) -> Evidence:
         assert self._recognise is not None
         if request.picture.image in self._blanks:
             self.outcome.counts["picture not kept"] += 1
             return before
-        found = self._recognise(request.picture, name_of(request.target))
-        self.outcome.counts["recognised anew"] += 1
-        self.outcome.counts["recognised differently"] += found.material != before.material
-        return found
+        evidence = self._recognise(request.picture, name_of(request.target))
+        self.outcome.counts["recognised again"] += 1
+        self.outcome.counts["recognised differently"] += evidence.material != before.material
+        return evidence
 
 
 def _short(outputs: list[Line]) -> str:
-    text = json.dumps(outputs, default=str)
-    return text if len(text) < 300 else text[:300] + "..."
+    line = json.dumps(outputs, default=str)
+    return line if len(line) < 300 else line[:300] + "..."

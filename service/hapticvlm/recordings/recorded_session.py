@@ -1,9 +1,9 @@
-"""A session that writes a log of its inputs, so that it can be run again bit for bit.
+"""A session that writes a log of its inputs, so that it can be replayed bit for bit.
 
 Everything that changes a SceneSession comes in through a few calls, each with the time. A recorded
-session writes each call down, in order, before it is carried out: with the same calls a new session
-asks for the same outputs. Pictures are no part of that; the shell may keep them beside the log.
-The names in the lines are a file format and stay when code is renamed. Knows no file.
+session writes down each call, in order, before it carries it out: given the same calls, a new
+session asks for the same outputs. The log does not contain pictures; the recorder may keep them
+beside it. Knows no file.
 """
 
 from __future__ import annotations
@@ -21,9 +21,8 @@ from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.evidence.reading import Reading
 from hapticvlm.materials import Material
 from hapticvlm.messages import ClientMessage, Frame, Hello, Scope
-from hapticvlm.recordings.lines import Input, Key, Line, Output
+from hapticvlm.recordings.lines import VERSION, Input, Key, Line, Output
 from hapticvlm.rendering.heat.limits import PlateReading
-from hapticvlm.rendering.vibration.voices import Command
 from hapticvlm.session.actions import (
     Action,
     Ask,
@@ -42,7 +41,7 @@ from hapticvlm.session.session import SceneSession
 from hapticvlm.session.settings import SessionSettings
 from hapticvlm.session.targets import RecognitionRequest
 
-_NAMES: dict[type, Output] = {
+_KINDS: dict[type, Output] = {
     ReleaseHand: Output.RELEASE,
     SetGain: Output.GAIN,
     DrivePlate: Output.SETPOINT,
@@ -53,7 +52,7 @@ WriteLine = Callable[[Line, Frame | None], None]
 
 
 class RecordedSession(SceneSession):
-    """A SceneSession whose inputs, and what it has the outputs do, are written as lines.
+    """A SceneSession that writes its inputs and outputs as lines.
 
     `write_line` is called for every input with a line that JSON can hold, and the frame if any.
     """
@@ -81,7 +80,7 @@ class RecordedSession(SceneSession):
         stages_ms: dict[str, float],
         now: float,
     ) -> list[Action]:
-        """Receive what a recognition gave; what only taught the recogniser is no input."""
+        """Receive a recognition; one that only stored a reference view is not an input."""
         if request.reference_material is not None:
             return super().recognised(request, evidence, stages_ms, now)
         line: Line = {Key.NOW: now, Key.IN: Input.RECOGNITION, Key.NUMBER: request.number}
@@ -93,16 +92,16 @@ class RecordedSession(SceneSession):
         self, request: RecognitionRequest, scene_view: SceneView | None, now: float
     ) -> list[Action]:
         """Receive the scene view."""
-        seen = None
+        fields = None
         if scene_view is not None:
             embedding = scene_view.embedding.tolist()
-            seen = {Key.EMBEDDING: embedding, Key.BRIGHTNESS: scene_view.brightness}
+            fields = {Key.EMBEDDING: embedding, Key.BRIGHTNESS: scene_view.brightness}
         line: Line = {Key.NOW: now, Key.IN: Input.SCENE_VIEW, Key.NUMBER: request.number}
-        self._write_line({**line, Key.SIGHT: seen}, None)
+        self._write_line({**line, Key.SCENE_VIEW: fields}, None)
         return self._logged(super().scene_view_received(request, scene_view, now))
 
     def answered(self, ask: Ask, answer: Reading | Evidence | None, now: float) -> list[Action]:
-        """Receive what a VLM answered."""
+        """Receive a VLM's answer."""
         line: Line = {Key.NOW: now, Key.IN: Input.ANSWER, Key.NUMBER: ask.number}
         kind = None if answer is None else type(answer).__name__.lower()
         self._write_line({**line, Key.KIND: kind, Key.ANSWER: _plain(answer)}, None)
@@ -114,7 +113,7 @@ class RecordedSession(SceneSession):
         return self._logged(super().tick(now, reading))
 
     def set_owner(self, *, owner: bool, thermal_gain: float | None = None) -> None:
-        """Set whether this scene may drive the outputs from now on, and the gain it finds set."""
+        """Set whether this scene may drive the outputs from now on, and the gain now in force."""
         line: Line = {Key.IN: Input.OWNER, Key.OWNER: owner, Key.THERMAL_GAIN: thermal_gain}
         self._write_line(line, None)
         super().set_owner(owner=owner, thermal_gain=thermal_gain)
@@ -127,7 +126,7 @@ class RecordedSession(SceneSession):
     def on_stop(self, scope: Scope) -> None:
         """Note that outputs were stopped."""
         self._known_hold = self._hold.state
-        self._write_line({Key.IN: Input.HELD, Key.SCOPE: scope}, None)
+        self._write_line({Key.IN: Input.STOP, Key.SCOPE: scope}, None)
         super().on_stop(scope)
 
     def _write_line(self, line: Line, frame: Frame | None) -> None:
@@ -142,11 +141,11 @@ class RecordedSession(SceneSession):
         self._write(line, frame)
 
     def _logged(self, actions: list[Action]) -> list[Action]:
-        """Write what the outputs are to do; recognitions and questions get numbers."""
+        """Write the outputs among these actions; recognitions and questions get numbers."""
         self._known_hold = self._hold.state
         numbered = [self._numbered(action) for action in actions]
-        if done := outputs(numbered):
-            self._write_line({Key.OUT: done}, None)
+        if output_lines := outputs(numbered):
+            self._write_line({Key.OUT: output_lines}, None)
         return numbered
 
     def _numbered(self, action: Action) -> Action:
@@ -158,9 +157,10 @@ class RecordedSession(SceneSession):
 
 
 def head(settings: SessionSettings, hold: Hold) -> Line:
-    """Write what a session begins with, the hold of an earlier stop among it."""
+    """Return the head of a log: the settings a session begins with, and the hold of a stop."""
     return {
-        Key.VERSION: __version__,
+        Key.VERSION: VERSION,
+        Key.RELEASE: __version__,
         Key.OWNER: settings.owner,
         Key.CAN_ASK: settings.can_ask,
         Key.CONTACT_RESISTANCE: settings.contact_resistance,
@@ -168,58 +168,52 @@ def head(settings: SessionSettings, hold: Hold) -> Line:
         Key.THERMAL_GAIN: settings.thermal_gain,
         Key.READING: _plain(settings.reading),
         Key.MATERIALS: list(settings.table),
-        Key.SAVED: dict(settings.saved_materials),
+        Key.SAVED_MATERIALS: dict(settings.saved_materials),
         Key.HOLD: _plain(hold.state),
     }
 
 
 def settings_of(head: Line, table: Mapping[str, Material]) -> SessionSettings:
-    """Read what a session began with; older logs lack some of it."""
+    """Read the settings of a session from the head of its log."""
     return SessionSettings(
         owner=head[Key.OWNER],
         reading=msgspec.convert(head[Key.READING], PlateReading),
         table=table,
-        saved_materials=head.get(Key.SAVED, {}),
+        saved_materials=head[Key.SAVED_MATERIALS],
         can_ask=head[Key.CAN_ASK],
         contact_resistance=head[Key.CONTACT_RESISTANCE],
-        plate_resistance=head.get(Key.PLATE_RESISTANCE, 0.0),  # older logs took skin for plate
-        thermal_gain=head.get(Key.THERMAL_GAIN, 1.0),
+        plate_resistance=head[Key.PLATE_RESISTANCE],
+        thermal_gain=head[Key.THERMAL_GAIN],
     )
 
 
 def outputs(actions: list[Action]) -> list[Line]:
-    """Write what actions do to the outputs and announce, to compare bit for bit."""
+    """Return a line for each action on an output and each decision, to compare bit for bit."""
     lines: list[Line] = []
     for action in actions:
         if isinstance(action, Reply):
             if isinstance(action.message, messages.Decision):
                 lines.append({Key.DO: Output.DECISION, **_decision(action.message)})
         elif isinstance(action, PlayVibration):
-            lines.append({Key.DO: Output.VIBRATION, Key.COMMAND: _command(action.command)})
-        elif (name := _NAMES.get(type(action))) is not None:
-            lines.append({Key.DO: name, **_plain(action)})
+            lines.append({Key.DO: Output.VIBRATION, Key.COMMAND: _plain(action.command)})
+        elif (kind := _KINDS.get(type(action))) is not None:
+            lines.append({Key.DO: kind, **_plain(action)})
     return lines
 
 
 def _decision(decision: messages.Decision) -> Line:
-    """Write a decision; only one not rendered as its material marks it, as in earlier logs."""
+    """Return a decision's fields, its basis only where that is an expectation.
+
+    Version 1 wrote no other basis. With the same rule in both versions one comparison serves both.
+    """
     fields: Line = _plain(decision)
-    return fields if decision.basis == "expectation" else _without(fields, "basis")
-
-
-def _command(command: Command) -> Line:
-    fields: Line = _plain(command)
-    for name, usual in (("gain", 1.0), ("thickness_m", None), ("hum", None)):  # not in earlier logs
-        fields = _without(fields, name) if fields[name] == usual else fields
-    return {"stroke" if name == "motion" else name: value for name, value in fields.items()}
-
-
-def _without(fields: Line, name: str) -> Line:
-    return {key: value for key, value in fields.items() if key != name}
+    if decision.basis != "expectation":
+        fields.pop("basis", None)
+    return fields
 
 
 def _bare(message: ClientMessage) -> Line:
-    """Write a message as JSON can hold it: a frame without its pictures."""
+    """Return a message as JSON can hold it: a frame without its pictures."""
     if isinstance(message, Hello):
         message = msgspec.structs.replace(message, token=None)  # never on disk
     if not isinstance(message, Frame):

@@ -1,10 +1,10 @@
-"""Keeps sessions on disk: a folder each, written by one thread that nobody waits for.
+"""Records sessions on disk, a folder each, in one thread that the service never waits for.
 
-`session.jsonl` is everything that went into the session, for `replay`; `capture.jsonl` its
-messages, for `stream`; `decisions.jsonl` its decisions. Pictures are kept only when asked for. When
-the disk is too slow or the record too long, lines are lost and counted, and the log reports it. A
-scene that only says hello and leaves again leaves no folder behind: its first lines are held in
-memory until it stays.
+`session.jsonl` has every input of the session, for `replay`; `capture.jsonl` has its messages, for
+`stream`; `decisions.jsonl` has its decisions. Pictures are kept only when asked for. When the disk
+is too slow or the record too long, lines are dropped and counted, and the service's log reports it.
+A scene that only says hello and leaves gets no folder: its first lines are held in memory until it
+stays.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from hapticvlm.captures import LINES
 from hapticvlm.messages import Frame
 from hapticvlm.recordings.lines import Input, Key, Line, Output
 
-SESSION_LOG = "tape.jsonl"
+SESSION_LOG = "session.jsonl"
 DECISIONS = "decisions.jsonl"
 FRAMES = "frames"  # the folder of the pictures, where they are kept
 MAX_WAITING = 2000
@@ -34,7 +34,7 @@ COMPLAIN_S = 10.0
 MAX_BYTES = 4 * 1024**3
 SUFFIX = {"jpeg": "jpg", "png": "png", "rgb8": "rgb", "rgba8": "rgba"}
 logger = logging.getLogger(__name__)
-MOST_HELD = 500  # lines: ten seconds of ticks, then a scene has come to stay
+MAX_HELD = 500  # lines: after ten seconds of ticks a scene counts as one that stays
 WriteLine = Callable[[Line, Frame | None], None]
 
 
@@ -60,17 +60,17 @@ class Recorder:
 
     @property
     def lost(self) -> int:
-        """How many lines are missing: the disk was too slow or full, or the record too long."""
+        """How many lines were dropped: the disk was too slow or full, or the record too long."""
         return self._refused + self._failed
 
     @property
     def waiting_bytes(self) -> int:
-        """How much of pictures waits to be written."""
+        """The size of the pictures that wait to be written."""
         return self._queued_bytes - self._done_bytes
 
     @property
     def is_writing(self) -> bool:
-        """Whether something still waits to be written, or is being written."""
+        """Whether a line still waits to be written, or is being written."""
         return self._queue.unfinished_tasks > 0
 
     def begin(self, head: Line) -> Callable[[Line, Frame | None], None]:
@@ -112,7 +112,9 @@ class Recorder:
             job, size = waiting
             try:
                 if self.written_bytes > self._max_bytes:
-                    raise OSError(f"the record is full: it has {self._max_bytes} bytes")
+                    raise OSError(
+                        f"the record is full: the limit is {self._max_bytes} bytes; start another"
+                    )
                 self.written_bytes += job()
             except (OSError, TypeError, ValueError) as error:
                 self._failed += 1
@@ -121,7 +123,7 @@ class Recorder:
             self._queue.task_done()
 
     def _complain(self, error: Exception) -> None:
-        """Log that lines are missing; a disk that is full fails a hundred times a second."""
+        """Log that lines are missing, rate-limited: a full disk fails a hundred times a second."""
         now = time.monotonic()
         if now - self._complained_at >= COMPLAIN_S:
             self._complained_at = now
@@ -139,16 +141,16 @@ class _Record:
         self._at_s = 0.0
 
     def open(self, head: Line) -> int:
-        """Make the folder and write the first line."""
+        """Create the folder and write the first line."""
         self._folder = _new_folder(self._folder)
         size = self._append(SESSION_LOG, {Key.LINE: 0, Key.HEAD: head})
         self._is_open = True
         return size
 
     def write_line(self, number: int, line: Line, frame: Frame | None) -> int:
-        """Write one line of the log, and what of it is of interest by itself."""
+        """Write one line of the log; a message or a decision goes to its own file too."""
         if not self._is_open:
-            raise OSError(f"{self._folder} could not be begun")
+            raise OSError(f"{self._folder} could not be created")
         self._follow(line)
         size = 0
         extras: dict[str, Any] = {}
@@ -157,9 +159,9 @@ class _Record:
         size += self._append(SESSION_LOG, {Key.LINE: number, **line, **extras})
         if line.get(Key.IN) == Input.MESSAGE:
             size += self._append_message(line[Key.MESSAGE], extras)
-        for done in line.get(Key.OUT, ()):
-            if done[Key.DO] == Output.DECISION:
-                size += self._append(DECISIONS, {"t_s": self._at_s, **done})
+        for output in line.get(Key.OUT, ()):
+            if output[Key.DO] == Output.DECISION:
+                size += self._append(DECISIONS, {"t_s": self._at_s, **output})
         return size
 
     def _follow(self, line: Line) -> None:
@@ -191,35 +193,35 @@ class _Record:
             file.write(data)
 
     def _append(self, name: str, line: dict[str, Any]) -> int:
-        """Write one line, whole or not at all."""
+        """Write one line, whole or not at all: part of a line would make the log unreadable."""
         data = (json.dumps(line, allow_nan=False) + "\n").encode()
         with open(self._folder / name, "ab", buffering=0, opener=_private) as file:
             before = file.tell()
             written = file.write(data)
             if written != len(data):
                 file.truncate(before)
-                raise OSError(f"only {written} of {len(data)} bytes fitted on the disk")
+                raise OSError(f"the disk is full: {written} of {len(data)} bytes were written")
         return len(data)
 
 
 def _private(path: str, flags: int) -> int:
-    """Open a file that only this user may read: it holds what somebody did, and perhaps saw."""
+    """Open a file that only this user may read: it holds a person's actions, perhaps pictures."""
     return os.open(path, flags, 0o600)
 
 
 def _new_folder(wanted: Path) -> Path:
-    """Make this folder, or one beside it if another service has just made it."""
+    """Create this folder, or one beside it if another service has just created it."""
     for number in itertools.count(2):
         try:
             wanted.mkdir(mode=0o700, parents=True)
             return wanted
         except FileExistsError:
             wanted = wanted.with_name(f"{wanted.name.partition('_')[0]}_{number}")
-    raise AssertionError("there is always another name")
+    raise AssertionError("count() never ends")
 
 
 class LateRecord:
-    """Keeps a session's lines until its first message, then has all of them written in order."""
+    """Holds a session's lines until its first message, then writes all of them in order."""
 
     def __init__(self, begin: Callable[[], WriteLine]) -> None:
         self._begin = begin
@@ -231,11 +233,11 @@ class LateRecord:
         if self._write_line is None:
             self._held.append((line, frame))
             is_message = line.get(Key.IN) == Input.MESSAGE
-            if not is_message and len(self._held) < MOST_HELD:
+            if not is_message and len(self._held) < MAX_HELD:
                 return
             self._write_line = self._begin()
             held, self._held = self._held, []
-            for each in held:
-                self._write_line(*each)
+            for held_line, held_frame in held:
+                self._write_line(held_line, held_frame)
         else:
             self._write_line(line, frame)

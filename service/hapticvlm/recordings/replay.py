@@ -1,4 +1,4 @@
-"""Runs a recorded session again, without devices, and compares what it does to the outputs."""
+"""Replays a recorded session without devices, and compares its outputs with the recorded ones."""
 
 from __future__ import annotations
 
@@ -12,8 +12,7 @@ from hapticvlm.materials import Material
 from hapticvlm.messages import MessageError
 from hapticvlm.recordings.lines import Key
 from hapticvlm.recordings.log_player import LogPlayer, Recognise, Replayed
-from hapticvlm.recordings.recorder import SESSION_LOG
-from hapticvlm.recordings.session_log import SessionLogError, read_session_log
+from hapticvlm.recordings.session_log import SessionLogError, log_file, read_session_log
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 from hapticvlm.rendering.vibration.voices import Command, Voices
 from hapticvlm.session.actions import ReleaseHand, SetGain
@@ -25,39 +24,39 @@ LONGEST_S = 3600.0  # of vibration: more would fill the memory
 def replay(
     folder: Path, table: Mapping[str, Material], recognise: Recognise | None = None
 ) -> Replayed:
-    """Run a record again with these materials; `recognise` recognises its pictures anew.
+    """Replay a session with these materials; `recognise` recognises its pictures again.
 
     Raises SessionLogError.
     """
+    path = log_file(folder)
     lines = read_session_log(folder)
     head = next(lines, {}).get(Key.HEAD)
     if not isinstance(head, dict):
         raise SessionLogError(
-            f"{folder / SESSION_LOG}:1: no head; name a folder that `record` made"
+            f"{path}:1: the head is missing; give a folder that `hapticvlm record` wrote"
         )
     try:
         missing = [name for name in head[Key.MATERIALS] if name not in table]
         player = None if missing else LogPlayer(folder, head, table, recognise)
     except (KeyError, TypeError, ValueError) as error:
-        raise SessionLogError(
-            f"{folder / SESSION_LOG}:1: not a head of a session log ({error})"
-        ) from None
+        raise SessionLogError(f"{path}:1: not the head of a session log ({error})") from None
     if player is None:
         raise SessionLogError(
-            f"{folder}: recorded with {', '.join(missing)}: give that --gallery too"
+            f"{folder}: recorded with materials that are not known here ({', '.join(missing)}); "
+            "give the gallery that has them: --gallery GALLERY"
         )
     for line in lines:
         try:
             player.play(line)
         except KeyError as error:
-            place = f"{folder / SESSION_LOG}:{line.get(Key.LINE, '?')}"
-            text = f"{error} is missing: not a line of a complete session log"
-            raise SessionLogError(f"{place}: {text}") from None
+            place = f"{path}:{line.get(Key.LINE, '?')}"
+            reason = f"{error} is missing: not a line of a complete session log"
+            raise SessionLogError(f"{place}: {reason}") from None
         except (AttributeError, TypeError, ValueError, MessageError) as error:
-            place = f"{folder / SESSION_LOG}:{line.get(Key.LINE, '?')}"
+            place = f"{path}:{line.get(Key.LINE, '?')}"
             raise SessionLogError(f"{place}: not a line of a session log ({error!r})") from None
     counts = player.outcome.counts
-    if counts["picture not kept"] and not counts["recognised anew"]:
+    if counts["picture not kept"] and not counts["recognised again"]:
         raise SessionLogError(
             f"{folder}: has no pictures to recognise; record with --record-frames"
         )
@@ -67,7 +66,7 @@ def replay(
 def waveform(
     outcome: Replayed, voices: Voices, started: float | None = None
 ) -> NDArray[np.float32]:
-    """Render the sounds of a replay by fresh voices, (N,) float32 at RATE_HZ.
+    """Render the vibration of a replay with new voices, (N,) float32 at RATE_HZ.
 
     It begins at `started` on the log's clock, else with the first sound. The same log and voices
     give the same bits. Raises SessionLogError for more than LONGEST_S.
@@ -80,8 +79,8 @@ def waveform(
     ends = outcome.sounds[-1][0] + 1.0
     if ends - started > LONGEST_S:
         raise SessionLogError(
-            f"the session lasts {(ends - started) / 3600:.1f} h; at most {LONGEST_S / 3600:.0f} h "
-            "of vibration are rendered: record shorter sessions"
+            f"the session lasts {(ends - started) / 3600:.1f} h; the limit is "
+            f"{LONGEST_S / 3600:.0f} h of vibration: record shorter sessions"
         )
     while (now := started + len(blocks) * BLOCK / RATE_HZ) < ends:
         while waiting and waiting[-1][0] <= now:

@@ -1,53 +1,93 @@
-"""Reads a recorded session: the lines of its log, and blanks for pictures that were not kept."""
+"""Reads a recorded session: the lines of its log, and blanks for pictures that were not kept.
+
+Every reader gets lines of format version 2: a log of version 1 is translated here, line by line.
+"""
 
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from hapticvlm import documents
 from hapticvlm.errors import HapticVLMError
 from hapticvlm.messages import MAX_SIDE_PX
-from hapticvlm.recordings.lines import Line
+from hapticvlm.recordings import version_1
+from hapticvlm.recordings.lines import VERSION, Key, Line
 from hapticvlm.recordings.recorder import SESSION_LOG
 
 MAX_PICTURE_BYTES = MAX_SIDE_PX * MAX_SIDE_PX * 4  # the largest there is: rgba8
 
 
 class SessionLogError(HapticVLMError):
-    """A record that cannot be run again: which file, which line, why."""
+    """Raised when a session cannot be read or replayed; names the file, the line and the cause."""
+
+
+def log_file(folder: Path) -> Path:
+    """Return the log of a session's folder, of whichever version."""
+    path = folder / SESSION_LOG
+    former = folder / version_1.SESSION_LOG
+    return former if former.exists() and not path.exists() else path
 
 
 def read_session_log(folder: Path) -> Iterator[Line]:
-    """Yield the lines of a record, the head first. Raises SessionLogError."""
-    path = folder / SESSION_LOG
+    """Yield the lines of a session's log in version 2, the head first. Raises SessionLogError."""
+    path = log_file(folder)
     try:
         file = documents.open_file(path)
     except OSError as error:
         raise SessionLogError(
-            f"{path}: {error.strerror}; name a folder that `record` made"
+            f"{path}: {error.strerror}; give a folder that `hapticvlm record` wrote"
         ) from None
+    translate: Callable[[Line], Line] | None = None
     with file:
-        for number, text in enumerate(file, 1):
-            try:
-                line = documents.parse_json(text)
-            except ValueError:
-                raise SessionLogError(f"{path}:{number}: incomplete, or no JSON") from None
-            if not isinstance(line, dict):
-                raise SessionLogError(f"{path}:{number}: not a line of a session log")
+        for number, data in enumerate(file, 1):
+            place = f"{path}:{number}"
+            line = _parsed(data, place)
+            if number == 1 and _version(line, place) == 1:
+                translate = version_1.translate
+            if translate is not None:
+                try:
+                    line = translate(line)
+                except (AttributeError, KeyError, TypeError) as error:
+                    reason = f"not a line of a session log ({error!r})"
+                    raise SessionLogError(f"{place}: {reason}") from None
             yield line
+
+
+def _parsed(data: bytes, place: str) -> Line:
+    try:
+        line = documents.parse_json(data)
+    except ValueError:
+        raise SessionLogError(f"{place}: incomplete, or not JSON") from None
+    if not isinstance(line, dict):
+        raise SessionLogError(f"{place}: not a line of a session log")
+    return line
+
+
+def _version(first: Line, place: str) -> int:
+    """Return the format version that the first line of a log states; version 1 states none."""
+    head = first.get(Key.HEAD)
+    if not isinstance(head, dict):
+        return VERSION  # the caller reports a missing head
+    version = head.get(Key.VERSION, 1)
+    if version not in (1, VERSION):
+        raise SessionLogError(
+            f"{place}: format version {version!r}; this program reads 1 to {VERSION}: "
+            "update hapticvlm"
+        )
+    return int(version)
 
 
 def kept_picture(folder: Path, name: str) -> Path:
     """Return the file of a picture that a line names. Raises SessionLogError.
 
-    A session that somebody else gave may name any file: one outside its folder, a device that never
-    ends, a pipe that nobody writes to. Only a regular file within the folder is a picture of it.
+    A session from somebody else may name any file: one outside its folder, a device that never
+    ends, a pipe without a writer. Only a regular file within the folder is accepted.
     """
     path = folder / name
     if not path.resolve().is_relative_to(folder.resolve()):
-        raise SessionLogError(f"{folder}: names a picture outside this folder")
+        raise SessionLogError(f"{folder}: names a picture outside this folder ({name!r:.80})")
     if path.exists() and not path.is_file():
         raise SessionLogError(f"{folder}: {name!r} is not a regular file")
     return path
@@ -63,7 +103,7 @@ def read_picture(folder: Path, name: str) -> bytes:
 
 
 def blank_picture(kind: str, width: int, height: int) -> bytes:
-    """Make a picture of nothing, which passes for one of that format and size."""
+    """Return an empty picture of this format and size, in place of one that was not kept."""
     from PIL import Image
 
     if kind in ("rgb8", "rgba8"):

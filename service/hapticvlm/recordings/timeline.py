@@ -1,7 +1,7 @@
-"""What happened in a recorded session, on one clock: frames, touches, decisions, plate, vibration.
+"""Puts a recorded session on one clock: frames, touches, decisions, plate and vibration.
 
 The vibration is rendered again from the recorded commands, bit for bit as the speaker played it, so
-that it stands at the right time beside the pictures. Times are seconds since the first message.
+that it has the right time beside the pictures. Times are seconds since the first message.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ from hapticvlm.recordings.session_log import SessionLogError, kept_picture, read
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 from hapticvlm.rendering.vibration.voices import Voices
 
-PLATE_STEP_S = 0.04  # a plate needs a second for what an eye can see
+PLATE_STEP_S = 0.04  # fine enough: a visible change of the plate takes a second
 
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """One frame that was kept: when it came, its files, and what it was sent to show."""
+    """One frame that was kept: its time, its files, and the object or region it was sent for."""
 
     t_s: float
     file: Path
@@ -39,7 +39,7 @@ class Picture:
 
 @dataclass(frozen=True, slots=True)
 class Decided:
-    """A decision, as protocol v1 has it, and when it was made."""
+    """A decision, as in protocol v1, and its time."""
 
     t_s: float
     decision: Mapping[str, Any]
@@ -47,8 +47,8 @@ class Decided:
     @property
     def object_id(self) -> str | None:
         """The object it is about; None for the view as a whole."""
-        found: str | None = self.decision.get("object_id")
-        return found
+        object_id: str | None = self.decision.get("object_id")
+        return object_id
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +63,7 @@ class TouchSpan:
 
 @dataclass(frozen=True, slots=True)
 class PlatePoint:
-    """What the plate reported of itself; None is no reading."""
+    """A report of the plate; None is a missing reading."""
 
     t_s: float
     setpoint_c: float
@@ -83,44 +83,44 @@ class Timeline:
     duration_s: float
 
     def name(self, object_id: str | None) -> str:
-        """Return the scene's name of an object, else its id."""
+        """Return the scene's name for an object, else its id."""
         return "the view" if object_id is None else self.names.get(object_id, object_id)
 
     def touch_at(self, t_s: float) -> TouchSpan | None:
         """Return the newest touch that lasts at this time."""
-        held = (touch for touch in reversed(self.touches) if touch.from_s <= t_s <= touch.to_s)
-        return next(held, None)
+        at_time = (touch for touch in reversed(self.touches) if touch.from_s <= t_s <= touch.to_s)
+        return next(at_time, None)
 
     def decision_at(self, t_s: float, object_id: str | None) -> Mapping[str, Any] | None:
         """Return the newest decision on an object by this time."""
-        made = (
-            entry
+        decisions = (
+            entry.decision
             for entry in reversed(self.decisions)
             if entry.t_s <= t_s and entry.object_id == object_id
         )
-        return next((entry.decision for entry in made), None)
+        return next(decisions, None)
 
 
 def read(
     folder: Path, table: Mapping[str, Material], voices: Voices, longest_s: float = math.inf
 ) -> Timeline:
-    """Read a session as `record` made it. Raises SessionLogError, also for one that is longer."""
-    gathered = _TimelineBuilder(folder)
+    """Read a recorded session of at most `longest_s`. Raises SessionLogError."""
+    builder = _TimelineBuilder(folder)
     for line in read_session_log(folder):
-        gathered.add(line)
-    if gathered.started is None:
+        builder.add(line)
+    if builder.started is None:
         raise SessionLogError(f"{folder}: nothing was sent in this session")
-    if gathered.now_s > longest_s:
+    if builder.now_s > longest_s:
         raise SessionLogError(
-            f"{folder} lasts {gathered.now_s / 60:.0f} min; a page holds {longest_s / 60:.0f} min: "
-            "record shorter sessions, or use --wav"
+            f"{folder} lasts {builder.now_s / 60:.0f} min; the limit of a page is "
+            f"{longest_s / 60:.0f} min: record shorter sessions, or use --wav"
         )
-    return gathered.timeline(replay(folder, table), voices)
+    return builder.timeline(replay(folder, table), voices)
 
 
 @dataclass(slots=True)
 class _TimelineBuilder:
-    """What the lines of a session log have given so far."""
+    """Collects the entries of a timeline from the lines of a session log."""
 
     folder: Path
     started: float | None = None
@@ -142,9 +142,9 @@ class _TimelineBuilder:
             self._message(line)
         elif line.get(Key.IN) == Input.TICK and self.started is not None:
             self._reading(line[Key.READING])
-        for done in line.get(Key.OUT, ()):
-            if done[Key.DO] == Output.DECISION:
-                self.decisions.append(Decided(self.now_s, _without_do(done)))
+        for output in line.get(Key.OUT, ()):
+            if output[Key.DO] == Output.DECISION:
+                self.decisions.append(Decided(self.now_s, _without_do(output)))
 
     def timeline(self, outcome: Replayed, voices: Voices) -> Timeline:
         started = self.started or 0.0
@@ -165,10 +165,10 @@ class _TimelineBuilder:
         message = line[Key.MESSAGE]
         match message["type"]:
             case "scene":
-                stated = {
+                names = {
                     object_["object_id"]: object_.get("name") for object_ in message["objects"]
                 }
-                self.names |= {key: name for key, name in stated.items() if name}
+                self.names |= {object_id: name for object_id, name in names.items() if name}
             case "frame":
                 self._frame(message, line)
             case "touch":
@@ -205,5 +205,5 @@ class _TimelineBuilder:
         self.plate.append(PlatePoint(self.now_s, reading["setpoint_c"], reading["plate_c"]))
 
 
-def _without_do(done: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in done.items() if name != Key.DO}
+def _without_do(output: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in output.items() if name != Key.DO}

@@ -66,86 +66,86 @@ class ServiceParts:
             closed.result()
 
 
-def build_service(serving: ServeOptions) -> ServiceParts:
+def build_service(options: ServeOptions) -> ServiceParts:
     """Make every part, none of it started. Raises ValueError and OSError."""
-    vlm = _vlm_worker(serving)  # first: what is refused here leaves nothing half made
-    user_materials = read_folder(serving.gallery)
+    vlm = _vlm_worker(options)  # first: what is refused here leaves nothing half made
+    user_materials = read_folder(options.gallery)
     table = table_with(user_materials)
-    saved = {} if serving.stated is None else overrides_file.read(serving.stated, table)
-    if user_materials or serving.patterns is not None:
+    saved = {} if options.stated is None else overrides_file.read(options.stated, table)
+    if user_materials or options.patterns is not None:
         import scipy.signal  # noqa: F401 - may filter them; no touch waits until it is loaded
     settings = RecogniserSettings(
-        serving.encoder,
-        serving.gallery,
+        options.encoder,
+        options.gallery,
         user_materials,
-        serving.encoder_device,
-        serving.threads,
-        _remote_settings(serving),
+        options.encoder_device,
+        options.threads,
+        _remote_settings(options),
     )
     # Everything that reads a file or may refuse an option has happened above. From here on parts
     # are made that own processes, memory and ports; none is started yet, so a refusal leaves
     # nothing behind, and who starts them ends them in the other order.
     return ServiceParts(
-        speaker=Speaker(_audio(serving, table)),
-        plate=_plate(serving),
+        speaker=Speaker(_audio(options, table)),
+        plate=_plate(options),
         recogniser=RecogniserWorker(settings),
         vlm=vlm,
-        recorder=_recorder(serving),
+        recorder=_recorder(options),
         table=table,
         saved_materials=saved,
     )
 
 
-def _recorder(serving: ServeOptions) -> Recorder | None:
-    if serving.record is None:
+def _recorder(options: ServeOptions) -> Recorder | None:
+    if options.record is None:
         return None
-    return Recorder(serving.record, frames=serving.record_frames)
+    return Recorder(options.record, frames=options.record_frames)
 
 
-def _audio(serving: ServeOptions, table: Mapping[str, Material]) -> AudioSettings:
-    files = (serving.speaker_response, serving.patterns)
+def _audio(options: ServeOptions, table: Mapping[str, Material]) -> AudioSettings:
+    files = (options.speaker_response, options.patterns)
     correction, patterns = read_speaker_files(*files, table)
     return AudioSettings(
-        serving.speaker,
-        serving.block,
-        serving.wav,
-        not serving.no_realtime,
-        level=serving.level,
+        options.speaker,
+        options.block,
+        options.wav,
+        not options.no_realtime,
+        level=options.level,
         materials=tuple(table.values()),
         patterns=patterns,
         correction=correction,
-        channels=_channels(serving),
+        channels=_channels(options),
     )
 
 
-def _channels(serving: ServeOptions) -> Channels | None:
+def _channels(options: ServeOptions) -> Channels | None:
     """Return the channels of the hands, if each has its own. Raises ValueError."""
-    if serving.channels is not None:
-        return read_channels(serving.channels)
-    return DUALSENSE_CHANNELS if serving.speaker.lower() == DUALSENSE else None
+    if options.channels is not None:
+        return read_channels(options.channels)
+    return DUALSENSE_CHANNELS if options.speaker.lower() == DUALSENSE else None
 
 
-def _plate(serving: ServeOptions) -> Peltier:
-    realtime = not serving.no_realtime
-    if serving.peltier == "simulated":
+def _plate(options: ServeOptions) -> Peltier:
+    realtime = not options.no_realtime
+    if options.peltier == "simulated":
         return simulated_plate(realtime=realtime)
-    return Peltier(serving.peltier, realtime=realtime)
+    return Peltier(options.peltier, realtime=realtime)
 
 
-def _vlm_worker(serving: ServeOptions) -> VlmWorker | None:
+def _vlm_worker(options: ServeOptions) -> VlmWorker | None:
     """Make the process that asks a VLM, if one is wanted. Raises ModuleNotFoundError."""
-    if serving.vlm is None and serving.vlm_url is None:
+    if options.vlm is None and options.vlm_url is None:
         return None
-    _require(*(("torch", "transformers") if serving.vlm_url is None else ("httpx2",)))
+    _require(*(("torch", "transformers") if options.vlm_url is None else ("httpx2",)))
     return VlmWorker(
         VlmSettings(
-            model=serving.vlm or DEFAULT_MODEL,
-            url=serving.vlm_url,
+            model=options.vlm or DEFAULT_MODEL,
+            url=options.vlm_url,
             token=os.environ.get("HAPTICVLM_VLM_TOKEN"),
-            device=serving.vlm_device,
-            threads=serving.vlm_threads,
-            image_tokens=serving.image_tokens,
-            timeout_s=serving.vlm_timeout,
+            device=options.vlm_device,
+            threads=options.vlm_threads,
+            image_tokens=options.image_tokens,
+            timeout_s=options.vlm_timeout,
         )
     )
 
@@ -157,22 +157,22 @@ def _require(*packages: str) -> None:
             raise ModuleNotFoundError(name=name)
 
 
-def _remote_settings(serving: ServeOptions) -> RemoteSettings | None:
+def _remote_settings(options: ServeOptions) -> RemoteSettings | None:
     """Return which shared recogniser is asked, if one is named.
 
     Raises HttpError, and ModuleNotFoundError without the library that asks it.
     """
-    if serving.recogniser_url is None:
+    if options.recogniser_url is None:
         return None
     _require("httpx2")
     settings = RemoteSettings(
-        url=serving.recogniser_url,
+        url=options.recogniser_url,
         token=os.environ.get("HAPTICVLM_RECOGNISER_TOKEN") or None,
-        gallery=serving.recogniser_gallery,
-        hash=serving.recogniser_hash,
-        deadline_s=serving.recogniser_deadline,
-        format=serving.recogniser_crops,
-        may_be_clear=serving.recogniser_clear_text,
+        gallery=options.recogniser_gallery,
+        hash=options.recogniser_hash,
+        deadline_s=options.recogniser_deadline,
+        format=options.recogniser_crops,
+        may_be_clear=options.recogniser_clear_text,
     )
     settings.address()
     return settings

@@ -11,28 +11,28 @@ from hapticvlm.server.web import certificate
 from hapticvlm.server.web.certificate import Certificate
 
 
-def address(serving: ServeOptions) -> Address:
+def address(options: ServeOptions) -> Address:
     """Return where to listen and whom to let in. Raises ValueError."""
     return Address(
-        serving.host,
-        serving.port,
-        serving.token,
-        frozenset(serving.allow_origin),
-        serving.scene,
-        _certificate(serving),
-        serving.pages_from,
+        options.host,
+        options.port,
+        options.token,
+        frozenset(options.allow_origin),
+        options.scene,
+        _certificate(options),
+        options.pages_from,
     )
 
 
-def _certificate(serving: ServeOptions) -> Certificate | None:
-    if serving.tls_cert is None and serving.tls_key is None:
+def _certificate(options: ServeOptions) -> Certificate | None:
+    if options.tls_cert is None and options.tls_key is None:
         return None
-    if serving.tls_cert is None or serving.tls_key is None:
+    if options.tls_cert is None or options.tls_key is None:
         raise ValueError("--tls-cert and --tls-key go together: state both")
-    return certificate.load(serving.tls_cert, serving.tls_key)
+    return certificate.load(options.tls_cert, options.tls_key)
 
 
-def service_info(serving: ServeOptions, parts: ServiceParts) -> ServiceInfo:
+def service_info(options: ServeOptions, parts: ServiceParts) -> ServiceInfo:
     """Return what `welcome` reports of these parts, once they have started."""
     loaded = parts.recogniser.loaded
     vlm = None if parts.vlm is None else parts.vlm.settings.model
@@ -40,12 +40,12 @@ def service_info(serving: ServeOptions, parts: ServiceParts) -> ServiceInfo:
         devices(parts),
         Models(encoder=loaded.encoder, gallery=loaded.gallery, vlm=vlm),
         parts.table,
-        asks_elsewhere=serving.vlm_url is not None,
-        crops_elsewhere=serving.recogniser_url is not None,
+        asks_elsewhere=options.vlm_url is not None,
+        crops_elsewhere=options.recogniser_url is not None,
         recorder=parts.recorder,
         saved_materials=parts.saved_materials,
-        contact_resistance=serving.contact_resistance,
-        plate_resistance=serving.plate_resistance,
+        contact_resistance=options.contact_resistance,
+        plate_resistance=options.plate_resistance,
     )
 
 

@@ -156,8 +156,8 @@ class ServeOptions:
         str | None,
         Flag(
             RECOGNITION,
-            "image network: the name or folder of any that transformers can load, or a .onnx or "
-            ".tflite file; each needs further packages (the shipped one)",
+            "image network: a .onnx file, or the name or folder of any that transformers can load, "
+            "which needs further packages (the shipped one)",
             "NAME_OR_FILE",
             names_path=True,
         ),

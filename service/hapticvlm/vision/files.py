@@ -1,8 +1,8 @@
-"""Picture and mask files to frames, upright, as a scene would send them; knows no material.
+"""Reads picture and mask files as the upright frames a scene would send. Knows no material.
 
-A plain JPEG is handed on as it is, so that it is decoded as the service decodes it. What else is
-turned as its EXIF states, brought to 8 bits RGB on a grey ground and shrunk to what a frame may be.
-Animations are refused: the user has to choose which of their pictures is meant.
+A plain JPEG is passed on unchanged, so that it is decoded as the service decodes it. Any other
+picture is turned as its EXIF states, converted to 8-bit RGB on a grey ground and shrunk to the
+largest frame. Animations are refused, because only the user knows which of their pictures counts.
 """
 
 from __future__ import annotations
@@ -41,19 +41,19 @@ _UNREADABLE = (OSError, ValueError, SyntaxError, EOFError, KeyError, struct.erro
 
 
 class FileError(HapticVLMError, ValueError):
-    """A file that cannot be used: which, why, and what to do."""
+    """A picture or mask file cannot be used; the message names it, the reason and the cure."""
 
 
 def list_files(folder: Path) -> list[Path]:
-    """List the pictures that lie in a folder itself, hidden ones left out, in order of name."""
-    found = [path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES]
-    return sorted(path for path in found if path.is_file() and not path.name.startswith("."))
+    """List the pictures directly in a folder, except hidden ones, in order of name."""
+    paths = [path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES]
+    return sorted(path for path in paths if path.is_file() and not path.name.startswith("."))
 
 
 def read_frame(path: Path, mask: Path | None = None) -> Frame:
-    """Read a picture, and the mask of its upright size (nonzero = object). Raises FileError."""
+    """Read a picture, and a mask of its upright size (nonzero = object). Raises FileError."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # EXIF that is broken: pixels are all we want
+        warnings.simplefilter("ignore", UserWarning)  # of broken EXIF: only the pixels matter
         warnings.simplefilter("error", Image.DecompressionBombWarning)
         data = _read(path)
         with _open(path, data) as image:
@@ -63,8 +63,8 @@ def read_frame(path: Path, mask: Path | None = None) -> Frame:
 def _upright(path: Path, data: bytes, image: Image.Image, mask: Path | None) -> Frame:
     turn = _orientation(image)
     size = image.size[::-1] if turn >= _QUARTER else image.size
-    # A JPEG that needs nothing done goes on as its own bytes. Decoded and encoded again it would be
-    # another picture than the one a scene sends, and what is enrolled from it would not fit.
+    # A JPEG that needs no change keeps its own bytes. Decoded and encoded again, its pixels would
+    # differ from those that a scene sends, and references made from it would match less well.
     is_plain = image.format == "JPEG" and image.mode in ("RGB", "L") and turn == 1
     if is_plain and max(size) <= MAX_SIDE_PX:
         return _frame("jpeg", data, size, None if mask is None else _mask(mask, size, size))
@@ -104,14 +104,14 @@ def _open(path: Path, data: bytes) -> Image.Image:
     try:
         image = Image.open(BytesIO(data), formats=FORMATS)
     except (Image.DecompressionBombError, Image.DecompressionBombWarning):
-        text = f"more than {Image.MAX_IMAGE_PIXELS or 0:,} px; shrink it"
-        raise FileError(f"{path}: {text}") from None
+        limit = f"more than {Image.MAX_IMAGE_PIXELS or 0:,} px"
+        raise FileError(f"{path}: {limit}; shrink it") from None
     except _UNREADABLE:
-        raise FileError(f"{path}: no JPEG, PNG or WebP; save it as one") from None
-    # A phone's JPEG may hold a second picture, for depth or gain: that is no animation.
+        raise FileError(f"{path}: not a JPEG, PNG or WebP; save it as one") from None
+    # A phone's JPEG may hold a second picture, for depth or gain; that is not an animation.
     count = 1 if image.format in ("JPEG", "MPO") else getattr(image, "n_frames", 1)
     if count > 1:
-        raise FileError(f"{path}: an animation of {count} pictures; save the one that is meant")
+        raise FileError(f"{path}: an animation of {count} pictures; save the one you mean")
     return image
 
 
@@ -119,15 +119,15 @@ def _orientation(image: Image.Image) -> int:
     try:
         turn = image.getexif().get(_ORIENTATION, 1)
     except (*_UNREADABLE, TypeError):
-        return 1  # viewers show a picture whose EXIF is broken, so it is one
+        return 1  # viewers show a picture with broken EXIF, so it is accepted
     return turn if turn in _TURNS else 1
 
 
 def _pixels(image: Image.Image, turn: int) -> NDArray[np.uint8]:
-    """Decode to (H, W, 3) uint8 RGB, upright, MAX_SIDE_PX a side at most."""
+    """Decode to (H, W, 3) uint8 RGB, upright, at most MAX_SIDE_PX a side."""
     limit = (MAX_SIDE_PX, MAX_SIDE_PX)
     if max(image.size) > MAX_SIDE_PX:
-        image.draft(None, limit)  # a JPEG is decoded smaller, others as they are
+        image.draft(None, limit)  # decodes a JPEG smaller; has no effect on other formats
     whole = _rgb(image)
     if turn in _TURNS:
         whole = whole.transpose(_TURNS[turn])
@@ -136,7 +136,7 @@ def _pixels(image: Image.Image, turn: int) -> NDArray[np.uint8]:
 
 
 def _rgb(image: Image.Image) -> Image.Image:
-    if image.mode.startswith("I"):  # 16 bits of grey, which Pillow would clip instead of scaling
+    if image.mode.startswith("I"):  # 16-bit grey, which Pillow would clip instead of scaling
         levels = np.asarray(image).astype(np.int64) >> 8
         return Image.fromarray(levels.clip(0, 255).astype(np.uint8)).convert("RGB")
     if not image.has_transparency_data:
@@ -158,8 +158,10 @@ def _mask(path: Path, upright: tuple[int, int], size: tuple[int, int]) -> bytes:
     """Read a mask of the picture's upright size as an 8-bit PNG of `size`, 0 or 255."""
     with _open(path, _read(path)) as image:
         if image.size != upright:
-            text = f"{path}: the mask is {image.size[0]} x {image.size[1]} px, its upright picture"
-            raise FileError(f"{text} {upright[0]} x {upright[1]}; make them alike")
+            problem = (
+                f"{path}: the mask is {image.size[0]} x {image.size[1]} px, its upright picture"
+            )
+            raise FileError(f"{problem} {upright[0]} x {upright[1]}; save both at one size")
         try:
             levels = np.asarray(_without_alpha(image))
         except (*_UNREADABLE, Image.DecompressionBombError) as error:

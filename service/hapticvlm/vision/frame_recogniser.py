@@ -1,4 +1,4 @@
-"""One frame to evidence: decode, embed, match; pictures seen before are remembered.
+"""Recognises frames: decodes, embeds, matches a gallery, and skips pictures that did not change.
 
 Runs in the recogniser process, and wherever pictures are recognised without a service. Knows no
 process and no session.
@@ -13,7 +13,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -30,15 +29,16 @@ if TYPE_CHECKING:
     from hapticvlm.vision.remote.client import RemoteRecogniser
     from hapticvlm.vision.remote.contract import RemoteMatch
 
-MAX_REMEMBERED = 1024
-MAX_SCENES = 16  # whose named objects teach; the one unused longest makes room
+MAX_LAST_PICTURES = 1024
+MAX_SCENES = 16  # whose named objects give references; the least recently used is dropped
 
 
 @dataclass(frozen=True, slots=True)
 class Recognition:
     """The result for one frame: evidence, None for an unchanged picture, or an error.
 
-    `scene_view` is the embedding and brightness of what was recognised, whatever it shows.
+    `scene_view` holds the embedding and the brightness of the crop, whatever it shows. `error_path`
+    names the field of the frame at fault; `is_our_fault`: the frame is right and we failed.
     """
 
     evidence: Evidence | None
@@ -51,7 +51,7 @@ class Recognition:
 
 @dataclass(frozen=True, slots=True)
 class SceneContext:
-    """What a frame shows: an object of a scene, and its material where that is sure."""
+    """The object that a frame shows, its scene, and its material where that is sure."""
 
     scene: str
     object_id: str | None
@@ -60,7 +60,7 @@ class SceneContext:
 
 @dataclass(slots=True)
 class _LastPicture:
-    """The signature of the picture that was last recognised, and the digest of the last seen."""
+    """Signature of the last recognised picture of a subject, and digest of its last frame."""
 
     signature: NDArray[np.float32]
     digest: bytes
@@ -77,7 +77,7 @@ class FrameRecogniser:
         self._remote = remote
         self._answered_by = ""  # the identity of the shared recogniser, "" = this machine
         self._scenes: OrderedDict[str, SceneReferences] = OrderedDict()
-        self._remembered: OrderedDict[str, _LastPicture] = OrderedDict()
+        self._last_pictures: OrderedDict[str, _LastPicture] = OrderedDict()
 
     def warm_up(self) -> None:
         """Recognise a grey picture, since the first one is slow. Raises EncoderError."""
@@ -88,13 +88,13 @@ class FrameRecogniser:
         frame = Frame(
             id=1, captured_at=0.0, format="jpeg", width=side, height=side, image=grey, origin="top"
         )
-        found = self.recognise(msgspec.msgpack.encode(frame), "", 0.0, force=True)
-        if found.error is not None:
-            raise EncoderError(found.error)
-        self._remembered.clear()
+        recognition = self.recognise(frame, "", 0.0, force=True)
+        if recognition.error is not None:
+            raise EncoderError(recognition.error)
+        self._last_pictures.clear()
 
     def compare(self, frame: Frame, regions: Sequence[Region | None]) -> list[Evidence]:
-        """Match several regions of a frame (None = its centre, or all its mask), embedded together.
+        """Match several regions of a frame, embedded together; None is its centre or all its mask.
 
         Raises PictureError and EncoderError.
         """
@@ -103,27 +103,30 @@ class FrameRecogniser:
 
     def recognise(
         self,
-        data: bytes,
+        frame: Frame,
         subject: str,
         waited_ms: float,
         *,
         force: bool,
         shown: SceneContext | None = None,
     ) -> Recognition:
-        """Decode, compare with the last picture of the same object, embed and match.
+        """Decode a frame, compare it with the last picture of the same `subject`, embed and match.
 
-        An object that is `shown` with its material teaches its scene, another one is taught by it.
-        What is `shown` may be recognised elsewhere; a whole scene, shown by None, never is.
+        `waited_ms` is how long the frame was queued; `force`: recognise an unchanged picture too.
+        `shown` is the object in the picture. With its material it becomes a reference for the other
+        objects of its scene; without, it is compared with their references. An object may be
+        recognised by the shared recogniser; a whole scene (None) stays on this machine. Errors are
+        part of the result.
         """
         stages = {"queue": waited_ms}
         started = time.perf_counter()
-        frame = msgspec.msgpack.decode(data, type=Frame)
         if self._remote is not None:
             self._follow(self._remote)
-        # A scene sends what it renders, up to 90 times a second, and most of it shows what was
-        # shown before. The very same bytes need not even be decoded. Comparing a few cells of two
-        # pictures costs next to nothing beside embedding them. `anew` is set where the same picture
-        # may mean something else: what the scene can be made of has changed, or it is to teach.
+        # A scene sends up to 90 frames a second, and most of them show the same as the one before.
+        # Identical bytes are skipped without decoding them. Other pictures are compared in a few
+        # cells, which costs next to nothing beside embedding them. `force` is set where the same
+        # picture may lead to another result: the scene's materials have changed, or the picture is
+        # to become a reference.
         may_skip = frame.purpose == "live" and not force
         digest = _digest(frame)
         if may_skip and self._is_the_same(subject, digest):
@@ -144,15 +147,15 @@ class FrameRecogniser:
         shown: SceneContext | None,
         stages: dict[str, float],
     ) -> Recognition:
-        """Embed a crop, here or elsewhere, and match it; adds to `stages`."""
+        """Embed a crop, here or by the shared recogniser, and match it; adds to `stages`."""
         started = time.perf_counter()
-        found = None
+        remote_match = None
         if self._remote is not None and shown is not None:
-            found = self._ask_remote(self._remote, frame, crop)
+            remote_match = self._ask_remote(self._remote, frame, crop)
             stages["remote"], started = _lap(started)
-        if found is not None:
-            evidence = found.evidence
-            embedding = found.embedding
+        if remote_match is not None:
+            evidence = remote_match.evidence
+            embedding = remote_match.embedding
         else:
             try:
                 embedding = self._encoder.embed([crop])[0]
@@ -166,29 +169,29 @@ class FrameRecogniser:
         return Recognition(evidence, stages, SceneView(embedding, float(crop.image.mean()) / 255.0))
 
     def _follow(self, remote: RemoteRecogniser) -> None:
-        """Recognise every object anew when another encoder or gallery answers from now on."""
+        """Recognise every object again when another encoder or gallery answers from now on."""
         remote.probe()
         answering = "" if remote.identity is None else remote.identity.hash
-        # Two encoders do not agree on what is near what. When the shared recogniser comes or goes,
-        # all pictures count as changed, so that each object is decided once more by whoever answers
-        # now, and no decision is a mixture. References that were taught stay apart by the same name
-        # (`_with_scene_references`).
+        # Distances between embeddings of two encoders mean nothing. When the shared recogniser
+        # comes or goes, all pictures count as changed, so that each object is recognised again by
+        # the encoder that answers now, and no decision is a mixture. For the same reason a scene's
+        # references are kept apart by encoder (`_with_scene_references`).
         if answering != self._answered_by:
             self._answered_by = answering
-            self._remembered.clear()
+            self._last_pictures.clear()
 
     def _ask_remote(
         self, remote: RemoteRecogniser, frame: Frame, crop: pictures.Crop
     ) -> RemoteMatch | None:
         identity = remote.identity
         if identity is not None and identity.side != self._encoder.side:
-            # The picture is cut once more from the frame, and not the crop enlarged: the other
-            # encoder may want more pixels than this one kept.
+            # The crop is cut from the frame again instead of being resized: the other encoder may
+            # take more pixels than this crop kept.
             crop = pictures.crop(frame, identity.side)
-        found = remote.recognise(crop)
-        if found is None:
+        match = remote.recognise(crop)
+        if match is None:
             self._answered_by = ""
-        return found
+        return match
 
     def _with_scene_references(
         self, evidence: Evidence, embedding: NDArray[np.float32], shown: SceneContext
@@ -204,27 +207,27 @@ class FrameRecogniser:
         return references.adjust(evidence, embedding, shown.object_id)
 
     def _is_the_same(self, subject: str, digest: bytes) -> bool:
-        """Whether these bytes were the last that this subject showed."""
-        before = self._remembered.get(subject)
+        """Whether the last frame of this subject had the same bytes."""
+        before = self._last_pictures.get(subject)
         return before is not None and before.digest == digest
 
     def _is_unchanged(self, subject: str, crop: pictures.Crop, digest: bytes) -> bool:
         signature = pictures.signature(crop)
-        before = self._remembered.get(subject)
+        before = self._last_pictures.get(subject)
         if before is not None and not pictures.has_changed(before.signature, signature):
             before.digest = digest
             return True
-        self._remembered[subject] = _LastPicture(signature, digest)
-        # The newest of MAX_REMEMBERED subjects are kept. A client names them, so without a bound it
-        # could fill the memory; one that is forgotten is recognised once more and nothing else.
-        self._remembered.move_to_end(subject)
-        if len(self._remembered) > MAX_REMEMBERED:
-            self._remembered.popitem(last=False)
+        self._last_pictures[subject] = _LastPicture(signature, digest)
+        # Subjects are named by clients, so without a bound a client could fill the memory. One that
+        # was dropped is recognised once more; nothing else happens.
+        self._last_pictures.move_to_end(subject)
+        if len(self._last_pictures) > MAX_LAST_PICTURES:
+            self._last_pictures.popitem(last=False)
         return False
 
 
 def _digest(frame: Frame) -> bytes:
-    """Return 16 bytes that differ when anything of what is looked at differs."""
+    """Return 16 bytes that differ when anything differs that the crop depends on."""
     digest = hashlib.blake2b(frame.image, digest_size=16)
     shape = (frame.format, frame.width, frame.height, frame.origin, frame.region)
     digest.update(repr(shape).encode())

@@ -1,8 +1,9 @@
-"""Turns frames into crops: checks headers, decodes, cuts, resizes, finds what has changed. Pure.
+"""Turns frames into crops: checks headers, decodes, cuts, resizes, detects changes. Pure.
 
-A frame is compared with its picture's own header before anything is decoded, so a small file cannot
-unfold into gigabytes. JPEG is decoded at the largest power-of-two reduction that leaves the wanted
-side in the region, which is exact and cheap; only then is it cut and resized. Knows no material.
+A frame's declared size is compared with its picture's header before anything is decoded, so a small
+file cannot unfold into gigabytes. A JPEG is decoded at the largest power-of-two reduction that
+leaves the required side in the region, which is exact and cheap; then it is cut and resized. Knows
+no material.
 """
 
 from __future__ import annotations
@@ -18,29 +19,27 @@ from numpy.typing import NDArray
 
 from hapticvlm import messages
 from hapticvlm.errors import HapticVLMError
-from hapticvlm.vision import pictures
 
 Pixels = NDArray[np.uint8]
-REDUCTIONS = (8, 4, 2)  # of JPEG's DCT; other scales are slower than none
-MAX_CHUNKS = 2048  # of a PNG: 4 MiB in pieces of 8 KiB are 512; each costs the decoder time
-MAX_SCANS = 32  # a JPEG of thousands of empty scans keeps a decoder busy for minutes; common: <= 10
+REDUCTIONS = (8, 4, 2)  # of JPEG's DCT; other scales are slower than full size
+MAX_CHUNKS = 2048  # of a PNG; 4 MiB in pieces of 8 KiB are 512, and each costs decoding time
+MAX_SCANS = 32  # of a JPEG; common are up to 10, and thousands keep a decoder busy for minutes
 _CHANNELS = {"rgb8": 3, "rgba8": 4}
 _PNG_MAGIC = b"\x89PNG\r\n\x1a\n"
 _CHUNK_FRAME = 12  # bytes of a chunk beside its data: length, kind, checksum
 _PNG_HEADER = struct.Struct(">8s4x4sIIB")  # signature, IHDR, width, height, bits per channel
-Box = tuple[
-    int, int, int, int
-]  # left, top, right, bottom in px of the frame, the last two exclusive
-CENTRE = messages.Region(x=0.25, y=0.25, w=0.5, h=0.5)  # when nothing gives the object's place
+# left, top, right, bottom in px of the frame, the last two exclusive
+Box = tuple[int, int, int, int]
+CENTRE = messages.Region(x=0.25, y=0.25, w=0.5, h=0.5)  # where no region or mask is given
 CENTRAL_DISC = 0.8  # diameter of the central mask over the crop's side
 MARGIN = 0.05  # of the mask's bounding box, kept around it: surroundings tell glass from paint
 CELLS = 8  # cells a side of a signature
 MEAN_CHANGE = 4.0  # grey levels, root mean square over the cells, that count as another picture
-CELL_CHANGE = 24.0  # grey levels that one cell alone must move: a hand coming in, a lid opening
+CELL_CHANGE = 24.0  # grey levels of one cell alone that count: a hand coming in, a lid opening
 
 
 class PictureError(HapticVLMError, ValueError):
-    """A picture that cannot be used: which field, why, and what to do."""
+    """A frame cannot be used; the message names the field (`path`), the reason and the cure."""
 
     def __init__(self, path: str, text: str) -> None:
         super().__init__(f"{path}: {text}")
@@ -48,11 +47,11 @@ class PictureError(HapticVLMError, ValueError):
 
 
 def check_size(frame: messages.Frame) -> None:
-    """Compare declared format and size with the bytes; decodes no pixel. Raises PictureError."""
+    """Check declared format and size against the bytes; decodes no pixel. Raises PictureError."""
     limit = messages.MAX_SIDE_PX
     for path, side in (("$.width", frame.width), ("$.height", frame.height)):
         if not 1 <= side <= limit:
-            raise PictureError(path, f"{side} px is outside 1..{limit}; send a smaller frame")
+            raise PictureError(path, f"{side} px is not within 1..{limit}; send a smaller frame")
     if frame.format == "jpeg":
         _require_size("$.image", _jpeg_size(frame.image), frame)
     elif frame.format == "png":
@@ -60,8 +59,8 @@ def check_size(frame: messages.Frame) -> None:
     else:
         needed = frame.width * frame.height * _CHANNELS[frame.format]
         if len(frame.image) != needed:
-            text = f"{len(frame.image)} bytes; {frame.format} {frame.width} x {frame.height} has"
-            raise PictureError("$.image", f"{text} {needed}: send whole rows without padding")
+            problem = f"{len(frame.image)} bytes; {frame.format} {frame.width} x {frame.height} has"
+            raise PictureError("$.image", f"{problem} {needed}; send whole rows without padding")
     if frame.mask is not None:
         _require_size("$.mask", _png_size("$.mask", frame.mask), frame)
 
@@ -106,7 +105,7 @@ def _decode_png(path: str, data: bytes, frame: messages.Frame, mode: str) -> Pix
 
     try:
         with Image.open(BytesIO(data), formats=("PNG",)) as image:
-            # A second header chunk would overrule the one that was checked.
+            # A second header chunk would override the one that was checked.
             _require_size(path, image.size, frame)
             return np.asarray(image.convert(mode if image.mode == mode else "RGB"))
     except PictureError:
@@ -121,10 +120,10 @@ def decode_mask(frame: messages.Frame) -> Pixels:
     return np.where(levels if levels.ndim == 2 else levels.any(axis=2), 255, 0).astype(np.uint8)
 
 
-def _require_size(path: str, found: tuple[int, int], frame: messages.Frame) -> None:
-    if found != (frame.width, frame.height):
-        text = f"the picture is {found[0]} x {found[1]} px, the frame says"
-        raise PictureError(path, f"{text} {frame.width} x {frame.height}; declare its real size")
+def _require_size(path: str, actual: tuple[int, int], frame: messages.Frame) -> None:
+    if actual != (frame.width, frame.height):
+        problem = f"the picture is {actual[0]} x {actual[1]} px, the frame says"
+        raise PictureError(path, f"{problem} {frame.width} x {frame.height}; declare its real size")
 
 
 def _jpeg_size(data: bytes) -> tuple[int, int]:
@@ -133,27 +132,27 @@ def _jpeg_size(data: bytes) -> tuple[int, int]:
     try:
         height, width, _, _ = simplejpeg.decode_jpeg_header(data)
     except (ValueError, KeyError) as error:  # KeyError: a colour space it has no name for
-        raise PictureError("$.image", f"no JPEG ({error}); check `format`") from None
+        raise PictureError("$.image", f"not a JPEG ({error}); check `format`") from None
     return width, height
 
 
 def _require_few_scans(data: bytes) -> None:
     """Refuse a JPEG that takes minutes to decode. Raises PictureError."""
-    # A progressive JPEG is decoded once for each scan. Thousands of empty scans fit into some
-    # kilobytes and keep a decoder busy for minutes in C, where no time limit of ours reaches. Their
-    # markers are counted before anything is decoded, by whoever decodes: looking through all bytes
-    # of every frame took the gateway longer than all else that it checks.
+    # A progressive JPEG is decoded once for each scan. Thousands of empty scans fit into a few
+    # kilobytes and keep a decoder busy for minutes in C code, which none of our time limits can
+    # interrupt. Their markers are counted just before decoding and not in the gateway, because a
+    # search through all bytes takes longer than all other checks of a frame together.
     if data.count(b"\xff\xda") > MAX_SCANS:
-        text = f"a JPEG of more than {MAX_SCANS} scans; send a baseline JPEG"
-        raise PictureError("$.image", text)
+        problem = f"a JPEG of more than {MAX_SCANS} scans; send a baseline JPEG"
+        raise PictureError("$.image", problem)
 
 
 def _png_size(path: str, data: bytes) -> tuple[int, int]:
     if len(data) < _PNG_HEADER.size:
-        raise PictureError(path, "no PNG: it ends within its header; send the whole file")
+        raise PictureError(path, "not a PNG: it ends within its header; send the whole file")
     magic, chunk, width, height, bits = _PNG_HEADER.unpack_from(data)
     if magic != _PNG_MAGIC or chunk != b"IHDR":
-        raise PictureError(path, "no PNG: it does not begin like one; check `format`")
+        raise PictureError(path, "not a PNG: its signature is missing; check `format`")
     if bits != 8:
         raise PictureError(path, f"a PNG of {bits} bits a channel; send 8")
     _require_few_chunks(path, data)
@@ -164,9 +163,9 @@ def _require_few_chunks(path: str, data: bytes) -> None:
     """Refuse a PNG of thousands of chunks, which keeps a decoder busy for seconds."""
     at = len(_PNG_MAGIC)
     for _ in range(MAX_CHUNKS):
-        # From chunk to chunk by their own lengths, without reading what they hold. A length that
-        # leaves the data ends the walk, and the decoder finds out later; so the walk is bounded by
-        # MAX_CHUNKS and by the data, whatever the lengths say.
+        # Steps from chunk to chunk by their lengths, without reading their content. A length that
+        # leads out of the data ends the loop (the decoder refuses the file later), so the loop is
+        # bounded by MAX_CHUNKS and by the size of the data, whatever the lengths are.
         at += _CHUNK_FRAME + int.from_bytes(data[at : at + 4], "big")
         if at >= len(data):
             return
@@ -175,7 +174,7 @@ def _require_few_chunks(path: str, data: bytes) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Crop:
-    """image (S, S, 3) uint8 RGB, mask (S, S) uint8 with nonzero = object; upright."""
+    """A square cut-out, upright: image (S, S, 3) uint8 RGB, mask (S, S) uint8, nonzero = object."""
 
     image: Pixels
     mask: Pixels
@@ -183,18 +182,18 @@ class Crop:
 
 @dataclass(frozen=True, slots=True)
 class Thumbnail:
-    """A small upright picture of a frame, and of its mask if it has one, as PNG."""
+    """A small upright picture of a frame as JPEG, and of its mask, if any, as PNG."""
 
     jpeg: bytes
     mask: bytes | None
 
 
 def check_header(frame: messages.Frame) -> None:
-    """Compare a frame with its pictures' headers, and its region with its size; decodes no pixel.
+    """Check a frame against its pictures' headers, and its region; decodes no pixel.
 
     Raises PictureError.
     """
-    pictures.check_size(frame)
+    check_size(frame)
     _region_box(frame, frame.region)
 
 
@@ -206,18 +205,18 @@ def crop(frame: messages.Frame, side: int) -> Crop:
 def crops(
     frame: messages.Frame, regions: Sequence[messages.Region | None], side: int
 ) -> list[Crop]:
-    """Cut several regions out of a frame, each as `crop` would if the frame named that region.
+    """Cut several regions out of a frame, each as `crop` would if it were the frame's region.
 
-    Mask and picture are decoded once for all regions that need the same reduction of the JPEG.
-    Raises PictureError.
+    The mask is decoded once, the picture once for each reduction of the JPEG. Raises PictureError.
     """
     check_header(frame)
     mask = None if frame.mask is None else decode_mask(frame)
     cuts = [_cut(frame, region, mask) for region in regions]
     reductions = [_reduction(frame, box, side) for box, _ in cuts]
-    # Decoding is the dearest step, and JPEG can give a half, a quarter or an eighth of its size at
-    # a fraction of the time. Each region wants the largest reduction that leaves it the encoder's
-    # side. Regions that want the same share one decoded picture, which none of them changes.
+    # Decoding is the most expensive step, and a JPEG can be decoded at a half, a quarter or an
+    # eighth of its size in a fraction of the time. Each region takes the largest reduction that
+    # leaves it the encoder's side. Regions of one reduction share the decoded picture, which none
+    # of them changes.
     decoded = {reduction: decode_upright(frame, reduction) for reduction in set(reductions)}
     return [
         _crop(frame, decoded[reduction], cut, side)
@@ -226,10 +225,10 @@ def crops(
 
 
 def whole(frame: messages.Frame, side: int) -> tuple[Pixels, messages.Region]:
-    """Decode the upright frame, shorter side at least `side` if it has that, and find its object.
+    """Decode the upright frame at the largest reduction with `side` px or more a side.
 
-    Returns (H, W, 3) uint8 and the region of the mask, else the frame's own, else its centre.
-    Raises PictureError.
+    Returns (H, W, 3) uint8, and the region of the object: the mask's, else the frame's, else the
+    centre. Raises PictureError.
     """
     check_header(frame)
     mask = None if frame.mask is None else decode_mask(frame)
@@ -260,18 +259,18 @@ def thumbnail(frame: messages.Frame, side: int) -> Thumbnail:
 
 
 def central_mask(side: int) -> Pixels:
-    """Draw the disc taken for the object when no mask is given: (side, side) uint8, 0 or 255."""
+    """Draw the disc that counts as the object without a mask: (side, side) uint8, 0 or 255."""
     axis = (np.arange(side) + 0.5) / side - 0.5
     inside = axis[:, None] ** 2 + axis[None, :] ** 2 <= (CENTRAL_DISC / 2) ** 2
     return np.where(inside, 255, 0).astype(np.uint8)
 
 
 def signature(crop: Crop) -> NDArray[np.float32]:
-    """Shrink a crop to the means of CELLS x CELLS cells of picture and mask: float32, 0..255."""
+    """Average a crop over CELLS x CELLS cells: (4 CELLS^2,) float32 of RGB and mask, 0..255."""
     planes = np.dstack([crop.image, crop.mask]).astype(np.float32)
     edges = np.linspace(0, planes.shape[0], CELLS + 1).astype(int)[:-1]
-    # Sums over cells in two passes, columns within rows. Means of cells move little under JPEG
-    # noise and under a pixel of jitter, which a hash would not forgive.
+    # Cells are summed in two passes, first over rows, then over columns. Means of cells hardly
+    # change with JPEG noise or a pixel of jitter, either of which would change a hash.
     sums = np.add.reduceat(np.add.reduceat(planes, edges, axis=0), edges, axis=1)
     size = np.diff(np.append(edges, planes.shape[0])).astype(np.float32)
     cells: NDArray[np.float32] = sums / (size[:, None] * size[None, :])[..., None]
@@ -288,7 +287,7 @@ def has_changed(before: NDArray[np.float32], after: NDArray[np.float32]) -> bool
 def _cut(
     frame: messages.Frame, region: messages.Region | None, mask: Pixels | None
 ) -> tuple[Box, Pixels | None]:
-    """Find the box to cut, and what of the mask counts: with a region, only what lies in it."""
+    """Find the box to cut, and the part of the mask that counts: with a region, the part inside."""
     if mask is None:
         return _region_box(frame, region), None
     if region is not None:
@@ -300,10 +299,8 @@ def _cut(
 
 
 def _reduction(frame: messages.Frame, box: Box, side: int) -> int:
-    """Choose the largest reduction that leaves `side` in the box; only a JPEG has any."""
-    # The shorter side of the box decides, or a narrow object would be enlarged again. A reduction
-    # of 8 leaves an eighth of a side and costs a fraction of the decoding; between two of them
-    # libjpeg is slower than at full size.
+    """Choose the largest reduction that leaves `side` px in the box; 1 unless it is a JPEG."""
+    # The shorter side of the box decides; otherwise a narrow object would be enlarged again.
     within = min(box[2] - box[0], box[3] - box[1]) if frame.format == "jpeg" else 0
     return next((k for k in REDUCTIONS if within // k >= side), 1)
 
@@ -314,12 +311,12 @@ def _crop(frame: messages.Frame, pixels: Pixels, cut: tuple[Box, Pixels | None],
     if mask is None:
         return Crop(image, central_mask(side))
     inside = _resize(mask, box, frame, side)
-    half = min(128, int(inside.max()))  # a mask of thin lines has no cell that is half covered
+    half = min(128, int(inside.max()))  # in a mask of thin lines no cell is half covered
     return Crop(image, np.where(inside >= half, 255, 0).astype(np.uint8))
 
 
 def _region_box(frame: messages.Frame, region: messages.Region | None) -> Box:
-    """Find a region, or the centre, in px of the upright frame, clipped to it."""
+    """Return a region, or the centre, in px of the upright frame, clipped to it."""
     region = region or CENTRE
     left = round(region.x * frame.width)
     top = round(region.y * frame.height)

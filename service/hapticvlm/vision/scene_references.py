@@ -1,13 +1,13 @@
-"""What the named objects of a scene teach about its unnamed ones. Bounded; reads no picture.
+"""Adjusts evidence on a scene's unnamed objects by references to its named ones. Bounded.
 
-Objects whose material is sure give embeddings of their pictures as references, which count for the
-other objects of the scene alone:
+Objects whose material is sure give embeddings of their pictures as references, which count only for
+the other objects of the same scene:
 
     p'(m) ~ p(m) exp(w s_m),   s_m = log(mean_r exp(k x.r)) / k over the references r of m,
 
 with cosines centred on the mean of all references, so that a scene's own style cancels; a material
-without references has s_m = 0. A few references know less than the shipped gallery, so w grows with
-the number of objects that teach. A scene's references are forgotten with the scene.
+without references has s_m = 0. A few references are worth less than the shipped gallery, so the
+weight w grows with the number of objects that have any. Reads no picture.
 """
 
 from __future__ import annotations
@@ -22,24 +22,24 @@ from hapticvlm.evidence.ladder import Evidence
 
 Floats = NDArray[np.float32]
 
-MAX_OBJECTS = 64  # that teach in one scene; the oldest makes room
-MAX_VIEWS = 4  # of each
-LEAST_OBJECTS = 2  # one object has nothing to be compared with
-# objects; between them the weight grows
+MAX_OBJECTS = 64  # with references in one scene; the oldest is dropped
+MAX_VIEWS = 4  # of each object; the oldest is dropped
+LEAST_OBJECTS = 2  # a single object cannot be compared with others
+# Numbers of objects between which the weight grows.
 FEW = 5
 MANY = 20
-WEIGHTS = (2.0, 5.0)  # of few and of many: an independent study's choice, not fitted here
+WEIGHTS = (2.0, 5.0)  # w for FEW and for MANY objects; chosen in a separate study, not fitted here
 SHARPNESS = 8.0  # k
 
 
 class SceneReferences:
-    """The embeddings that the named objects of one scene gave."""
+    """Embeddings of pictures of the named objects of one scene."""
 
     def __init__(self) -> None:
         self._objects: OrderedDict[str, tuple[str, deque[Floats]]] = OrderedDict()
 
     def add(self, object_id: str, material: str, embedding: Floats) -> None:
-        """Receive a picture (D,) of an object whose material is sure."""
+        """Add the embedding (D,) of a picture of an object whose material is sure."""
         known, views = self._objects.pop(object_id, (material, deque(maxlen=MAX_VIEWS)))
         if known != material:
             views.clear()
@@ -49,13 +49,13 @@ class SceneReferences:
             self._objects.popitem(last=False)
 
     def adjust(self, evidence: Evidence, embedding: Floats, object_id: str | None) -> Evidence:
-        """Return the evidence on a picture (D,) after what other objects of the scene teach."""
+        """Return evidence on an embedding (D,), adjusted by the references of other objects."""
         others = [item for name, item in self._objects.items() if name != object_id]
         if len(others) < LEAST_OBJECTS or not evidence.beliefs:
             return evidence
         scores = _scores(others, embedding)
-        # How much a scene may teach grows with how many of its objects do. Two named ones could
-        # both be odd; twenty say what this scene's wood looks like better than any gallery.
+        # Two named objects may both be unusual, but twenty show what wood looks like in this scene
+        # better than any gallery. Hence the weight grows with the number of objects.
         weight = float(np.interp(len(others), (0, FEW, MANY), (0.0, *WEIGHTS)))
         powers = [
             (name, belief * float(np.exp(weight * scores.get(name, 0.0))))
@@ -70,10 +70,11 @@ class SceneReferences:
 def _scores(others: Sequence[tuple[str, deque[Floats]]], embedding: Floats) -> dict[str, float]:
     rows = np.stack([view for _, views in others for view in views])
     names = np.array([material for material, views in others for _ in views])
-    middle = rows.mean(axis=0)
-    # All pictures of one scene resemble each other: the same light, the same renderer. Without
-    # taking their mean away that likeness would swamp what tells materials apart.
-    cosines = _unit(rows - middle) @ _unit(embedding[None] - middle)[0]
+    mean = rows.mean(axis=0)
+    # All pictures of one scene resemble each other, because they share its light and its renderer.
+    # Subtracting their mean removes that resemblance, which is larger than the differences between
+    # materials.
+    cosines = _unit(rows - mean) @ _unit(embedding[None] - mean)[0]
     return {
         str(name): float(np.log(np.exp(SHARPNESS * cosines[names == name]).mean()) / SHARPNESS)
         for name in np.unique(names)

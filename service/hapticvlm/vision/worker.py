@@ -1,6 +1,7 @@
-"""The recogniser: a process of its own that decodes pictures, embeds them and matches the gallery.
+"""Runs the recogniser in its own process: decodes pictures, embeds them and matches the gallery.
 
-The gateway hands it one frame at a time and gets evidence back. Knows no sockets and no sessions.
+The gateway hands over one frame at a time and gets evidence back. A frame travels as one message of
+MessagePack in shared memory and is decoded once, in the child. Knows no sockets and no sessions.
 """
 
 from __future__ import annotations
@@ -40,43 +41,43 @@ if TYPE_CHECKING:
     from hapticvlm.vision.remote.client import RemoteRecogniser
 
 NICE = 5
-# ours takes 25 ms, and a second on a busy machine; others more
+# The shipped encoder takes 25 ms at most, a second on a busy machine; other networks take longer.
 LIMIT_S = 5.0
 NAMED_LIMIT_S = 20.0
 SHOWN_PX = 640  # longest side of a picture shown to observers
-DOWNLOAD_S = 600.0  # a named network may first have to come over the network
+DOWNLOAD_S = 600.0  # a named network may have to be downloaded first
 
 logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
 class RecogniserSettings:
-    """What to load (None = what ships with the package), what to run it on, whom else to ask.
+    """The encoder and gallery to load (None: the shipped ones), the device, a shared recogniser.
 
-    `own` are the materials of the gallery folder that the rest of the service knows.
+    `user_materials` are those of the gallery folder, as the rest of the service knows them.
     """
 
     encoder: str | None = None
     gallery: Path | None = None
-    own: tuple[UserMaterial, ...] = ()
+    user_materials: tuple[UserMaterial, ...] = ()
     device: str = "cpu"
     threads: int = 1
     remote: RemoteSettings | None = None
 
     @property
     def start_s(self) -> float:
-        """How long loading may take, s."""
+        """Longest time that loading may take, s."""
         return START_S if self.encoder is None else DOWNLOAD_S
 
     @property
     def limit_s(self) -> float:
-        """How long one recognition may take before the process counts as hung, s."""
+        """Longest time of one recognition, s; then the process counts as hung."""
         return LIMIT_S if self.encoder is None else NAMED_LIMIT_S
 
 
 @dataclass(frozen=True, slots=True)
 class Loaded:
-    """What the recogniser runs."""
+    """The names of the encoder and the gallery that the recogniser runs."""
 
     encoder: str = "none"
     gallery: str = "none"
@@ -84,9 +85,9 @@ class Loaded:
 
 @dataclass(frozen=True, slots=True)
 class RecogniserResult:
-    """What came of one frame, the small picture of it if that was asked for.
+    """The recognition of one frame, and a thumbnail of it if one was asked for.
 
-    `remote`: how the shared recogniser stands, if one is named.
+    `remote` is the state of the shared recogniser; None: none is named.
     """
 
     recognition: Recognition
@@ -107,7 +108,7 @@ class RecogniserWorker:
 
     @property
     def loaded(self) -> Loaded:
-        """What it runs."""
+        """The names of the loaded encoder and gallery."""
         return Loaded(*self.worker.names)
 
     def start(self, deliver: Callable[[WorkerReply[RecogniserResult]], None]) -> None:
@@ -126,21 +127,21 @@ class RecogniserWorker:
     ) -> None:
         """Hand over one frame; only while not busy.
 
-        `subject` names what it shows, to notice an unchanged picture; `force` = even if unchanged;
-        `shrink` = return a small picture of it too; `shown` = which object of which scene.
+        `subject` names what the frame shows, so that an unchanged picture is noticed. `force`:
+        recognise it even if unchanged. `shrink`: return a thumbnail too. `shown`: the object and
+        its scene.
         """
-        # The frame goes into the shared memory of the worker as bytes, whole and once: megabytes
-        # through a pipe would hold up the event loop while the other side reads. Nothing here may
-        # touch that memory until the answer is there or the worker was given up, which `is_busy`
-        # says.
+        # The frame is written to the worker's shared memory, because megabytes through a pipe would
+        # block the event loop while the child reads. Nothing here may write to that memory again
+        # until the reply has arrived or the request was given up; `is_busy` tells.
         data = msgspec.msgpack.encode(frame)
         self.worker.request(data, (subject, now, force, shrink, shown), now)
 
     def note(self, remote: RemoteState | None) -> None:
-        """Note the state of the shared recogniser; log a change of it."""
+        """Keep the state of the shared recogniser; log a change of it."""
         before = self.remote
         self.remote = remote
-        if remote is None or _standing(remote) == _standing(before):
+        if remote is None or _logged_state(remote) == _logged_state(before):
             return
         if remote.is_used:
             logger.info("objects are recognised by %s", remote.identity)
@@ -152,8 +153,8 @@ class RecogniserWorker:
         self.worker.close()
 
 
-def _standing(remote: RemoteState | None) -> tuple[bool, str, bool]:
-    """Pick what is worth a line when it changes; a reason is, but not each wording of it."""
+def _logged_state(remote: RemoteState | None) -> tuple[bool, str, bool]:
+    """Return the part of a state whose change is logged; a reason's wording is not."""
     if remote is None:
         return False, "", False
     return remote.is_used, remote.identity, bool(remote.reason)
@@ -171,8 +172,8 @@ def run_recogniser(slot: Slot, settings: RecogniserSettings, control: Connection
         gallery = settings.gallery.resolve().name if settings.gallery else "shipped"
 
         def serve(data: bytes, details: tuple[Any, ...]) -> RecogniserResult:
-            found = _recognise(recogniser, data, *details)
-            return found if remote is None else replace(found, remote=remote.state)
+            result = _recognise(recogniser, data, *details)
+            return result if remote is None else replace(result, remote=remote.state)
 
         return Started((encoder, gallery)), serve
 
@@ -180,21 +181,21 @@ def run_recogniser(slot: Slot, settings: RecogniserSettings, control: Connection
 
 
 class NullRecogniser:
-    """Stands in where the shipped encoder's network is not installed: it finds nothing.
+    """Replaces the recogniser where the shipped encoder's network is missing; knows no material.
 
-    What the scene states, names and shaders still decide.
+    Objects are still decided by the scene's statements, by names and by shaders.
     """
 
     def recognise(
         self,
-        _data: bytes,
+        _frame: Frame,
         _subject: str,
         waited_ms: float,
         *,
         force: bool,
         shown: SceneContext | None,
     ) -> Recognition:
-        """Return evidence of nothing, whatever is shown."""
+        """Return empty evidence, whatever the frame shows."""
         del force, shown
         return Recognition(Evidence("encoder", ()), {"queue": waited_ms})
 
@@ -203,13 +204,12 @@ def _load(
     settings: RecogniserSettings,
 ) -> tuple[FrameRecogniser | NullRecogniser, str, RemoteRecogniser | None]:
     try:
-        # The packaged network comes from another package, which a user may have removed or
-        # replaced. Then objects are still known by what the scene states, by names and shaders, so
-        # the service runs on and says so. Who names a network wants that one, and gets an error
-        # instead.
+        # The shipped encoder's weights come from another package, which a user may have removed or
+        # replaced. The service then runs on without pictures and logs it, since statements, names
+        # and shaders still decide. A user who names a network gets an error instead.
         encoder = load_encoder(settings.encoder, device=settings.device, threads=settings.threads)
     except EncoderError as error:
-        if settings.encoder is not None:  # who names one wants that one
+        if settings.encoder is not None:
             raise
         logger.warning("pictures are not recognised: %s", error)
         return NullRecogniser(), Loaded().encoder, None
@@ -217,12 +217,14 @@ def _load(
     if settings.remote is not None:
         from hapticvlm.vision.remote.client import RemoteRecogniser
 
-        remote = RemoteRecogniser(settings.remote, table_with(settings.own))
-    gallery = load_gallery(settings.gallery, encoder=encoder, own=settings.own)
+        remote = RemoteRecogniser(settings.remote, table_with(settings.user_materials))
+    gallery = load_gallery(
+        settings.gallery, encoder=encoder, user_materials=settings.user_materials
+    )
     recogniser = FrameRecogniser(encoder, gallery, remote)
-    # The first inference allocates all that later ones use again and takes much longer. It happens
-    # here, while the service still says that it is starting, and it shows a network that loads and
-    # cannot run before a scene has to find out.
+    # The first inference allocates buffers that later ones reuse, and takes much longer. It runs
+    # here, while the service still reports that it is starting. It also fails here for a network
+    # that loads but cannot run, before a scene depends on it.
     recogniser.warm_up()
     return recogniser, encoder.name, remote
 
@@ -233,16 +235,15 @@ def _recognise(
     subject, requested_at, force, shrink, shown_object = details
     waited_ms = (time.monotonic() - requested_at) * 1000.0
     try:
+        frame = msgspec.msgpack.decode(data, type=Frame)
         recognition = recogniser.recognise(
-            data, subject, waited_ms, force=force, shown=shown_object
+            frame, subject, waited_ms, force=force, shown=shown_object
         )
-        shown = _thumbnail(data) if shrink and recognition.error is None else None
-        return RecogniserResult(recognition, shown)
-    except Exception:  # a picture that trips a bug of ours must not take the others down
-        logger.exception("a recognition failed")
-        text = "recognising this picture failed"
-        return RecogniserResult(Recognition(None, {}, error=text, is_our_fault=True))
-
-
-def _thumbnail(data: bytes) -> Thumbnail:
-    return pictures.thumbnail(msgspec.msgpack.decode(data, type=Frame), SHOWN_PX)
+        thumbnail = None
+        if shrink and recognition.error is None:
+            thumbnail = pictures.thumbnail(frame, SHOWN_PX)
+        return RecogniserResult(recognition, thumbnail)
+    except Exception:  # one picture that triggers a bug of ours must not stop all others
+        logger.exception("recognising a picture failed")
+        reason = "recognising this picture failed"
+        return RecogniserResult(Recognition(None, {}, error=reason, is_our_fault=True))

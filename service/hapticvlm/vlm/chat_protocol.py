@@ -1,9 +1,9 @@
-"""The OpenAI chat protocol: a question on the wire, and its choices as a reading or evidence. Pure.
+"""Writes questions and reads answers in the OpenAI chat protocol. Pure.
 
 vLLM, `transformers serve` and others use it. The instruction comes before the pictures, so that
-an endpoint which caches prefixes computes it once. A reply is read by log-probabilities where they
-are given and are mostly of candidates, else by its text. The value is the expectation over what was
-given; the interval also counts what was not, evenly spread.
+an endpoint which caches prefixes computes it once. An answer is read from its log-probabilities, if
+it has any and most of their mass is on candidates, else from its text. The value is the expectation
+over the mass that was reported; the interval also counts the rest, spread evenly.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import numpy as np
 from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.evidence.reading import Reading
 from hapticvlm.materials import UNKNOWN
-from hapticvlm.vlm.contract import Asked, Picture, VlmError, widened
+from hapticvlm.vlm.contract import Picture, QuestionText, VlmError, widened
 from hapticvlm.vlm.endpoint import EndpointError, Json
 from hapticvlm.vlm.limits import ANSWER_TOKENS, LEAST_SHARE, TEXT_BELIEF, THINKING_TOKENS, TOP
 from hapticvlm.vlm.logprobs import (
@@ -33,19 +33,21 @@ from hapticvlm.vlm.numbers import spread
 from hapticvlm.vlm.sentence import read_celsius
 
 QUALITY = 90  # of the JPEG
-# What some endpoints refuse, each in turn: the newest want `max_completion_tokens` and their own
-# temperature, others know no log-probabilities.
+# Parameters that some endpoints refuse: the newest models take `max_completion_tokens` instead of
+# `max_tokens` and set the temperature themselves, other endpoints have no log-probabilities.
 PARAMETERS = ("max_tokens", "temperature", "logprobs")
 UNKNOWN_FIELD = (400, 422)
-REFUSING = (*UNKNOWN_FIELD, 403)  # OpenAI's for log-probabilities of a model that thinks
+REFUSING = (*UNKNOWN_FIELD, 403)  # 403: OpenAI, for log-probabilities of a reasoning model
 TOKEN_SIDE = 28  # px of a picture that become one token: Qwen2-VL's patches of 14, merged 2 x 2
 
 
-def question(asked: Asked, wording: int, pictures: Sequence[Picture], image_tokens: int) -> Json:
-    """Word a question about pictures (H, W, 3) uint8 RGB, each shrunk to its token budget."""
-    content: list[Json] = [{"type": "text", "text": asked.instruction}]
-    content += [_shown(shrink(picture, image_tokens)) for picture in pictures]
-    content.append({"type": "text", "text": asked.questions[wording]})
+def question(
+    about: QuestionText, wording: int, pictures: Sequence[Picture], image_tokens: int
+) -> Json:
+    """Return the body of a request about pictures (H, W, 3) uint8 RGB, shrunk to the budget."""
+    content: list[Json] = [{"type": "text", "text": about.instruction}]
+    content += [_image_part(shrink(picture, image_tokens)) for picture in pictures]
+    content.append({"type": "text", "text": about.questions[wording]})
     return {
         "messages": [{"role": "user", "content": content}],
         "max_tokens": ANSWER_TOKENS,
@@ -57,7 +59,7 @@ def question(asked: Asked, wording: int, pictures: Sequence[Picture], image_toke
 
 
 def without(body: Json, refused: Collection[str]) -> Json:
-    """Word a question for an endpoint that refuses some of PARAMETERS."""
+    """Return a body without those of PARAMETERS that the endpoint refuses."""
     kept = {name: value for name, value in body.items() if name not in refused}
     if "logprobs" in refused:
         del kept["top_logprobs"]
@@ -67,9 +69,9 @@ def without(body: Json, refused: Collection[str]) -> Json:
 
 
 def refused_parameter(body: Json, status: int | None, text: str) -> str | None:
-    """Return which of PARAMETERS in a body an error is about, None where it is another error.
+    """Return which of PARAMETERS in a body an error refuses; None for any other error.
 
-    One that knows no log-probabilities may refuse them without a name.
+    An endpoint without log-probabilities may refuse them without naming the parameter.
     """
     if status not in REFUSING:
         return None
@@ -85,7 +87,7 @@ def first_choice(answer: Json) -> Json:
     choices = answer.get("choices")
     first = choices[0] if isinstance(choices, list) and choices else None
     if not isinstance(first, dict):
-        raise EndpointError("the endpoint's answer has no choices: is it a chat endpoint?")
+        raise EndpointError("the endpoint's answer has no choices; is it a chat endpoint?")
     return first
 
 
@@ -99,7 +101,7 @@ def text_of(choice: Json) -> str:
 
 
 def model_names(answer: Json) -> list[str]:
-    """List the models that an endpoint offers; [] where the list has no known form."""
+    """List the models that an endpoint offers; [] if the list has another form."""
     listed = answer.get("data")
     if not isinstance(listed, list):
         return []
@@ -108,7 +110,7 @@ def model_names(answer: Json) -> list[str]:
 
 
 def shrink(picture: Picture, image_tokens: int) -> Picture:
-    """Shrink a picture (H, W, 3) uint8 to about the pixels of its budget; never enlarge it."""
+    """Shrink a picture (H, W, 3) uint8 to about its budget of image tokens; never enlarge it."""
     from PIL import Image
 
     height, width = picture.shape[:2]
@@ -119,7 +121,7 @@ def shrink(picture: Picture, image_tokens: int) -> Picture:
     return np.asarray(Image.fromarray(picture).resize(size, Image.Resampling.BICUBIC))
 
 
-def _shown(picture: Picture) -> Json:
+def _image_part(picture: Picture) -> Json:
     import simplejpeg
 
     data = simplejpeg.encode_jpeg(np.ascontiguousarray(picture), quality=QUALITY)
@@ -128,7 +130,7 @@ def _shown(picture: Picture) -> Json:
 
 
 def ambient_by_logprobs(choices: Sequence[Json], seconds: float) -> Reading | None:
-    """Read a temperature off the log-probabilities, one choice a wording; None without them."""
+    """Read a temperature from log-probabilities, one choice for each wording; None without them."""
     replies = [_reply(choice, fit_number) for choice in choices]
     known = [reply for reply in replies if reply is not None]
     if len(known) < len(replies):
@@ -141,9 +143,9 @@ def ambient_by_logprobs(choices: Sequence[Json], seconds: float) -> Reading | No
 
 
 def ambient_by_text(choices: Sequence[Json], seconds: float) -> Reading:
-    """Read the temperature that the texts state, one choice a wording. Raises VlmError.
+    """Read the temperature that the texts state, one choice for each wording. Raises VlmError.
 
-    The interval holds those of all wordings.
+    The interval encloses those of all wordings.
     """
     stated = [read_celsius(text_of(choice)) for choice in choices]
     values = [one.value_c for one in stated]
@@ -154,7 +156,7 @@ def ambient_by_text(choices: Sequence[Json], seconds: float) -> Reading:
 
 
 def material_by_logprobs(choice: Json, names: Sequence[str]) -> Evidence | None:
-    """Weigh material names by their log-probabilities; None without them."""
+    """Read beliefs in material names from log-probabilities; None without them."""
     reply = _reply(choice, fit_word((*names, UNKNOWN)))
     if reply is None:
         return None
@@ -164,7 +166,7 @@ def material_by_logprobs(choice: Json, names: Sequence[str]) -> Evidence | None:
 
 
 def material_by_text(choice: Json, names: Sequence[str]) -> Evidence:
-    """Read the one material that a text names, or none where it names unknown. Raises VlmError."""
+    """Read the one material that a text names; empty evidence for unknown. Raises VlmError."""
     text = text_of(choice)
     words = set(re.findall(r"\w+", text.lower()))
     named = [name for name in (*names, UNKNOWN) if name.lower() in words]
@@ -175,7 +177,7 @@ def material_by_text(choice: Json, names: Sequence[str]) -> Evidence:
 
 
 def _reply(choice: Json, fits: Fits) -> CandidateMass | None:
-    """Follow the log-probabilities; None without them, or where most are of no candidate."""
+    """Follow the log-probabilities; None without them, or if few of them are of candidates."""
     places = read_places(choice)
     if not places:
         return None

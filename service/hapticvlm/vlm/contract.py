@@ -1,7 +1,7 @@
-"""What a vision-language model is asked here, word for word, and what it answers. Pure.
+"""Defines the questions to a vision-language model, word for word, and its interface. Pure.
 
-All that is the same for every picture stands before it, so that its cache can be kept; what follows
-the picture is one short question, in several wordings. Knows no model.
+Everything that is the same for all pictures stands before the picture, so that the model's cache of
+it can be kept. After the picture comes one short question, in several wordings. Knows no model.
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ Picture = NDArray[np.uint8]
 
 
 class VlmError(HapticVLMError):
-    """The model cannot be loaded or asked, or its answer is of no use; the text is the reason."""
+    """The model cannot be loaded or asked, or its answer is unusable; the message says why."""
 
 
 @dataclass(frozen=True, slots=True)
 class VlmSettings:
-    """Which model to ask and how. With a `url` it is asked over HTTP, else loaded in process.
+    """The model to use. With a `url` it is asked over HTTP, else it is loaded in the process.
 
-    `image_tokens` is the speed knob: the most tokens a picture may become. A `token` is sent to the
-    endpoint as a bearer token.
+    `image_tokens` is the largest number of tokens that a picture becomes: fewer are faster and show
+    less. `token` is sent to the endpoint as a bearer token.
     """
 
     model: str = DEFAULT_MODEL
@@ -46,11 +46,11 @@ class VlmSettings:
 
 
 class Vlm(Protocol):
-    """A loaded model or an endpoint. Calls block; the caller is a process of its own."""
+    """A loaded model or an endpoint. Calls block, so they are made in a process of their own."""
 
     @property
     def name(self) -> str:
-        """Which model it is, as the settings name it."""
+        """The name of the model, as in the settings."""
 
     @property
     def is_remote(self) -> bool:
@@ -60,7 +60,7 @@ class Vlm(Protocol):
         """Read the ambient temperature off a picture (H, W, 3) uint8 RGB. Raises VlmError."""
 
     def material(self, context: Picture, crop: Picture, names: Sequence[str]) -> Evidence:
-        """Ask what the object is made of; evidence of rung vlm over `names`. Raises VlmError.
+        """Ask for the object's material: evidence of rung vlm over `names`. Raises VlmError.
 
         `context` is the frame with the object outlined, `crop` the object, both (H, W, 3) uint8.
         """
@@ -69,8 +69,8 @@ class Vlm(Protocol):
         """Release the model or the connection."""
 
 
-COLOUR = (255, 0, 0)  # the prompt calls it red
-THICKNESS = 0.012  # of the shorter side: three pixels of 224, still seen at 64 image tokens
+COLOUR = (255, 0, 0)  # called red in the question
+THICKNESS = 0.012  # of the shorter side: three pixels of 224, still visible at 64 image tokens
 
 AMBIENT_INSTRUCTION = (
     "You judge how warm a place is from a picture of it. Mind whether it is indoors or outdoors, "
@@ -85,10 +85,9 @@ AMBIENT_QUESTIONS = (
 
 
 def highlight(picture: Picture, region: messages.Region) -> Picture:
-    """Return the picture (H, W, 3) uint8 with an outline around what a region marks.
+    """Return a copy of a picture (H, W, 3) uint8 with an outline around a region.
 
-    The line lies outside the object, within the picture. With nothing marked the picture comes back
-    as it is.
+    The line lies outside the region but inside the picture. An empty region leaves no outline.
     """
     height, width = picture.shape[:2]
     top = int(region.y * height)
@@ -106,36 +105,36 @@ def highlight(picture: Picture, region: messages.Region) -> Picture:
 
 
 def _grow(inside: NDArray[np.bool_], by: int, *, beyond: bool = False) -> NDArray[np.bool_]:
-    """Grow what is marked by so many pixels to every side, corners square; `beyond` the edge."""
-    from scipy.ndimage import maximum_filter  # for those alone who ask about an object
+    """Grow the marked area by `by` pixels, corners square; `beyond`: outside the edge is marked."""
+    from scipy.ndimage import maximum_filter  # imported only for questions about an object
 
     grown: NDArray[np.bool_] = maximum_filter(inside, 2 * by + 1, mode="constant", cval=beyond)
     return grown
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
-    """An instruction before the pictures and the wordings of the question after them."""
+class QuestionText:
+    """An instruction before the pictures, and the wordings of a question after them."""
 
     instruction: str
     questions: tuple[str, ...]
 
 
-def about_ambient() -> Asked:
-    """Ask how warm it is, in two wordings: where they differ the answer is worth less."""
-    return Asked(AMBIENT_INSTRUCTION, AMBIENT_QUESTIONS)
+def about_ambient() -> QuestionText:
+    """Ask for the air temperature in two wordings; answers that differ make a wide interval."""
+    return QuestionText(AMBIENT_INSTRUCTION, AMBIENT_QUESTIONS)
 
 
-def about_material(names: Sequence[str]) -> Asked:
-    """Ask what the outlined object of the first picture, alone in the second, is made of."""
+def about_material(names: Sequence[str]) -> QuestionText:
+    """Ask for the material of the object outlined in the first picture, alone in the second."""
     listed = ", ".join(names)
     instruction = (
         "In the first picture one object is outlined in red; the second picture shows it alone. "
         f"Say what its surface is made of, with one word of: {listed}, {materials.UNKNOWN}."
     )
-    return Asked(instruction, ("What is the outlined object made of?",))
+    return QuestionText(instruction, ("What is the outlined object made of?",))
 
 
 def widened(value_c: float, low_c: float, high_c: float) -> tuple[float, float]:
-    """Return the interval to believe of a reading, degC: at least HALF_WIDTH_C each way."""
+    """Widen an interval, degC, to at least HALF_WIDTH_C on either side of the value."""
     return min(low_c, value_c - HALF_WIDTH_C), max(high_c, value_c + HALF_WIDTH_C)

@@ -1,7 +1,7 @@
-"""One question to a chat endpoint and its answer, within a time and a size. Knows no model.
+"""Sends a request to a chat endpoint and reads its answer, within a time and a size.
 
-Plain http is used only where the user's own url has it: pictures then travel in clear text. A
-token does not, except to this machine.
+Plain http is used only if the user's own URL has it; pictures then travel in clear text. A token is
+never sent in clear text, except to this machine. Knows no model.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ FLAG = "--vlm-url"
 
 
 class EndpointError(VlmError):
-    """The endpoint gave no answer of use. `status` is its HTTP status, `wait_s` its Retry-After."""
+    """The endpoint gave no usable answer. `status`: of HTTP; `wait_s`: its Retry-After."""
 
     def __init__(self, text: str, status: int | None = None, wait_s: float | None = None) -> None:
         super().__init__(text)
@@ -44,27 +44,27 @@ def judge(response: Response) -> Json:
     status = response.status
     data = response.body
     if 300 <= status < 400:
-        raise EndpointError(f"the endpoint redirects (HTTP {status}): give its target", status)
+        raise EndpointError(f"the endpoint redirects (HTTP {status}); give its target", status)
     if status != http.HTTPStatus.OK:
-        text = f"the endpoint answers HTTP {status}: {_error_text(data) or 'no message'}"
-        raise EndpointError(text, status, _wait_s(response.retry_after))
+        problem = f"the endpoint answers HTTP {status}: {_error_text(data) or 'no message'}"
+        raise EndpointError(problem, status, _wait_s(response.retry_after))
     try:
         answer = json.loads(data, parse_constant=_refuse)
     except (ValueError, RecursionError):
-        text = f"the endpoint's answer is no JSON: {_decoded(data)}"
-        raise EndpointError(text, status) from None
+        problem = f"the endpoint's answer is not JSON: {_decoded(data)}"
+        raise EndpointError(problem, status) from None
     if not isinstance(answer, dict):
-        raise EndpointError("the endpoint's answer is JSON, but no object", status)
+        raise EndpointError("the endpoint's answer is JSON, but not an object", status)
     if answer.get("error"):
-        raise EndpointError(f"the endpoint says: {_error_text(data)}", status)
+        raise EndpointError(f"the endpoint reports: {_error_text(data)}", status)
     return answer
 
 
 def _error_text(data: bytes) -> str:
-    """Find the message of an error body, as OpenAI's and FastAPI's endpoints spell it."""
+    """Return the message of an error body, as OpenAI's and FastAPI's endpoints write it."""
     try:
-        found = json.loads(data)
-        message = found.get("error") or found.get("detail") or found.get("message")
+        body = json.loads(data)
+        message = body.get("error") or body.get("detail") or body.get("message")
     except (ValueError, RecursionError, AttributeError):
         return _decoded(data)
     if isinstance(message, dict):
@@ -73,7 +73,7 @@ def _error_text(data: bytes) -> str:
 
 
 def _wait_s(retry_after: str | None) -> float | None:
-    """Seconds of a Retry-After header; None without one, or where it is a date or nonsense."""
+    """Return the seconds of a Retry-After header; None if absent, a date or invalid."""
     try:
         wait = float(retry_after or "")
     except ValueError:
@@ -82,7 +82,7 @@ def _wait_s(retry_after: str | None) -> float | None:
 
 
 def _refuse(name: str) -> None:
-    raise ValueError(f"{name} is no JSON")
+    raise ValueError(f"{name} is not JSON")
 
 
 def _decoded(data: bytes) -> str:
@@ -90,7 +90,7 @@ def _decoded(data: bytes) -> str:
 
 
 def read_address(url: str) -> Address:
-    """Read an endpoint's url, with or without /v1 at its end. Raises VlmError."""
+    """Parse an endpoint's URL, with or without /v1 at its end. Raises VlmError."""
     try:
         return http_client.read_address(url, FLAG)
     except HttpError as error:
@@ -98,7 +98,7 @@ def read_address(url: str) -> Address:
 
 
 def check_token(token: str | None, address: Address) -> str | None:
-    """Return a token that may be sent there. Raises VlmError, which does not repeat it."""
+    """Return a token if it may be sent there. Raises VlmError, whose message does not repeat it."""
     try:
         return http_client.check_token(token, address, FLAG)
     except HttpError as error:
@@ -113,16 +113,16 @@ class Endpoint:
     token: str | None = field(repr=False)
 
     def post(self, path: str, body: Json, deadline: float) -> Json:
-        """Ask with a JSON body. Raises EndpointError."""
-        return self._asked("POST", path, json.dumps(body).encode(), deadline)
+        """Post a JSON body and return the answer's object. Raises EndpointError."""
+        return self._send("POST", path, json.dumps(body).encode(), deadline)
 
     def get(self, path: str, deadline: float) -> Json:
-        """Ask without one. Raises EndpointError."""
-        return self._asked("GET", path, None, deadline)
+        """Get a path and return the answer's object. Raises EndpointError."""
+        return self._send("GET", path, None, deadline)
 
-    def _asked(self, verb: str, path: str, body: bytes | None, deadline: float) -> Json:
+    def _send(self, verb: str, path: str, body: bytes | None, deadline: float) -> Json:
         client = HttpClient(self.address, self.token, "application/json", ANSWER_BYTES)
-        with closing(client):  # questions are seconds apart: no connection is kept
+        with closing(client):  # requests are seconds apart, so no connection is kept
             try:
                 return judge(client.request(verb, path, body, deadline))
             except HttpError as error:

@@ -1,8 +1,9 @@
-"""A vision-language model in this process, asked for temperatures and materials; `load_vlm`.
+"""Runs a vision-language model in this process and asks it for temperatures and materials.
 
-A readout takes its answer from next-token probabilities in one pass. When loaded, a model is asked
-about a grey picture in the packed way and plainly, and refused where the two differ or give what is
-no number. Knows no session and no ladder.
+A readout takes its answer from next-token probabilities in one forward pass that packs all wordings
+and candidates (`numbers`). Not every network supports that. So after loading, a grey picture is
+asked both packed and plainly, and a model is refused if the two results differ or are not numbers.
+Knows no session and no ladder.
 """
 
 from __future__ import annotations
@@ -33,12 +34,12 @@ from hapticvlm.vlm.numbers import (
 )
 from hapticvlm.vlm.weights import Precision
 
-# Threads of OpenMP that wait by spinning take the cores from the gateway and from each other:
-# with a third busy process on two cores a pass was seen to take eight times as long.
+# OpenMP threads that spin while they wait take the cores from the gateway and from each other: with
+# a third busy process on two cores a pass took eight times as long.
 PASSIVE = {"OMP_WAIT_POLICY": "PASSIVE", "GOMP_SPINCOUNT": "0"}
 CHECK_SIDE = 56  # px, the grey picture of the check at loading
-# Largest difference in probability, summed over the vocabulary and halved, between a packed pass
-# and a plain one: rounding of bfloat16 alone; a wrong mask or position moves far more.
+# Largest total variation distance (half the sum of absolute differences over the vocabulary)
+# between a packed pass and a plain one. Rounding stays below it, a wrong mask or position does not.
 AGREEMENT: dict[Precision, float] = {"bfloat16": 0.1, "float32": 1e-3}
 
 
@@ -55,44 +56,44 @@ class LocalVlm:
 
     @property
     def network(self) -> Network:
-        """The network, until `close`. Raises VlmError."""
+        """The network; raises VlmError after `close`."""
         if self._network is None:
             raise VlmError("the model was closed")
         return self._network
 
     def ambient(self, picture: Picture) -> Reading:
-        """Read the ambient temperature off a picture (H, W, 3) uint8 RGB. Raises VlmError.
+        """Read the ambient temperature from a picture (H, W, 3) uint8 RGB. Raises VlmError.
 
-        A pass cannot be broken off: a worker that takes too long is ended as a process.
+        A pass cannot be cancelled: a worker that takes too long is killed as a process.
         """
         start = time.monotonic()
         prompt = self.chat.prompt(contract.about_ambient(), [picture])
         log_probs = self.network.readout(prompt, self.numbers)
-        found = spread([number_beliefs(self.numbers, row) for row in log_probs])
-        low_c, high_c = contract.widened(found.value_c, found.low_c, found.high_c)
+        temperature = spread([number_beliefs(self.numbers, row) for row in log_probs])
+        low_c, high_c = contract.widened(temperature.value_c, temperature.low_c, temperature.high_c)
         return Reading(
-            value_c=found.value_c,
+            value_c=temperature.value_c,
             low_c=low_c,
             high_c=high_c,
-            prompt_sd_c=found.prompt_sd_c,
+            prompt_sd_c=temperature.prompt_sd_c,
             method="readout",
             seconds=time.monotonic() - start,
-            share=found.share,
+            share=temperature.share,
         )
 
     def material(self, context: Picture, crop: Picture, names: Sequence[str]) -> Evidence:
-        """Ask what the outlined object is made of, in one pass. Raises VlmError.
+        """Ask for the material of the outlined object, in one pass. Raises VlmError.
 
-        What the model leaves to `unknown` and to words that are no name stays open.
+        Probability on `unknown`, and on words that are not among `names`, stays open.
         """
         tree = _tree(lambda: choice_tree(_spellings(names), self.chat.encode))
         prompt = self.chat.prompt(contract.about_material(names), [context, crop])
-        found = TRUST * beliefs(tree, self.network.readout(prompt, tree)[0])
-        ranked = sorted(zip(names, found.tolist(), strict=False), key=lambda item: -item[1])
+        probabilities = TRUST * beliefs(tree, self.network.readout(prompt, tree)[0])
+        ranked = sorted(zip(names, probabilities.tolist(), strict=False), key=lambda item: -item[1])
         return Evidence("vlm", tuple(ranked))
 
     def close(self) -> None:
-        """Release the model."""
+        """Release the model's memory."""
         self._network = None
         gc.collect()
 
@@ -102,7 +103,7 @@ def load_local(settings: VlmSettings, precision: Precision | None = None) -> Loc
 
     precision: of the weights; None for the faster one here that fits into memory.
     """
-    weights.find_here(settings.model)  # a slip in the path is said before torch is imported
+    weights.find_here(settings.model)  # reports a wrong path before torch is imported
     precision = precision or weights.faster_precision(settings)
     vlm = LocalVlm(*weights.load(settings, precision), settings.model)
     _require_agreement(vlm, precision)
@@ -114,14 +115,16 @@ def _require_agreement(vlm: LocalVlm, precision: Precision) -> None:
     prompt = vlm.chat.prompt(contract.about_ambient(), [grey])
     plain = vlm.network.following(prompt)
     packed = vlm.network.readout(prompt, vlm.numbers)[0, 0]
-    apart = float(np.abs(np.exp(plain) - np.exp(packed)).sum()) / 2
-    if not apart <= AGREEMENT[precision]:
-        text = f"model `{vlm.name}` cannot be read in one pass (it differs by {apart:.2f})"
-        raise VlmError(f"{text}; name another, or serve it elsewhere and give --vlm-url")
+    distance = float(np.abs(np.exp(plain) - np.exp(packed)).sum()) / 2
+    if not distance <= AGREEMENT[precision]:
+        problem = (
+            f"model `{vlm.name}` cannot be read in one pass (results differ by {distance:.2f})"
+        )
+        raise VlmError(f"{problem}; name another, or serve it elsewhere and give --vlm-url")
 
 
 def _spellings(names: Sequence[str]) -> dict[str, int]:
-    """Spell every name, and unknown behind them, in small letters and capitalised."""
+    """Spell every name, and unknown after them, in lower case and capitalised."""
     listed = [*names, materials.UNKNOWN]
     capital = {name.capitalize(): place for place, name in enumerate(listed)}
     return {**capital, **{name: place for place, name in enumerate(listed)}}
@@ -131,14 +134,14 @@ def _tree(build: Callable[[], ChoiceTree]) -> ChoiceTree:
     try:
         return build()
     except ValueError as error:
-        raise VlmError(f"the answers cannot be told apart ({error})") from None
+        raise VlmError(f"the answers cannot be distinguished ({error})") from None
 
 
 def prepare_process(threads: int) -> bool:
-    """Make waiting threads sleep in this process; False when torch was imported before: too late.
+    """Make OpenMP threads sleep while they wait; False if torch was imported before, too late.
 
-    OpenMP reads these when torch is imported, so a process that is to load a model calls this, or
-    load_vlm, first.
+    OpenMP reads these variables when torch is imported, so a process that loads a model calls this,
+    or load_vlm, first.
     """
     for name, value in {**PASSIVE, "OMP_NUM_THREADS": str(threads)}.items():
         os.environ.setdefault(name, value)
@@ -146,7 +149,7 @@ def prepare_process(threads: int) -> bool:
 
 
 def load_vlm(settings: VlmSettings) -> Vlm:
-    """Load a model, or connect to the endpoint at `url`. Raises VlmError."""
+    """Load a model, or use the endpoint at `url`. Raises VlmError."""
     if settings.url is not None:
         from hapticvlm.vlm.remote import RemoteVlm
 

@@ -1,10 +1,15 @@
-"""Belief over candidate answers from the log-probabilities a chat endpoint offers. Pure.
+"""Computes beliefs in candidate answers from the log-probabilities of a chat endpoint. Pure.
 
-An endpoint gives, token by token along the one answer it gave, the few likeliest tokens of each
-place. So the tree of answers is known along that answer and at its first branchings: after "2" was
-chosen, how likely "21" or "22" was, but of the "1" not chosen only that it was likely. What is
-not known is not guessed away: a branch not followed is spread evenly over the candidates that begin
-like it, and what the likeliest tokens leave of 1 over all that were still possible there.
+An endpoint returns one answer, and for each of its tokens the few most likely alternatives with
+their log-probabilities. So the tree of possible answers is known only along that answer and at the
+first step away from it. Say the answer is "21". Then the probabilities of "22" and "23" are known,
+because they share the first token. Of an alternative first token "1" only its own probability is
+known, and not whether it would have become "10" or "19".
+
+The unknown part is kept, not dropped. The mass of an alternative is spread evenly over all
+candidates that begin with it (`seen`: the endpoint reported it). The mass that the reported tokens
+of a place lack to 1 is spread evenly over all candidates that were still possible there (`unseen`).
+The value of a reading uses the seen mass alone; its interval uses both.
 """
 
 from __future__ import annotations
@@ -20,17 +25,17 @@ from numpy.typing import NDArray
 from hapticvlm.vlm.endpoint import EndpointError, Json
 from hapticvlm.vlm.numbers import CANDIDATES_C
 
-SLACK = 0.01  # by which the probabilities of one place may exceed 1, for rounding
+SLACK = 0.01  # by which rounding may make the probabilities of one place exceed 1
 
 _NUMBER = re.compile(r"(-?)(\d{0,2})(.*)", re.DOTALL)
 
 Doubles = NDArray[np.float64]
-Fits = Callable[[str, bool], NDArray[np.bool_]]  # (text, whether it ends there) -> candidates
+Fits = Callable[[str, bool], NDArray[np.bool_]]  # (beginning, has it ended) -> fitting candidates
 
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """A token of the answer, and what else could have stood there with its probability."""
+    """A token of the answer, and the probabilities of the likely tokens at its place."""
 
     token: str
     likely: tuple[tuple[str, float], ...]
@@ -38,9 +43,9 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class CandidateMass:
-    """Mass on each candidate, (n,) float64: `seen` was given, `unseen` spreads what was not.
+    """Probability mass on each candidate, (n,) float64, reported (`seen`) and not (`unseen`).
 
-    What both lack to 1 went to answers that are no candidate.
+    The part that both lack to 1 is on answers that are not candidates.
     """
 
     seen: Doubles
@@ -49,24 +54,26 @@ class CandidateMass:
 
 def read_places(choice: Json) -> tuple[Place, ...]:
     """Read a choice's log-probabilities, () where it has none. Raises EndpointError."""
-    found = choice.get("logprobs")
-    if not found:
+    logprobs = choice.get("logprobs")
+    if not logprobs:
         return ()
     try:
-        return tuple(_place(entry) for entry in found.get("content") or ())
+        return tuple(_place(entry) for entry in logprobs.get("content") or ())
     except (AttributeError, KeyError, TypeError):
-        raise EndpointError("the endpoint's log-probabilities have no known form") from None
+        raise EndpointError("the endpoint's log-probabilities have an unknown form") from None
 
 
 def follow(places: Sequence[Place], fits: Fits, *, is_whole: bool) -> CandidateMass:
-    """Follow an answer through its places. `is_whole`: it ended by itself and was not cut."""
+    """Add up the mass on candidates along an answer. `is_whole`: it ended by itself, uncut."""
     count = fits("", False).size
     seen = np.zeros(count)
     unseen = np.zeros(count)
     text = ""
-    mass = 1.0
+    mass = 1.0  # the probability of the answer up to this place
     has_ended = False
     for place in places:
+        # Of the mass that arrives here, each alternative takes its share, the unreported rest is
+        # spread over all that is possible, and the answer's own token carries the remainder on.
         for token, probability in place.likely:
             if token != place.token:
                 seen += mass * probability * _even(_after(fits, text, token))
@@ -82,7 +89,7 @@ def follow(places: Sequence[Place], fits: Fits, *, is_whole: bool) -> CandidateM
 
 
 def fit_number(text: str, has_ended: bool) -> NDArray[np.bool_]:
-    """Return which of CANDIDATES_C an answer that begins with `text` may be: (91,)."""
+    """Return which of CANDIDATES_C an answer that begins with `text` may be: (91,) bool."""
     parts = _NUMBER.match(text.strip().replace("\N{MINUS SIGN}", "-"))
     sign, digits, rest = parts.groups() if parts is not None else ("", "", text)
     if not rest and not has_ended:
@@ -95,7 +102,7 @@ def fit_number(text: str, has_ended: bool) -> NDArray[np.bool_]:
 
 
 def fit_word(words: Sequence[str]) -> Fits:
-    """Return a test of which words an answer that begins with a text may be."""
+    """Return a function that tells which words an answer that begins with a text may be."""
 
     def fits(text: str, has_ended: bool) -> NDArray[np.bool_]:
         begun = text.strip().lower()
@@ -114,7 +121,7 @@ def _place(entry: Json) -> Place:
     likely.setdefault(*answered)
     total = sum(likely.values())
     if total > 1.0 + SLACK:
-        raise EndpointError(f"the endpoint's probabilities of one place sum to {total:.3g}")
+        raise EndpointError(f"the endpoint's probabilities of one token sum to {total:.3g}, not 1")
     return Place(answered[0], tuple(likely.items()))
 
 
@@ -122,7 +129,9 @@ def _probability(logprob: object) -> float:
     if isinstance(logprob, bool) or not isinstance(logprob, int | float):
         raise TypeError
     if not logprob <= SLACK:
-        raise EndpointError(f"the endpoint gives {logprob} as a log-probability")
+        raise EndpointError(
+            f"the endpoint gives {logprob} as a log-probability; it must be 0 or less"
+        )
     return math.exp(logprob)
 
 
@@ -131,7 +140,7 @@ def _after(fits: Fits, text: str, token: str) -> NDArray[np.bool_]:
 
 
 def _ends(token: str) -> bool:
-    """Whether a token ends an answer: special ones are given as such or as nothing at all."""
+    """Whether a token ends an answer; endpoints write special tokens as such or as ""."""
     return not token or token.startswith(("<|", "</"))
 
 

@@ -1,8 +1,9 @@
-"""A vision-language network of transformers, asked for next tokens. The home of torch here.
+"""Asks a vision-language network of transformers for next-token probabilities, by torch.
 
-The cache of a prompt's head is computed once and kept; a readout is one forward pass. Positions are
-given explicitly: those of the Qwen-VL family are three-dimensional within a picture and go on
-behind it from the largest one used, not from the count of tokens. Knows no tokenizer and no words.
+A readout is one forward pass; the key-value cache of a prompt's head is computed once and kept.
+Positions are passed explicitly, because a packed pass places several texts at the same positions.
+Those of the Qwen-VL family are three-dimensional within a picture, and continue after it from the
+largest one used instead of the number of tokens. Knows no tokenizer and no words.
 """
 
 from __future__ import annotations
@@ -30,14 +31,14 @@ CURE_MEMORY = "ask with fewer image tokens, give the machine more memory or name
 
 
 class Network:
-    """A loaded network of transformers on its device; `model` makes text of images and text."""
+    """A loaded image-text-to-text model of transformers on its device."""
 
     def __init__(self, model: Any) -> None:  # noqa: ANN401 - any kind
         self.model = model
         self._heads: OrderedDict[tuple[int, ...], Any] = OrderedDict()
 
     def readout(self, prompt: Prompt, tree: ChoiceTree) -> NDArray[np.float32]:
-        """Return log-probabilities (wordings, nodes, vocabulary) of one pass. Raises VlmError."""
+        """Return log-probabilities (wordings, nodes, vocabulary) from one pass. Raises VlmError."""
         with guarded("the model's pass"):
             packed = pack(prompt.tails, tree)
             rows = len(prompt.body) + packed.rows.ravel()
@@ -45,9 +46,9 @@ class Network:
             return flat.reshape((*packed.rows.shape, flat.shape[-1]))
 
     def following(self, prompt: Prompt, tokens: Sequence[int] = ()) -> NDArray[np.float32]:
-        """Return log-probabilities (vocabulary,) of what follows the first wording and `tokens`.
+        """Return log-probabilities (vocabulary,) of the token after the first wording and `tokens`.
 
-        Nothing is kept from other questions nor packed: what a readout is checked against.
+        A plain pass without packing or cached heads, against which a readout is checked.
         """
         with guarded("the model's pass"):
             whole = (*prompt.head, *prompt.body, *prompt.tails[0], *tokens)
@@ -59,7 +60,7 @@ class Network:
             return beliefs
 
     def _pass(self, prompt: Prompt, packed: Packed, rows: NDArray[np.int64]) -> Tensor:
-        """Run a prompt's body with what is packed behind; logits (1, rows, vocabulary)."""
+        """Run a prompt's body and the packed tokens after it; logits (1, rows, vocabulary)."""
         import torch
 
         ids = (*prompt.body, *packed.ids.tolist())
@@ -75,7 +76,7 @@ class Network:
         return logits
 
     def _head(self, head: tuple[int, ...]) -> Any:  # noqa: ANN401 - a cache of transformers
-        """Copy the kept cache of a head, computing it at first; a pass writes into its copy."""
+        """Return a copy of the head's key-value cache, into which a pass writes."""
         if not head:
             return None
         if head not in self._heads:
@@ -86,12 +87,12 @@ class Network:
         return copy.deepcopy(self._heads[head])
 
     def _positions(self, prompt: Prompt, steps: NDArray[np.int64]) -> Tensor:
-        """Position head and body, then what stands `steps` behind: (3, 1, L) or (1, L)."""
+        """Return positions of head and body, then of tokens `steps` after: (3, 1, L) or (1, L)."""
         import torch
 
         shared = self._shared_positions((*prompt.head, *prompt.body), prompt.tensors)
-        behind = self._flat(steps) + shared.max() + 1
-        return torch.cat([shared, behind], dim=-1)
+        after = self._flat(steps) + shared.max() + 1
+        return torch.cat([shared, after], dim=-1)
 
     def _shared_positions(self, ids: Sequence[int], tensors: Mapping[str, Any]) -> Tensor:
         import torch
@@ -105,8 +106,8 @@ class Network:
             "mm_token_type_ids": (tokens == self.model.config.image_token_id).int(),
         }
         find = self.model.model.get_rope_index
-        taken = inspect.signature(find).parameters  # the last one is new in transformers 5
-        positions: Tensor = find(**{name: known[name] for name in known if name in taken})[0]
+        parameters = inspect.signature(find).parameters  # the last one is new in transformers 5
+        positions: Tensor = find(**{name: known[name] for name in known if name in parameters})[0]
         return positions.to(self.model.device)
 
     def _flat(self, places: NDArray[np.int64]) -> Tensor:
@@ -121,7 +122,7 @@ class Network:
         return hasattr(self.model.model, "get_rope_index")
 
     def _mask(self, shared: int, packed: Packed, rows: int) -> Tensor:
-        """Make the additive mask (1, 1, rows, L): 0 where a row sees a column."""
+        """Return the additive attention mask (1, 1, rows, L): 0 where a row attends to a column."""
         import torch
 
         size = shared + len(packed.ids)
@@ -130,15 +131,15 @@ class Network:
         hidden = torch.zeros(size, size).masked_fill(~sees, torch.finfo(self.model.dtype).min)
         return hidden[None, None, -rows:].to(self.model.device, self.model.dtype)
 
-    def _call(self, ids: Sequence[int], positions: Tensor, **given: Any) -> Any:  # noqa: ANN401
+    def _call(self, ids: Sequence[int], positions: Tensor, **arguments: Any) -> Any:  # noqa: ANN401
         import torch
 
-        options = {"logits_to_keep": 1, **given}
+        options = {"logits_to_keep": 1, **arguments}
         tensors = {name: self._placed(value) for name, value in options.items()}
         tokens = torch.tensor([ids], device=self.model.device)
         return self.model(input_ids=tokens, position_ids=positions, use_cache=True, **tensors)
 
-    def _placed(self, value: Any) -> Any:  # noqa: ANN401 - tensors and what is none
+    def _placed(self, value: Any) -> Any:  # noqa: ANN401 - tensors and other values
         import torch
 
         if not isinstance(value, torch.Tensor):
@@ -148,20 +149,20 @@ class Network:
 
 
 def log_probs(logits: Tensor) -> NDArray[np.float32]:
-    """Normalise logits (N, vocabulary). Raises VlmError for what is no number."""
+    """Normalise logits (N, vocabulary). Raises VlmError if any is not finite."""
     import torch
 
     wrong = int((~torch.isfinite(logits)).sum())
     if wrong:
-        text = f"the model gives NaN or infinite logits ({wrong} of {logits.numel()})"
-        raise VlmError(f"{text}: its weights are damaged")
-    found: NDArray[np.float32] = torch.log_softmax(logits.float(), dim=-1).cpu().numpy()
-    return found
+        problem = f"the model gives NaN or infinite logits ({wrong} of {logits.numel()})"
+        raise VlmError(f"{problem}; its weights may be damaged")
+    normalised: NDArray[np.float32] = torch.log_softmax(logits.float(), dim=-1).cpu().numpy()
+    return normalised
 
 
 @contextmanager
 def guarded(doing: str) -> Iterator[None]:
-    """Run without gradients; turn what a network or its memory trips over into VlmError."""
+    """Run without gradients; turn errors of a network, and lack of memory, into VlmError."""
     import torch
 
     try:
@@ -170,7 +171,7 @@ def guarded(doing: str) -> Iterator[None]:
     except (MemoryError, torch.OutOfMemoryError) as error:
         raise VlmError(f"{doing} ran out of memory ({short_line(error)}): {CURE_MEMORY}") from None
     except (RuntimeError, ValueError, TypeError, LookupError, AttributeError) as error:
-        if "alloc" in str(error):  # torch's word for a lack of the cpu's memory
+        if "alloc" in str(error):  # how torch reports a lack of memory on the cpu
             raise VlmError(
                 f"{doing} ran out of memory ({short_line(error)}): {CURE_MEMORY}"
             ) from None

@@ -1,8 +1,8 @@
-"""A vision-language model behind an OpenAI-compatible HTTP endpoint: many headsets, one GPU.
+"""Asks a vision-language model behind an OpenAI-compatible HTTP endpoint.
 
-Pictures leave this machine here and nowhere else, and only because the settings name a url. One
-question is under way at a time, none waits: whoever comes meanwhile, or while a failing endpoint
-rests, is turned away at once. Knows no clients and no frames.
+Pictures leave this machine only here, and only because the settings name a URL. There is one
+question at a time and no queue: another one, or one during the pause after a failure, is refused at
+once. Knows no clients and no frames.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ Answer = TypeVar("Answer")
 
 
 class RestingError(VlmError):
-    """The endpoint failed lately and is not asked for another `seconds`."""
+    """The endpoint failed recently and is not asked again for `seconds`."""
 
     def __init__(self, text: str, seconds: float) -> None:
         super().__init__(text)
@@ -42,14 +42,14 @@ class RestingError(VlmError):
 
 
 class RemoteVlm:
-    """An endpoint. Threads may share it; who comes while it is asked is turned away."""
+    """An endpoint. Threads may share it; a question during another one is refused."""
 
     is_remote = True
 
     def __init__(self, settings: VlmSettings, now: Callable[[], float] = time.monotonic) -> None:
-        """Read url and token; nothing is sent yet. Raises VlmError."""
+        """Check URL and token; sends nothing. Raises VlmError."""
         if settings.url is None:
-            raise VlmError("no url of an endpoint is given")
+            raise VlmError("the URL of the endpoint is missing; give --vlm-url")
         address = read_address(settings.url)
         self._settings = settings
         self._now = now
@@ -60,7 +60,7 @@ class RemoteVlm:
 
     @property
     def name(self) -> str:
-        """The model and where it is."""
+        """The model and the endpoint's host."""
         return f"{self._model or self._settings.model} at {self._endpoint.address.name}"
 
     @property
@@ -69,15 +69,15 @@ class RemoteVlm:
         return self._breaker.state(self._now())
 
     def ambient(self, picture: Picture) -> Reading:
-        """Read the ambient temperature off a picture (H, W, 3) uint8 RGB. Raises VlmError."""
-        asked = about_ambient()
+        """Read the ambient temperature from a picture (H, W, 3) uint8 RGB. Raises VlmError."""
+        question = about_ambient()
         tokens = self._settings.image_tokens
 
         def ask() -> Reading:
             begun = time.monotonic()
             choices = [
-                self._choice(chat_protocol.question(asked, wording, (picture,), tokens), begun)
-                for wording in range(len(asked.questions))
+                self._choice(chat_protocol.question(question, wording, (picture,), tokens), begun)
+                for wording in range(len(question.questions))
             ]
             seconds = time.monotonic() - begun
             reading = chat_protocol.ambient_by_logprobs(choices, seconds)
@@ -86,7 +86,7 @@ class RemoteVlm:
         return self._guarded(ask)
 
     def material(self, context: Picture, crop: Picture, names: Sequence[str]) -> Evidence:
-        """Ask what the outlined object is made of; evidence over `names`. Raises VlmError."""
+        """Ask for the outlined object's material; evidence over `names`. Raises VlmError."""
         body = chat_protocol.question(
             about_material(names), 0, (context, crop), self._settings.image_tokens
         )
@@ -99,17 +99,17 @@ class RemoteVlm:
         return self._guarded(ask)
 
     def close(self) -> None:
-        """Nothing is held between questions."""
+        """Do nothing, since no connection is kept between questions."""
 
     def _guarded(self, ask: Callable[[], Answer]) -> Answer:
-        """Ask unless it is being asked or rests; an answer of no use counts as a failure."""
+        """Ask unless another question runs or the circuit is open; counts unusable answers."""
         if not self._asking.acquire(blocking=False):
-            raise VlmError(f"{self.name} is still busy with the question before")
+            raise VlmError(f"{self.name} is busy with another question")
         try:
             rest = self._breaker.rest_s(self._now())
             if rest > 0:
-                text = f"{self.name} is not asked for {rest:.1f} s after: {self._breaker.reason}"
-                raise RestingError(text, rest)
+                pause = f"{self.name} is not asked again for {rest:.1f} s"
+                raise RestingError(f"{pause} after: {self._breaker.reason}", rest)
             return self._counted(ask)
         finally:
             self._asking.release()
@@ -127,29 +127,30 @@ class RemoteVlm:
         return answer
 
     def _choice(self, body: Json, begun: float) -> Json:
-        """Ask, and once more without each parameter that the endpoint refuses.
+        """Ask; retry without each parameter that the endpoint refuses.
 
-        What it refused is remembered as soon as an answer came without it: a question that is
-        wrong for another reason must not cost the log-probabilities of all later ones.
+        Refused parameters are remembered only after a request without them succeeded, so that a
+        question that is wrong for another reason does not cost all later ones their
+        log-probabilities.
         """
         deadline = begun + self._settings.timeout_s
-        body = {"model": self._asked_model(deadline), **body}
+        body = {"model": self._model_name(deadline), **body}
         refused = self._refused
         while True:
-            asked = chat_protocol.without(body, refused)
+            reduced = chat_protocol.without(body, refused)
             try:
-                choice = chat_protocol.first_choice(self._endpoint.post(CHAT, asked, deadline))
+                choice = chat_protocol.first_choice(self._endpoint.post(CHAT, reduced, deadline))
             except EndpointError as error:
-                wrong = chat_protocol.refused_parameter(asked, error.status, str(error))
-                if wrong is None:
+                parameter = chat_protocol.refused_parameter(reduced, error.status, str(error))
+                if parameter is None:
                     raise
-                refused |= {wrong}
+                refused |= {parameter}
             else:
                 self._refused = refused
                 return choice
 
-    def _asked_model(self, deadline: float) -> str:
-        """Name the model: the one given, else the default, else the only one there is."""
+    def _model_name(self, deadline: float) -> str:
+        """Return the model's name: the configured one, else the default, else the only one."""
         if self._model is None:
             self._model = self._only_model(deadline)
         return self._model
@@ -164,5 +165,5 @@ class RemoteVlm:
         if DEFAULT_MODEL in listed or not listed:
             return DEFAULT_MODEL
         if len(listed) > 1:
-            raise VlmError(f"the endpoint has several models, name one: {', '.join(listed)[:200]}")
+            raise VlmError(f"the endpoint has several models; name one: {', '.join(listed)[:200]}")
         return listed[0]

@@ -1,9 +1,9 @@
-"""From a model's sentence to a temperature: a strict reading of text. Pure; knows no model.
+"""Reads a temperature from a model's sentence, strictly. Pure; knows no model.
 
-Read are a number in digits with its sign and a range (its middle), in degrees Celsius or without a
-unit. A number with a unit of temperature counts before one without. Anything else, also degrees
-Fahrenheit alone and two numbers that contradict each other, is no answer: a wrong number would be
-felt, none is not.
+Accepted are a number in digits with its sign, and a range (its middle), in degrees Celsius or
+without a unit. Numbers with a unit of temperature take precedence. Anything else is refused, such
+as degrees Fahrenheit alone or two different numbers, because a wrong temperature would be felt and
+a missing one is not.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from hapticvlm.vlm.contract import VlmError
 from hapticvlm.vlm.limits import LEAST_C, MOST_C
 
-# A number without a unit counts only in such company: "I see 3 dogs" states no temperature.
+# A number without a unit counts only beside these words: "I see 3 dogs" states no temperature.
 _COMPANY = frozenset(
     (
         *("a", "about", "air", "ambient", "answer", "approximately", "around", "at", "be", "c"),
@@ -26,7 +26,7 @@ _COMPANY = frozenset(
 )
 _DASHES = str.maketrans("\N{MINUS SIGN}\N{EN DASH}\N{EM DASH}\N{NON-BREAKING HYPHEN}", "----")
 _MINUS_WORD = re.compile(r"\b(?:minus|negative)\s+(?=\d)")
-# No part of a longer number, date, time, share or name.
+# A number must not be part of a longer number, date, time, percentage or name.
 _NOT_AFTER = r"(?!\s*(?:percent|hundred|thousand|million))"
 _NUMBER = (
     rf"(?<![\w.,])(?<!\d[-/:])[-+]?\d{{1,3}}(?:[.,]\d{{1,2}})?(?![\d%])(?![.,:/]\d){_NOT_AFTER}"
@@ -47,7 +47,7 @@ _RANGE = re.compile(
 
 @dataclass(frozen=True, slots=True)
 class Stated:
-    """The range that a sentence states, degC; a single number is both its ends."""
+    """The range that a sentence states, degC; both ends are equal for a single number."""
 
     low_c: float
     high_c: float
@@ -66,41 +66,41 @@ class _Quantity:
 
 
 def read_celsius(text: str) -> Stated:
-    """Read the one temperature that a text states. Raises VlmError where there is none."""
-    found = _quantities(_with_signs(text))
-    celsius = [quantity for quantity in found if quantity.unit == "c"]
-    degrees = [quantity for quantity in found if quantity.unit == "degrees"]
-    bare = [quantity for quantity in found if not quantity.unit]
+    """Read the one temperature that a text states. Raises VlmError if there is none or several."""
+    quantities = _quantities(_with_signs(text))
+    celsius = [quantity for quantity in quantities if quantity.unit == "c"]
+    degrees = [quantity for quantity in quantities if quantity.unit == "degrees"]
+    bare = [quantity for quantity in quantities if not quantity.unit]
     chosen = celsius or degrees or (bare if _is_bare(text) else [])
     stated = {(quantity.low, quantity.high) for quantity in chosen}
     if len(stated) != 1:
-        raise _nonsense(text, "several temperatures" if stated else "no temperature")
+        raise _refusal(text, "several temperatures" if stated else "no temperature")
     low, high = stated.pop()
     if not LEAST_C <= low <= high <= MOST_C:
-        raise _nonsense(text, f"a temperature outside {LEAST_C} to {MOST_C} degC")
+        raise _refusal(text, f"a temperature outside {LEAST_C} to {MOST_C} degC")
     return Stated(low, high)
 
 
 def _with_signs(text: str) -> str:
-    """Write every dash as a hyphen, and minus before a number as a sign."""
+    """Replace every dash by a hyphen, and the word minus before a number by a sign."""
     return _MINUS_WORD.sub("-", text.lower().translate(_DASHES))
 
 
 def _quantities(text: str) -> list[_Quantity]:
-    """Find all ranges, then all single numbers in what is left."""
-    found = []
+    """Find all ranges, then all single numbers in the rest."""
+    quantities = []
     for match in _RANGE.finditer(text):
         low, high = sorted((_value(match["low"]), _value(match["high"])))
         unit = match["unit"] or match["low_unit"] or ""
-        found.append(_Quantity(low, high, unit[:1] or ("degrees" if match["degrees"] else "")))
+        quantities.append(_Quantity(low, high, unit[:1] or ("degrees" if match["degrees"] else "")))
     for match in _QUANTITY.finditer(_RANGE.sub(" ", text)):
         unit = (match["unit"] or "")[:1] or ("degrees" if match["degrees"] else "")
-        found.append(_Quantity(_value(match["value"]), _value(match["value"]), unit))
-    return found
+        quantities.append(_Quantity(_value(match["value"]), _value(match["value"]), unit))
+    return quantities
 
 
 def _is_bare(text: str) -> bool:
-    """Whether words that go with a temperature are the only ones beside the number."""
+    """Whether all words beside the number are usual with a temperature."""
     return set(re.findall(r"[^\W\d]+", _with_signs(text))) <= _COMPANY
 
 
@@ -108,6 +108,6 @@ def _value(number: str) -> float:
     return float(number.replace(",", "."))
 
 
-def _nonsense(text: str, what: str) -> VlmError:
+def _refusal(text: str, what: str) -> VlmError:
     excerpt = " ".join(text.split())[:80]
     return VlmError(f"the model's answer states {what}: `{excerpt}`")

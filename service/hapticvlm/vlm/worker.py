@@ -1,9 +1,9 @@
-"""The VLM worker: a process of its own that asks a vision-language model about a frame.
+"""Runs a vision-language model in its own process and asks it about frames.
 
-It loads while the service already runs, answers one question at a time, and is ended and started
-again when it takes longer than it may; one that cannot be loaded twice running is given up and
-reported absent. No reply is a reply too: whoever asked always gets one. Knows no sockets of clients
-and no sessions; a picture leaves this machine only when the settings name a url.
+The model loads while the service already runs. The process answers one question at a time, and is
+killed and restarted when an answer takes too long. A model that fails to load twice in a row is
+given up and reported as absent. Every question gets a reply, which may be an error. Knows no client
+sockets and no sessions; a picture leaves this machine only if the settings name a URL.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from hapticvlm.vlm.limits import GRACE_S, LOAD_S, LOADS, NICE, SIDE
 
 @dataclass(frozen=True, slots=True)
 class Question:
-    """What to ask of a frame: the ambient temperature, or which of `names` its object is."""
+    """A question about a frame: the material of its object among `names`, or, with (), ambient."""
 
     frame: Frame
     names: tuple[str, ...] = ()
@@ -44,7 +44,7 @@ class Question:
 
 @dataclass(frozen=True, slots=True)
 class VlmReply:
-    """What the model gave: a reading, evidence, or why there is neither."""
+    """The model's reply: a reading, evidence, or an error."""
 
     reading: Reading | None = None
     evidence: Evidence | None = None
@@ -52,7 +52,7 @@ class VlmReply:
 
     @property
     def value(self) -> Reading | Evidence | None:
-        """The reading or the evidence, whichever there is."""
+        """The reading or the evidence; None after an error."""
         return self.reading or self.evidence
 
 
@@ -70,12 +70,12 @@ class VlmWorker:
 
     @property
     def name(self) -> str | None:
-        """Which model it asks, None until one was loaded."""
+        """The name of the model; None until one was loaded."""
         return next(iter(self.worker.names), None)
 
     @property
     def is_busy(self) -> bool:
-        """Whether it cannot take a question now: one is under way, or it is not ready."""
+        """Whether it cannot take a question now: another one runs, or the model is not loaded."""
         return self.worker.is_busy
 
     def start(self, deliver: Callable[[WorkerReply[VlmReply]], None]) -> None:
@@ -88,7 +88,7 @@ class VlmWorker:
         self.worker.request(data, (question.names,), now)
 
     def supervise(self, now: float) -> str | None:
-        """Restart a dead or late process; return what happened, if anything."""
+        """Restart a dead or late process; return a message if anything happened."""
         if self.absent is not None:
             return None
         trouble = self.worker.supervise(now)
@@ -144,7 +144,7 @@ def reply(vlm: Vlm, question: Question) -> VlmReply:
         return VlmReply(evidence=vlm.material(context, crop, question.names))
     except (VlmError, PictureError) as error:
         return VlmReply(error=str(error))
-    except Exception as error:  # noqa: BLE001 - whatever a model throws must not end the process
+    except Exception as error:  # noqa: BLE001 - a model's exception must not end the process
         seconds = time.monotonic() - started
         return VlmReply(error=f"{type(error).__name__} after {seconds:.1f} s: {error}")
 

@@ -1,4 +1,4 @@
-"""What `hapticvlm gallery` does: builds a gallery, adds a material of the user's, shows one."""
+"""Runs `hapticvlm gallery build`, `add` and `list`: makes, extends and prints a gallery."""
 
 from __future__ import annotations
 
@@ -50,20 +50,20 @@ from hapticvlm.vision.galleries.user_materials import (
 
 
 def build(options: argparse.Namespace) -> int:
-    """Make a gallery file of a folder of pictures."""
+    """Make a gallery file from a folder of pictures."""
     file = options.out if options.out.suffix == ".npz" else options.out / FILE_NAME
     user_materials = read_folder(file.parent) if file.name == FILE_NAME else ()
-    found = find_pictures(options.folder, table_with(user_materials))
+    pictures = find_pictures(options.folder, table_with(user_materials))
     encoder = load_encoder(options.encoder)
     for entry in user_materials:
         if entry.encoder is not None:
             require_encoder(file.parent / f"{entry.material.name}.toml", entry.encoder, encoder)
     base = _require_shipped(encoder) if options.base == "shipped" else None
-    enrolled = enrol(found, encoder)
+    enrolled = enrol(pictures, encoder)
     gallery, origin = _gallery_of(enrolled, encoder, base)
     file.parent.mkdir(parents=True, exist_ok=True)
     save_gallery(gallery, file)
-    _print_enrolled(enrolled, leave_one_out(enrolled, base), len(found))
+    _print_enrolled(enrolled, leave_one_out(enrolled, base), len(pictures))
     print(f"calibration: {origin}")
     count = f"{len(enrolled.places)} references of {len(enrolled.materials)} materials"
     count += " beside the shipped ones" if base is not None else ""
@@ -72,7 +72,7 @@ def build(options: argparse.Namespace) -> int:
 
 
 def add(options: argparse.Namespace) -> int:
-    """Write the file of one material of the user's into a gallery folder."""
+    """Write the file of a user's material into a gallery folder."""
     folder: Path = options.out
     words = None if options.words is None else [word.strip() for word in options.words.split(",")]
     facts = _facts(options.facts)
@@ -80,38 +80,41 @@ def add(options: argparse.Namespace) -> int:
     _require_room(folder, material)
     encoder = load_encoder(options.encoder)
     base = _base_of(folder, encoder)
-    found = list_pictures(material.name, options.pictures)
+    pictures = list_pictures(material.name, options.pictures)
     with working("reading the pictures"):
-        enrolled = enrol(found, encoder)
+        enrolled = enrol(pictures, encoder)
     folder.mkdir(parents=True, exist_ok=True)
     views = tuple(np.bincount(enrolled.places).tolist())
-    made = UserMaterial(material, options.like, facts, encoder.name, enrolled.embeddings, views)
-    path = write_material(made, folder)
-    _print_enrolled(enrolled, leave_one_out(enrolled, base), len(found))
-    named = f"like {options.like}, encoder {encoder.name}"
-    print(f"{path}: {named}; use it: serve --gallery {folder}")
+    user_material = UserMaterial(
+        material, options.like, facts, encoder.name, enrolled.embeddings, views
+    )
+    path = write_material(user_material, folder)
+    _print_enrolled(enrolled, leave_one_out(enrolled, base), len(pictures))
+    print(f"{path}: like {options.like}, encoder {encoder.name}; use it: serve --gallery {folder}")
     return 0
 
 
 def show(path: Path | None, *, as_json: bool) -> int:
-    """Print what a gallery holds; None is the shipped one."""
+    """Print the contents of a gallery; None is the shipped one."""
     file = file_of(path)
     user_materials = read_folder(path)
     gallery = read_gallery(file)
     title = "shipped" if file == SHIPPED else str(file)
     rows = [(name, count, "") for name, count in _counted(gallery)]
-    rows += [(name, count, "your pictures") for name, count in _counted(gallery.own)]
+    rows += [(name, count, "your pictures") for name, count in _counted(gallery.user)]
     rows += [
         (entry.material.name, len(entry.references), f"your own: {_details(entry)}")
         for entry in user_materials
     ]
     if as_json:
-        held = [{"material": name, "references": count, "from": why} for name, count, why in rows]
-        print(json.dumps({"gallery": title, "encoder": gallery.encoder, "materials": held}))
+        materials = [
+            {"material": name, "references": count, "from": origin} for name, count, origin in rows
+        ]
+        print(json.dumps({"gallery": title, "encoder": gallery.encoder, "materials": materials}))
         return 0
     print(f"{title}: encoder {gallery.encoder}, {len(gallery.labels)} references")
-    for name, count, why in rows:
-        print(f"  {name:<20} {count:>6}  {why}".rstrip())
+    for name, count, origin in rows:
+        print(f"  {name:<20} {count:>6}  {origin}".rstrip())
     return 0
 
 
@@ -122,7 +125,7 @@ def _counted(gallery: Gallery | None) -> Iterator[tuple[str, int]]:
 
 
 def _gallery_of(enrolled: Enrolled, encoder: Encoder, base: Gallery | None) -> tuple[Gallery, str]:
-    """Join references; return the gallery and where its calibration comes from."""
+    """Join the references; return the gallery and the origin of its calibration."""
     labels = enrolled.labels[enrolled.places]
     user_gallery = Gallery(
         encoder.name,
@@ -133,13 +136,13 @@ def _gallery_of(enrolled: Enrolled, encoder: Encoder, base: Gallery | None) -> t
         places=enrolled.places,
     )
     user_gallery = replace(user_gallery, calibration=calibration.calibrate(user_gallery, base))
-    return user_gallery if base is None else replace(base, own=user_gallery), _origin(
+    return user_gallery if base is None else replace(base, user=user_gallery), _origin(
         user_gallery, encoder
     )
 
 
 def _origin(user_gallery: Gallery, encoder: Encoder) -> str:
-    """Return how references are calibrated. Raises EnrolError where they cannot be."""
+    """Describe how the references are calibrated. Raises EnrolError where they cannot be."""
     if calibration.is_enough(user_gallery):
         count = len(
             np.unique(
@@ -147,17 +150,17 @@ def _origin(user_gallery: Gallery, encoder: Encoder) -> str:
             ).T
         )
         return f"fitted on these {count} pictures left out in turn; few make it rough"
-    needed = "to fit one takes two materials with two pictures each"
+    needed = "a fit needs two materials with two pictures each"
     if not is_shipped(encoder):
-        text = f"no calibration is known for encoder `{encoder.name}` and"
-        raise EnrolError(f"{text} {needed}; add pictures")
-    return f"a rough one for few pictures; {needed}"
+        reason = f"no calibration is known for encoder `{encoder.name}`"
+        raise EnrolError(f"{reason}; {needed}; add pictures")
+    return f"a rough default for few pictures; {needed}"
 
 
 def _require_shipped(encoder: Encoder) -> Gallery:
     if not is_shipped(encoder):
-        text = f"no references ship for encoder `{encoder.name}`"
-        raise GalleryError(f"--base shipped: {text}; leave --base out")
+        reason = f"no references are shipped for encoder `{encoder.name}`"
+        raise GalleryError(f"--base shipped: {reason}; leave --base out")
     return load_gallery(encoder=encoder)
 
 
@@ -165,24 +168,26 @@ def _base_of(folder: Path, encoder: Encoder) -> Gallery:
     """Read the gallery that a folder is, or will be with one more material."""
     path = folder if folder.is_dir() else None
     if file_of(path) == SHIPPED and not is_shipped(encoder):
-        text = f"has no {FILE_NAME} for encoder `{encoder.name}`; make one first:"
-        raise GalleryError(f"{folder}: {text} gallery build PICTURES -o {folder} --encoder ...")
+        reason = f"has no {FILE_NAME} for encoder `{encoder.name}`; make one first:"
+        raise GalleryError(f"{folder}: {reason} gallery build PICTURES -o {folder} --encoder ...")
     return load_gallery(path, encoder=encoder)
 
 
 def _require_room(folder: Path, material: Material) -> None:
     if folder.suffix == ".npz" or folder.is_file():
-        text = f"materials of your own need a folder; move the file into one as {FILE_NAME}"
-        raise MaterialError(f"--out {folder}: {text} and name that")
+        cure = f"materials of your own need a folder; move the file into one as {FILE_NAME}"
+        raise MaterialError(f"--out {folder}: {cure} and give that folder")
     path = folder / f"{material.name}.toml"
     if path.exists():
         raise MaterialError(f"{path}: is there already; remove it, or choose another name")
     if len(read_folder(folder)) >= MAX_USER_MATERIALS:
-        raise MaterialError(f"{folder}: has {MAX_USER_MATERIALS} materials already; remove one")
+        raise MaterialError(
+            f"{folder}: has {MAX_USER_MATERIALS} materials, which is the limit; remove one"
+        )
 
 
 def _facts(settings: Sequence[str]) -> dict[str, object]:
-    """Read FACT=VALUE, each as one line of TOML."""
+    """Read settings FACT=VALUE, each as one line of TOML."""
     facts: dict[str, dict[str, object]] = {}
     for setting in settings:
         try:
@@ -190,8 +195,8 @@ def _facts(settings: Sequence[str]) -> dict[str, object]:
         except tomllib.TOMLDecodeError:
             parsed = {}
         if not parsed or not all(isinstance(changed, dict) for changed in parsed.values()):
-            text = "expected FACT=VALUE, such as thermal.conductivity=0.2"
-            raise MaterialError(f"--set {setting}: {text}")
+            expected = "expected FACT=VALUE, such as thermal.conductivity=0.2"
+            raise MaterialError(f"--set {setting}: {expected}")
         for part, changed in parsed.items():
             facts[part] = facts.get(part, {}) | changed
     return dict(facts)
@@ -209,10 +214,10 @@ def _details(entry: UserMaterial) -> str:
     return "; ".join([f"like {entry.like}", made_with, words, *facts])
 
 
-def _print_enrolled(enrolled: Enrolled, checked: LeaveOneOut, found: int) -> None:
-    """Print what became of the pictures, and what they are worth left out in turn."""
-    if found > len(enrolled.pictures):
-        print(f"{found - len(enrolled.pictures)} of {found} pictures are copies and count once")
+def _print_enrolled(enrolled: Enrolled, checked: LeaveOneOut, total: int) -> None:
+    """Print what was read of `total` pictures, and how often each is right when left out."""
+    if total > len(enrolled.pictures):
+        print(f"{total - len(enrolled.pictures)} of {total} pictures are copies and count once")
     print(f"{'material':<20} {'pictures':>8} {'references':>10}  nearest is right when left out")
     for name in enrolled.materials:
         right, count = checked.counts(name)
@@ -220,7 +225,7 @@ def _print_enrolled(enrolled: Enrolled, checked: LeaveOneOut, found: int) -> Non
         pictures = sum(picture.material == name for picture in enrolled.pictures)
         print(f"{name:<20} {pictures:>8} {len(enrolled.references(name)):>10}  {checks}")
     for pair in find_confusable_pairs(enrolled, checked):
-        why = "as near to each other's pictures as to their own"
+        reason = "as near to each other's pictures as to their own"
         if pair.confused:
-            why = f"{pair.confused} of {pair.checked} pictures taken for the other"
-        print(f"WARNING: {pair.material} and {pair.other} cannot be told apart: {why}")
+            reason = f"{pair.confused} of {pair.checked} pictures taken for the other"
+        print(f"WARNING: {pair.material} and {pair.other} cannot be told apart: {reason}")

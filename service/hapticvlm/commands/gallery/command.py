@@ -1,4 +1,4 @@
-"""`hapticvlm gallery`: make, extend, show and test what pictures are compared with."""
+"""`hapticvlm gallery` makes, extends, prints and tests the reference pictures of recognition."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def add(commands: Commands) -> None:
     """Declare the commands and their options."""
     gallery = commands.add_parser(
         "gallery",
-        help="reference pictures: build, add, list, test",
+        help="build, extend, list or test reference pictures",
         description="A gallery holds the reference pictures that frames are compared with.",
         examples=(
             "hapticvlm gallery build pictures/ --out mygallery",
@@ -31,7 +31,9 @@ def add(commands: Commands) -> None:
     _add_build(kinds)
     _add_add(kinds)
     listing = kinds.add_parser(
-        "list", help="print what a gallery holds", description="Print what a gallery holds."
+        "list",
+        help="print the contents of a gallery",
+        description="Print the contents of a gallery.",
     )
     listing.set_defaults(run=_run, what="list")
     listing.add_argument("gallery", type=Path, nargs="?", metavar="GALLERY", help=_GALLERY)
@@ -44,8 +46,8 @@ def _add_build(kinds: Commands) -> None:
         "build",
         help="make a gallery from pictures",
         description="Make a gallery from FOLDER/MATERIAL/*.jpg and *.png. One to five pictures of "
-        "each material are enough to begin. A mask may stand in FOLDER/MATERIAL/masks/NAME.png or "
-        "beside the picture as NAME.mask.png.",
+        "each material are enough to begin. A mask is FOLDER/MATERIAL/masks/NAME.png, or "
+        "NAME.mask.png beside the picture.",
         examples=("hapticvlm gallery build pictures/ --out mygallery",),
     )
     build.set_defaults(run=_run, what="build")
@@ -60,7 +62,7 @@ def _add_build(kinds: Commands) -> None:
         "--base",
         choices=["shipped", "none"],
         default="none",
-        help="`shipped` keeps the shipped references too (%(default)s)",
+        help="references to keep: `shipped` adds yours to the shipped ones (%(default)s)",
     )
 
 
@@ -68,8 +70,8 @@ def _add_add(kinds: Commands) -> None:
     adding = kinds.add_parser(
         "add",
         help="add a material of your own to a gallery folder",
-        description="Add a material of your own. It is like one of the table, but for the facts "
-        "that you set. It can then be stated, named and recognised like any other.",
+        description="Add a material of your own. It has the properties of a material of the table "
+        "except those you set. It can then be stated, named and recognised like any other.",
         examples=(
             "hapticvlm gallery add walnut walnut/ --like wood --out mygallery \\",
             "    --set thermal.conductivity=0.2 --words walnut,burl",
@@ -83,12 +85,12 @@ def _add_add(kinds: Commands) -> None:
         "pictures", type=Path, nargs="+", metavar="PATH", help="pictures, or folders of them"
     )
     adding.add_argument(
-        "--like", required=True, metavar="MATERIAL", help="the material it resembles"
+        "--like", required=True, metavar="MATERIAL", help="material of the table that it resembles"
     )
     adding.add_argument(
         "--words",
         metavar="WORD,...",
-        help="words that name it in a scene, with commas between them (its name)",
+        help="words that name it in a scene, separated by commas (its name)",
     )
     adding.add_argument(
         "--set",
@@ -96,7 +98,7 @@ def _add_add(kinds: Commands) -> None:
         action="append",
         default=[],
         metavar="FACT=VALUE",
-        help="what differs from that material, e.g. thermal.conductivity=0.2 (repeatable)",
+        help="property that differs, such as thermal.conductivity=0.2 (repeatable)",
     )
     adding.add_argument(
         "-o",
@@ -113,7 +115,7 @@ def _add_add(kinds: Commands) -> None:
 def _add_test(kinds: Commands) -> None:
     test = kinds.add_parser(
         "test",
-        help="count how often a gallery is right",
+        help="measure how often a gallery is right",
         description="Recognise labelled pictures and count how often the gallery is right, for "
         "each material. Use pictures that are not in the gallery.",
         examples=("hapticvlm gallery test mygallery other-pictures/",),

@@ -1,7 +1,8 @@
-"""How often a gallery is right about labelled pictures: per material, with what it mistakes.
+"""Measures how often a gallery is right about labelled pictures, and what it confuses.
 
-Each picture is judged as a lone frame of the service would be: by the gallery alone, unknown when
-it is not sure enough. A folder `unknown` shows none of the materials: there unknown is right.
+Each picture is judged as the service would judge a single frame: by the gallery alone, and as
+unknown when the gallery is not sure enough. Pictures in a folder `unknown` show none of the
+materials: for them unknown is right.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from hapticvlm.vision.galleries.storage import load_gallery
 from hapticvlm.vision.galleries.user_materials import read_folder, table_with
 from hapticvlm.vision.pictures import PictureError
 
-SAME = 0.9999  # similarity from which a picture is one of the references: rounding takes the rest
+SAME = 0.9999  # similarity from which a picture is a reference itself; rounding explains the rest
 
 Confusion = dict[str, Counter[str]]  # truth -> guess -> how often
 
@@ -38,16 +39,16 @@ def run(path: Path, folder: Path, encoder_name: str | None, *, as_json: bool) ->
     """
     encoder = load_encoder(encoder_name)
     user_materials = read_folder(path)
-    gallery = load_gallery(path, encoder=encoder, own=user_materials)
-    found = find_pictures(folder, [*table_with(user_materials), UNKNOWN])
-    embeddings = embed(track(found, "reading the pictures"), encoder)
+    gallery = load_gallery(path, encoder=encoder, user_materials=user_materials)
+    labelled = find_pictures(folder, [*table_with(user_materials), UNKNOWN])
+    embeddings = embed(track(labelled, "reading the pictures"), encoder)
     confusion: Confusion = {}
-    for picture, embedding in zip(found, embeddings, strict=True):
+    for picture, embedding in zip(labelled, embeddings, strict=True):
         verdict = ladder.decide([gallery.match(embedding)])
         confusion.setdefault(picture.material, Counter())[verdict.material] += 1
     enrolled = int(((embeddings @ gallery.references.T).max(axis=1) >= SAME).sum())
-    named = {"gallery": str(path), "encoder": encoder.name, "enrolled": enrolled}
-    figures = named | figures_of(confusion)
+    names = {"gallery": str(path), "encoder": encoder.name, "enrolled": enrolled}
+    figures = names | figures_of(confusion)
     if as_json:
         print(json.dumps(figures))
     else:
@@ -55,10 +56,10 @@ def run(path: Path, folder: Path, encoder_name: str | None, *, as_json: bool) ->
     return 0
 
 
-def embed(found: Iterable[Picture], encoder: Encoder) -> NDArray[np.float32]:
-    """Embed what the service would see in each picture: (N, D). Raises EnrolError."""
+def embed(labelled: Iterable[Picture], encoder: Encoder) -> NDArray[np.float32]:
+    """Embed each picture as the service would crop it: (N, D). Raises EnrolError."""
     rows = []
-    for picture in found:
+    for picture in labelled:
         try:
             rows.append(encoder.embed([pictures.crop(read_frame(picture), encoder.side)]))
         except PictureError as error:
@@ -67,7 +68,7 @@ def embed(found: Iterable[Picture], encoder: Encoder) -> NDArray[np.float32]:
 
 
 def figures_of(confusion: Confusion) -> dict[str, object]:
-    """Accuracy with its 95 % interval and unknown rate, per material and of all."""
+    """Return accuracy with its 95 % interval and unknown rate, per material and in total."""
     rows = {truth: _row(guesses[truth], guesses) for truth, guesses in sorted(confusion.items())}
     everything = sum(confusion.values(), Counter[str]())
     right = sum(guesses[truth] for truth, guesses in confusion.items())
@@ -97,7 +98,8 @@ def _print_table(figures: dict[str, object]) -> None:
     assert isinstance(rows, dict)
     assert isinstance(confusion, dict)
     print(
-        f"{'material':<20} {'pictures':>8} {'right':>7}  {'95 % interval':<15} {'unknown':>7}  said"
+        f"{'material':<20} {'pictures':>8} {'right':>7}  {'95 % interval':<15} {'unknown':>7}  "
+        "recognised as"
     )
     for name, row in [*rows.items(), ("all", figures)]:
         low, high = row["interval"]
@@ -107,5 +109,5 @@ def _print_table(figures: dict[str, object]) -> None:
         interval = f"{low:.0%} to {high:.0%}"
         print(f"{name:<20} {row['pictures']:>8} {share:>7}  {interval:<15} {unknown:>7}  {guesses}")
     if figures["enrolled"]:
-        text = "are references of the gallery themselves: test with others"
-        print(f"WARNING: {figures['enrolled']} of {figures['pictures']} pictures {text}")
+        warning = "are references of the gallery themselves: test with others"
+        print(f"WARNING: {figures['enrolled']} of {figures['pictures']} pictures {warning}")

@@ -1,6 +1,6 @@
-"""One moment of a session that is worth sending on: its time, what was felt, and its picture.
+"""Chooses the moment of a session that a shared page opens at: time, title and picture.
 
-Without a time asked for it is the loudest moment of the vibration that has a frame. Writes no page.
+Without a given time it is the strongest half second of the vibration. Writes no page.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ class Moment:
 
     t_s: float
     title: str
-    text: str
+    description: str
     poster: bytes | None
 
 
@@ -33,14 +33,17 @@ def moment(timeline: Timeline, at_s: float | None = None) -> Moment:
     touch = timeline.touch_at(t_s)
     decision = touch and timeline.decision_at(t_s, touch.object_id)
     if touch is None or not decision:
-        title, text = "A touch, felt by HapticVLM", f"A session of {timeline.duration_s:.0f} s."
+        title, description = (
+            "A touch, felt by HapticVLM",
+            f"A session of {timeline.duration_s:.0f} s.",
+        )
     else:
         title = f"{timeline.name(touch.object_id)}: felt as {decision['material']}"
         contact_c = decision.get("contact_c")
         warmth = "" if contact_c is None else f", {contact_c:.0f} °C under the hand"
-        text = f"{decision['confidence']:.0%} sure{warmth}. Press play to hear it."
+        description = f"{decision['confidence']:.0%} sure{warmth}. Press play to hear it."
     object_id = None if touch is None else touch.object_id
-    return Moment(t_s, title, text, _poster(timeline, t_s, object_id))
+    return Moment(t_s, title, description, _poster(timeline, t_s, object_id))
 
 
 def _strongest(timeline: Timeline) -> float:
@@ -54,12 +57,12 @@ def _strongest(timeline: Timeline) -> float:
 
 
 def _poster(timeline: Timeline, t_s: float, object_id: str | None) -> bytes | None:
-    """Return the newest frame of what is touched, else the newest of all, else the first."""
+    """Return the newest frame of the touched object, else the newest of all, else the first."""
     if not timeline.pictures:
         return None
     shown = [picture for picture in timeline.pictures if picture.t_s <= t_s]
-    of_it = [picture for picture in shown if picture.object_id == object_id]
-    return _jpeg((of_it or shown or timeline.pictures[:1])[-1])
+    of_object = [picture for picture in shown if picture.object_id == object_id]
+    return _jpeg((of_object or shown or timeline.pictures[:1])[-1])
 
 
 def _jpeg(picture: Picture) -> bytes:

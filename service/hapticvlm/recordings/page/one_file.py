@@ -1,6 +1,6 @@
-"""A page that needs nothing but itself: styles, scripts, data and sound are written into it.
+"""Assembles a page into one file: styles, scripts, data and sound are written into it.
 
-So it opens from a disk, without a service and without a network, and can be sent on.
+The page then opens from a disk, without a service and without a network, and can be sent on.
 """
 
 from __future__ import annotations
@@ -18,33 +18,33 @@ from scipy.signal import resample_poly
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 
 PAGES = Path(__file__).parents[2] / "pages"
-SOUND_HZ = 8000  # browsers play no less; the vibration ends at 1 kHz
+SOUND_HZ = 8000  # the lowest rate that browsers play; the vibration ends at 1 kHz
 
 
 def assembled(
-    text: str, styles: Iterable[Path], modules: Iterable[Path], script: Path, data: object
+    markup: str, styles: Iterable[Path], modules: Iterable[Path], script: Path, data: object
 ) -> str:
-    """Write styles, modules, the script that imports them and its data into a page's text."""
+    """Write styles, modules, the script that imports them and its data into a page's markup."""
     for file in styles:
         style = f"<style>\n{file.read_text(encoding='utf-8')}</style>"
-        text = put(text, f'<link rel="stylesheet" href="{file.name}">', style)
+        markup = put(markup, f'<link rel="stylesheet" href="{file.name}">', style)
     for file in modules:
-        text = put(text, f'"{file.name}"', f'"{address("text/javascript", file.read_bytes())}"')
+        markup = put(markup, f'"{file.name}"', f'"{address("text/javascript", file.read_bytes())}"')
     tag = f'<script type="module" src="{script.name}"></script>'
     code = script.read_text(encoding="utf-8")
-    text = put(text, tag, f'<script type="module">\n{code}</script>')
-    told = json.dumps(data, allow_nan=False).replace("<", "\\u003c")
-    return put(text, ">null</script>", f">{told}</script>")
+    markup = put(markup, tag, f'<script type="module">\n{code}</script>')
+    content = json.dumps(data, allow_nan=False).replace("<", "\\u003c")
+    return put(markup, ">null</script>", f">{content}</script>")
 
 
-def put(text: str, place: str, new: str) -> str:
-    """Replace the one place in a page's text."""
-    assert text.count(place) == 1, place
-    return text.replace(place, new)
+def put(markup: str, place: str, new: str) -> str:
+    """Replace the only occurrence of `place` in a page's markup."""
+    assert markup.count(place) == 1, place
+    return markup.replace(place, new)
 
 
 def address(kind: str, data: bytes) -> str:
-    """Return an address that holds the data itself."""
+    """Return a data URL with these bytes."""
     return f"data:{kind};base64,{encoded(data)}"
 
 

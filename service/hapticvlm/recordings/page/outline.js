@@ -1,4 +1,4 @@
-// Frames of a session as canvases, the touched object outlined by its mask.
+// Draws frames of a session, the touched object outlined by its mask.
 const OUTLINE_PX = 2;
 const pictures = new Map();
 
@@ -21,7 +21,7 @@ async function paint({ image, mask }, isTouched, colour) {
   return canvas;
 }
 
-// The rim of a mask in the colour of vibration: what a shifted copy adds to it.
+// Draws the rim of a mask in a colour: the pixels that shifted copies of the mask add to it.
 function edge(mask, width, height, colour) {
   const rim = new OffscreenCanvas(width, height);
   const context = rim.getContext("2d");

@@ -1,8 +1,8 @@
-"""A recorded session as one HTML file: frames, decisions, plate, vibration with sound, a scrubber.
+"""Writes a recorded session as one HTML file: frames, decisions, plate, sound and a scrubber.
 
 Everything is in the file, so that it opens without a service and can be sent on. The page itself
-is session.html beside this module; style and scripts, colours of every page among them, are
-written into it.
+is session.html beside this module; its style, its scripts and the palette of all pages are written
+into it.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from hapticvlm.rendering.vibration.vibration import RATE_HZ
 
 HERE = Path(__file__).parent
 PEAKS_PER_S = 100
-LONGEST_S = 900.0  # more would be a file that browsers load badly
+LONGEST_S = 900.0  # browsers load larger files badly
 _FIELDS = (
     *("object_id", "material", "confidence", "runner_up", "source", "evidence"),
     *("contact_c", "setpoint_c", "limited_by"),
@@ -36,17 +36,17 @@ def write(timeline: Timeline, title: str, path: Path, shared: Moment | None = No
     """Write the page; with `shared` it opens at that moment and has its title. Raises OSError.
 
     A session may come from somebody else, and a link of this name in its folder may point at any
-    file of the user. So the page is written beside it under a name nobody could foresee, and then
-    takes the place of whatever stood there: a link is replaced, never followed.
+    file of the user. So the page is written under a random name in that folder and then renamed
+    over whatever was there: a link is replaced, never followed.
     """
     data = document(timeline, title)
     if shared is not None:
         data |= {"title": shared.title, "at_s": shared.t_s}
-    text = page(data, shared).encode()
+    content = page(data, shared).encode()
     number, unfinished = tempfile.mkstemp(prefix=".page-", suffix=".part", dir=path.parent)
     try:
         with os.fdopen(number, "wb") as file:
-            file.write(text)
+            file.write(content)
         Path(unfinished).replace(path)
     except OSError:
         Path(unfinished).unlink(missing_ok=True)
@@ -54,7 +54,7 @@ def write(timeline: Timeline, title: str, path: Path, shared: Moment | None = No
 
 
 def document(timeline: Timeline, title: str) -> dict[str, Any]:
-    """Return what the page shows, as JSON can hold it."""
+    """Return the content of the page, as JSON can hold it."""
     return {
         "title": title,
         "facts": f"{timeline.duration_s:.1f} s, {len(timeline.touches)} touches, "
@@ -83,11 +83,11 @@ def document(timeline: Timeline, title: str) -> dict[str, Any]:
 
 def page(session: dict[str, Any], shared: Moment | None = None) -> str:
     """Write the session, styles and scripts into the page."""
-    text = (HERE / "session.html").read_text(encoding="utf-8")
+    markup = (HERE / "session.html").read_text(encoding="utf-8")
     if shared is not None:
-        text = _titled(text, shared)
+        markup = _titled(markup, shared)
     return assembled(
-        text,
+        markup,
         (PAGES / "palette.css", HERE / "session.css"),
         (PAGES / "feel.js", HERE / "outline.js"),
         HERE / "session.js",
@@ -95,13 +95,13 @@ def page(session: dict[str, Any], shared: Moment | None = None) -> str:
     )
 
 
-def _titled(text: str, shared: Moment) -> str:
-    """Say what a page shows where nothing runs it: in a chat's card, a preview, a search.
+def _titled(markup: str, shared: Moment) -> str:
+    """Describe the page in its head, for programs that run no script: chat cards, previews, search.
 
-    Those read the head alone and run no script. The picture is in the file, for a page that is sent
-    on has no address; a host that wants `og:image` as an address must put the picture beside it.
+    The picture is in the file, because a page that is sent on has no address. A host that wants
+    `og:image` as an address must put the picture beside the page.
     """
-    title, words = html.escape(shared.title), html.escape(shared.text)
+    title, words = html.escape(shared.title), html.escape(shared.description)
     head = [f"<title>{title}</title>", f'<meta name="description" content="{words}">']
     head += [_property("og:title", title), _property("og:description", words)]
     figure = f"<h1>{title}</h1><p>{words}</p>"
@@ -109,8 +109,8 @@ def _titled(text: str, shared: Moment) -> str:
         poster = address("image/jpeg", shared.poster)
         head += [_property("og:image", poster)]
         figure = f'<img src="{poster}" alt="{title}">{figure}'
-    text = put(text, "<title>HapticVLM session</title>", "\n".join(head))
-    return put(text, "<header>", f"<noscript>{figure}</noscript>\n<header>")
+    markup = put(markup, "<title>HapticVLM session</title>", "\n".join(head))
+    return put(markup, "<header>", f"<noscript>{figure}</noscript>\n<header>")
 
 
 def _property(name: str, content: str) -> str:
@@ -138,16 +138,16 @@ def _decision(decided: Decided) -> dict[str, Any]:
 def _peaks(wave: NDArray[np.float32]) -> list[float]:
     size = RATE_HZ // PEAKS_PER_S
     rows = np.abs(wave[: wave.size // size * size]).reshape(-1, size)
-    found: list[float] = np.round(rows.max(axis=1, initial=0.0), 3).tolist()
-    return found
+    peaks: list[float] = np.round(rows.max(axis=1, initial=0.0), 3).tolist()
+    return peaks
 
 
 def at(path: Path, time_s: float | None) -> str:
-    """Return the address of the page, at a time if one is named."""
+    """Return the address of the page, at a time if one is given."""
     whole = path.resolve().as_uri()
     return whole if time_s is None else f"{whole}#t={time_s:.2f}"
 
 
 def safe_name(folder: Path) -> str:
-    """Return a title for a session's folder: its name, of letters a page can show."""
+    """Return a title for a session's folder: its name without characters of markup."""
     return re.sub(r"[^\w.-]+", " ", folder.resolve().name)[:80]

@@ -1,4 +1,4 @@
-// A recorded session on one page: a scrubber through frames, decisions, plate and vibration, with its sound.
+// Plays a recorded session: a scrubber through frames, decisions, plate and vibration, with its sound.
 import { materialColour, warmthColour } from "hapticvlm/feel";
 import { outlined } from "hapticvlm/outline";
 
@@ -30,7 +30,7 @@ function newest(list, at) {
 
 const degrees = (value) => (value == null ? "no reading" : `${value.toFixed(1)} °C`);
 const touchAt = (at) => session.touches.findLast((touch) => touch.from_s <= at && at <= touch.to_s);
-const decisionOf = (object, at) => session.decisions.findLast((one) => one.t_s <= at && one.object_id === object);
+const decisionOf = (object, at) => session.decisions.findLast((decision) => decision.t_s <= at && decision.object_id === object);
 
 function seek(at, { isPlaying = false } = {}) {
   now = Math.min(Math.max(at, 0), session.duration_s);
@@ -38,20 +38,20 @@ function seek(at, { isPlaying = false } = {}) {
   byId("scrubber").value = now;
   byId("clock").textContent = `${now.toFixed(2)} of ${session.duration_s.toFixed(1)} s`;
   const touch = touchAt(now);
-  tell(touch);
+  showState(touch);
   showFrame(touch);
   draw();
 }
 
-function tell(touch) {
+function showState(touch) {
   const decision = touch && decisionOf(touch.object_id, now);
   const plate = session.plate[newest(session.plate, now)];
   byId("touching").textContent = touch ? `the ${touch.hand} hand touches` : "nothing is touched";
   byId("name").textContent = touch ? touch.name : "";
   byId("material").textContent = decision ? decision.material : "";
   byId("material").style.setProperty("--body", decision ? materialColour(decision.material) : "transparent");
-  byId("told").textContent = decision ? told(decision) : "";
-  const rows = [["plate measured", degrees(plate?.plate_c)], ["plate asked for", degrees(plate?.setpoint_c)]];
+  byId("told").textContent = decision ? confidence(decision) : "";
+  const rows = [["plate measured", degrees(plate?.plate_c)], ["plate setpoint", degrees(plate?.setpoint_c)]];
   if (decision?.contact_c != null) rows.unshift(["skin should feel", degrees(decision.contact_c)]);
   byId("warmth").replaceChildren(...rows.map(pair));
   byId("evidence").replaceChildren(...(decision?.evidence ?? []).map(evidence));
@@ -60,7 +60,7 @@ function tell(touch) {
   }
 }
 
-function told(decision) {
+function confidence(decision) {
   const sure = decision.source === "scene" || decision.material === "unknown" ? "" : `${Math.round(100 * decision.confidence)} % sure, `;
   const guess = decision.material === "unknown" && decision.runner_up ? `; perhaps ${decision.runner_up}` : "";
   return sure + SOURCES[decision.source] + guess;
@@ -91,16 +91,16 @@ async function showFrame(touch) {
   canvas.dataset.frame = number;
 }
 
-// light-dark() is resolved by the browser for a real property only, so colours are asked of one.
+// The browser resolves light-dark() for a real property only, so a colour is read back from one.
 function resolved(name) {
   const probe = byId("clock");
   probe.style.outlineColor = `var(${name})`;
-  const found = getComputedStyle(probe).outlineColor;
+  const colour = getComputedStyle(probe).outlineColor;
   probe.style.outlineColor = "";
-  return found;
+  return colour;
 }
 
-// Vibration above, plate below, touches as bands behind both, and where we are.
+// Draws vibration above, plate below, touches as bands behind both, and the current time.
 function draw() {
   const canvas = byId("chart");
   const ratio = devicePixelRatio || 1;

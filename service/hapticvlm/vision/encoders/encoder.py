@@ -1,10 +1,10 @@
-"""Picture and mask to a unit embedding: what every encoder promises.
+"""The contract of every encoder: pictures with masks become unit embeddings.
 
-The shipped encoder runs on onnxruntime, a network of transformers on torch (extra `models`), one
-in a file on OpenVINO (extra `files`); the last two are imported only then. All take the same crops,
-and none hands out anything but finite unit embeddings: a gallery would match the rest, with
-confidence. An encoder's preprocessing travels with it, in its graph or in its own file. Knows no
-gallery and no material.
+The shipped encoder and networks in ONNX files run on onnxruntime, networks of transformers on torch
+(extra `models`), which is imported only for them. All take the same crops, and every embedding is
+checked to be finite and of unit norm here, because a gallery would match anything else with
+confidence. An encoder's preprocessing belongs to it and lies in its graph or beside its file. Knows
+no gallery and no material.
 """
 
 from __future__ import annotations
@@ -25,20 +25,20 @@ Pixels = NDArray[np.uint8]
 SHIPPED = Path(__file__).parents[1] / "shipped"  # a folder for each encoder that ships
 DEFAULT = "lite0"
 CARD = "encoder.json"  # lies in the folder of every encoder that runs on onnxruntime
-BATCH = 8  # crops a pass: bounds memory; more are no faster on one thread (measured: zepto, 128 px)
+BATCH = 8  # crops a pass: bounds memory; more are not faster on one thread
 UNIT_ERROR = 1e-3  # of an embedding's norm
 
 
 class EncoderError(HapticVLMError):
-    """An encoder that cannot be had, or does not do what it should: why, and what to do."""
+    """An encoder cannot be loaded or misbehaves; the message says how to fix it."""
 
 
 class Encoder(Protocol):
-    """What the recogniser needs of any encoder."""
+    """The interface of every encoder."""
 
     @property
     def name(self) -> str:
-        """Name and version; galleries remember it."""
+        """Name and version; galleries store it, since their references fit no other encoder."""
 
     @property
     def side(self) -> int:
@@ -54,11 +54,11 @@ class Encoder(Protocol):
 
 @runtime_checkable
 class NetworkEncoder(Encoder, Protocol):
-    """A network that the user named: it may have no gallery yet."""
+    """A network that the user named; its gallery may have to be made first."""
 
     @property
     def revision(self) -> str:
-        """What distinguishes its weights, and how crops are prepared, from others of its name."""
+        """Distinguishes its weights and preprocessing from those of other networks of its name."""
 
     @property
     def beliefs(self) -> bool:
@@ -74,9 +74,9 @@ def embed_all(
     """
     parts = [np.zeros((0, encoder.dimension), np.float32)]
     for start in range(0, len(crops), BATCH):
-        # In batches, since a gallery of thousands at once would take gigabytes of the network's
-        # inner layers. Whatever a foreign network makes is checked here, once for all kinds of
-        # encoders: length, size and NaN. What is behind may rely on it.
+        # In batches, because the inner layers of thousands of crops at once would take gigabytes.
+        # The output of a foreign network is checked here for all kinds of encoders (shape, norm,
+        # NaN), so that callers may rely on it.
         pixels = _stack(crops[start : start + BATCH], encoder)
         parts.append(_require_unit(run(pixels), len(pixels), encoder))
     return np.concatenate(parts)
@@ -87,21 +87,23 @@ def _stack(crops: Sequence[Crop], encoder: Encoder) -> Pixels:
     pixels = np.empty((len(crops), side, side, 4), np.uint8)
     for number, crop in enumerate(crops):
         if crop.image.shape != (side, side, 3) or crop.mask.shape != (side, side):
-            text = f"a crop of {crop.image.shape}, mask {crop.mask.shape}, for `{encoder.name}`"
-            raise EncoderError(f"{text}, which takes crops of {side} px: cut them at that side")
+            problem = (
+                f"`{encoder.name}` takes crops of {side} px, not {crop.image.shape} with a mask"
+            )
+            raise EncoderError(f"{problem} of {crop.mask.shape}; cut them at that side")
         pixels[number, ..., :3] = crop.image
         pixels[number, ..., 3] = np.where(crop.mask > 0, 255, 0)
     return pixels
 
 
-def _require_unit(found: NDArray[np.generic], count: int, encoder: Encoder) -> Floats:
-    embeddings: Floats = np.asarray(found, np.float32)
+def _require_unit(output: NDArray[np.generic], count: int, encoder: Encoder) -> Floats:
+    embeddings: Floats = np.asarray(output, np.float32)
     if embeddings.shape != (count, encoder.dimension):
-        wanted = (count, encoder.dimension)
-        text = f"`{encoder.name}` gave embeddings of shape {embeddings.shape}, not {wanted}"
-        raise EncoderError(f"{text}: load another encoder")
+        expected = (count, encoder.dimension)
+        problem = f"`{encoder.name}` gave embeddings of shape {embeddings.shape}, not {expected}"
+        raise EncoderError(f"{problem}; load another encoder")
     norms = np.linalg.norm(embeddings, axis=1)
     if not (np.abs(norms - 1.0) <= UNIT_ERROR).all():  # false for NaN too
-        text = f"`{encoder.name}` gave an embedding that is not finite and of unit norm"
-        raise EncoderError(f"{text}: load another encoder")
+        problem = f"`{encoder.name}` gave an embedding that is not finite and of unit norm"
+        raise EncoderError(f"{problem}; load another encoder")
     return embeddings

@@ -1,10 +1,10 @@
-"""An image network in one file, ONNX or TFLite, as an encoder; OpenVINO reads it (extra `files`).
+"""Uses an image network in one ONNX file as an encoder, run by onnxruntime. Knows no gallery.
 
-The features are the input of the network's last mean over places, averaged under the mask; where
-there is no such mean, what its last layer is given, of the whole crop. The class scores of an
+The features are the input of the network's last mean over places, averaged under the mask; without
+such a mean they are the input of its last dense layer, of the whole crop. The class scores of an
 ImageNet classifier are read as materials. Colours are prepared as a preprocessor_config.json beside
-the file has; without one, bytes are given as they are, and floats as most exports want them, which
-is logged. Knows no gallery.
+the file states; without one, bytes are passed on as they are, and floats are scaled as most exports
+expect, which is logged.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from __future__ import annotations
 import hashlib
 import logging
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,7 +21,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm import documents
-from hapticvlm.errors import installing
 from hapticvlm.vision.encoders import joint_embedding
 from hapticvlm.vision.encoders.encoder import EncoderError, Floats, Pixels, embed_all
 from hapticvlm.vision.encoders.networks import (
@@ -32,6 +31,8 @@ from hapticvlm.vision.encoders.networks import (
     read_preprocessing,
     short_line,
 )
+from hapticvlm.vision.encoders.onnx_encoder import MAX_BYTES, READ_S, open_session
+from hapticvlm.vision.encoders.onnx_graph import Graph, read_graph, with_outputs
 from hapticvlm.vision.pictures import Crop
 
 IMAGENET_MEAN = (0.485, 0.456, 0.406)
@@ -41,29 +42,39 @@ HALF = (0.5, 0.5, 0.5)
 LITE = "efficientnet[-_]?lite"
 LITE_MEAN = (127 / 255,) * 3
 LITE_DEVIATION = (128 / 255,) * 3
-SETTINGS = {
-    "INFERENCE_PRECISION_HINT": "f32",  # half precision elsewhere would be another network
-    "ENABLE_CPU_PINNING": False,  # else every process that recognises crowds onto the first core
+TYPES: Mapping[str, type[np.generic]] = {
+    "tensor(uint8)": np.uint8,
+    "tensor(float)": np.float32,
+    "tensor(float16)": np.float16,
 }
-_POOLING = ("ReduceMean", "AvgPool")
-_DENSE = ("MatMul", "Convolution")
+_POOLING = ("GlobalAveragePool", "AveragePool", "ReduceMean")
+_DENSE = ("MatMul", "Gemm")
+_SOFTMAX = "Softmax"
 _SIDES_PX = range(16, 1025)
+
+Arrays = Mapping[str, NDArray[np.generic]]
 
 logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """What the network's input wants: its side in px, bytes or floats, colours last or first."""
+    """The input that a network takes: its name, side in px, type, and colours last or first."""
 
+    name: str
     side: int
-    is_bytes: bool
+    dtype: type[np.generic]
     colours_last: bool
+
+    @property
+    def is_bytes(self) -> bool:
+        """Whether it takes levels 0..255, so that nothing is left to prepare."""
+        return self.dtype is np.uint8
 
 
 @dataclass(frozen=True, slots=True)
 class FileEncoder:
-    """A compiled network behind the Encoder protocol; its outputs are features and scores."""
+    """A network behind the Encoder protocol; `outputs` names its features and, if any, scores."""
 
     name: str
     revision: str
@@ -71,7 +82,8 @@ class FileEncoder:
     beliefs: bool
     layout: Layout
     preprocessing: Preprocessing | None
-    network: Any
+    session: Any
+    outputs: tuple[str, ...]
 
     @property
     def side(self) -> int:
@@ -87,149 +99,171 @@ class FileEncoder:
 
     def _embed(self, pixels: Pixels) -> Floats:
         images, masks = _prepare(pixels, self.layout, self.preprocessing)
-        found = self.network(images)
-        features = _pool(np.asarray(found[0], np.float32), masks)
+        try:
+            outputs = self.session.run(self.outputs, {self.layout.name: images})
+        except Exception as error:  # noqa: BLE001 - onnxruntime's errors share no base of their own
+            raise EncoderError(f"encoder `{self.name}` failed ({short_line(error)})") from None
+        features = _pool(np.asarray(outputs[0], np.float32), masks)
         if not self.beliefs:
             return joint_embedding.join(features, None)
-        scores = np.asarray(found[1], np.float32).reshape(len(features), -1)
+        scores = np.asarray(outputs[1], np.float32).reshape(len(features), -1)
         return joint_embedding.join(features, joint_embedding.material_beliefs(scores))
 
 
 def load_file_encoder(path: Path, threads: int = 1) -> FileEncoder:
-    """Load FILE.onnx or FILE.tflite. Raises EncoderError."""
+    """Load FILE.onnx; the weights may lie in further files of its folder. Raises EncoderError."""
+    if path.suffix.lower() == ".tflite":
+        problem = f"--encoder {path}: TFLite files are not read"
+        raise EncoderError(
+            f"{problem}; convert it to ONNX (for example with tf2onnx) and name that"
+        )
     if not path.is_file():
         raise EncoderError(f"encoder `{path}`: no such file")
     try:
-        import openvino
-    except ImportError as error:
-        text = f"encoder `{path}` needs OpenVINO, which reads ONNX and TFLite files ({error})"
-        raise EncoderError(f"{text}: {installing('openvino')}") from None
-    core = openvino.Core()
-    try:
-        _refuse_markup(path)
-        whole = core.read_model(path)
-        layout = _layout(whole)
-        whole.reshape({whole.input(0): _shape(layout)})
-        features = _find_features(whole)
-        scores = _find_scores(whole)
-        outputs = [features] if scores is None else [features, scores]
-        cut = openvino.Model(outputs, whole.get_parameters(), path.stem)
-        network = core.compile_model(cut, "CPU", {"INFERENCE_NUM_THREADS": threads, **SETTINGS})
+        model = _read(path)
+        graph = read_graph(model)
+        # What a tensor inside a graph is like is seldom written in the file. So the network runs
+        # once, on a grey picture, with all tensors in question as outputs, and their sizes are
+        # read. Then it is opened again with those outputs alone that are needed, since onnxruntime
+        # cannot fuse nodes across a tensor that it has to give out.
+        inner = _in_question(graph)
+        probe = open_session(with_outputs(model, inner), threads, {}, path.parent)
+        layout = _layout(probe)
+        sizes = _sizes(probe, layout, (*inner, *graph.outputs))
+        features = _find_features(graph, sizes)
+        scores = _find_scores(graph, sizes)
+        outputs = (features,) if scores is None else (features, scores)
+        added = [name for name in dict.fromkeys(outputs) if name not in graph.outputs]
+        session = open_session(with_outputs(model, added), threads, {}, path.parent)
     except Exception as error:  # noqa: BLE001 - whatever a foreign file trips
-        text = f"encoder `{path}` cannot be read ({short_line(error)})"
-        raise EncoderError(f"{text}; give an image network as FILE.onnx or FILE.tflite") from None
+        problem = f"encoder `{path}` cannot be read ({short_line(error)})"
+        raise EncoderError(f"{problem}; give an image network as FILE.onnx") from None
     beliefs = scores is not None
-    digest = _fingerprint(path)
+    digest = hashlib.sha256(model).hexdigest()[:FINGERPRINT]
     preprocessing = _read_preprocessing(path, layout)
-    width = _width(features.get_partial_shape())
     name = f"{path.stem}-{digest} ({'classes' if beliefs else 'features'})"
-    dimension = width + joint_embedding.ADDED * beliefs
+    dimension = _width(sizes[features]) + joint_embedding.ADDED * beliefs
     revision = f"{digest} {preprocessing}"  # prepared otherwise, it is another network
-    return FileEncoder(name, revision, dimension, beliefs, layout, preprocessing, network)
+    return FileEncoder(name, revision, dimension, beliefs, layout, preprocessing, session, outputs)
 
 
-def _refuse_markup(path: Path) -> None:
-    """Refuse OpenVINO's XML, which it reads whatever a file's ending is. Raises ValueError."""
-    with documents.open_file(path) as file:
-        begin = file.read(1024).replace(b"\0", b"")  # UTF-16 has one beside each mark
-    if begin.lstrip(b"\xef\xbb\xbf\xff\xfe \t\r\n").startswith(b"<"):
-        raise ValueError("it holds XML")
+def _read(path: Path) -> bytes:
+    return documents.read_bytes(path, MAX_BYTES, READ_S)
 
 
-def _fingerprint(path: Path) -> str:
-    with documents.open_file(path) as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()[:FINGERPRINT]
-
-
-def _layout(network: Any) -> Layout:  # noqa: ANN401 - OpenVINO is untyped
+def _layout(session: Any) -> Layout:  # noqa: ANN401 - onnxruntime is untyped
     """Read the layout of the one input. Raises ValueError."""
-    if len(network.inputs) != 1:
-        raise ValueError(f"it has {len(network.inputs)} inputs, an image network has one")
-    given = network.input(0)
-    sizes = [part.get_length() if part.is_static else 0 for part in given.get_partial_shape()]
+    inputs = session.get_inputs()
+    if len(inputs) != 1:
+        raise ValueError(f"it has {len(inputs)} inputs; an image network has one")
+    port = inputs[0]
+    sizes = [size if isinstance(size, int) else 0 for size in port.shape]  # 0: left open
     if len(sizes) != 4 or 3 not in (sizes[1], sizes[3]):
         raise ValueError(f"its input is {sizes}, not (N, S, S, 3) or (N, 3, S, S)")
+    if sizes[0] > 1:
+        raise ValueError(f"it takes {sizes[0]} pictures at once; export it for 1 or any number")
     colours_last = sizes[3] == 3
     height, width = sizes[1:3] if colours_last else sizes[2:]
     side = height or width or 224  # what nearly all take whose file leaves it open
     if (width or side) != side or side not in _SIDES_PX:
         raise ValueError(f"it takes {height} x {width} px, not a square of 16 to 1024 px")
-    kind = given.get_element_type().get_type_name()
-    if kind not in ("u8", "f32", "f16"):
-        raise ValueError(f"its input is of type {kind}; u8 and f32 are read")
-    return Layout(side, kind == "u8", colours_last)
+    dtype = TYPES.get(port.type)
+    if dtype is None:
+        raise ValueError(f"its input is a {port.type}; it must be one of {', '.join(TYPES)}")
+    return Layout(port.name, side, dtype, colours_last)
 
 
-def _shape(layout: Layout) -> list[int]:
+def _in_question(graph: Graph) -> tuple[str, ...]:
+    """Name the tensors, other than outputs, that may be the features or the class scores."""
+    kinds = (*_POOLING, *_DENSE, _SOFTMAX)
+    nodes = [node for node in graph.nodes if node.kind in kinds and node.inputs and node.outputs]
+    names = dict.fromkeys(name for node in nodes for name in (node.inputs[0], node.outputs[0]))
+    computed = {name for node in graph.nodes for name in node.outputs}
+    return tuple(name for name in names if name in computed and name not in graph.outputs)
+
+
+def _sizes(
+    session: Any,  # noqa: ANN401
+    layout: Layout,
+    names: Iterable[str],
+) -> dict[str, tuple[int, ...]]:
+    """Run the network on a grey picture; return the sizes of those tensors that hold floats."""
+    requested = list(names)
     side = layout.side
-    return [1, side, side, 3] if layout.colours_last else [1, 3, side, side]
+    shape = (1, side, side, 3) if layout.colours_last else (1, 3, side, side)
+    grey = np.full(shape, 127 if layout.is_bytes else 0, layout.dtype)
+    outputs = session.run(requested, {layout.name: grey})
+    floats = {name: np.asarray(value) for name, value in zip(requested, outputs, strict=True)}
+    return {
+        name: value.shape
+        for name, value in floats.items()
+        if np.issubdtype(value.dtype, np.floating)  # whole numbers have a scale of their own
+    }
 
 
-def _find_features(network: Any) -> Any:  # noqa: ANN401
+def _find_features(graph: Graph, sizes: Mapping[str, tuple[int, ...]]) -> str:
     """Find the map (1, D, h, w or 1, h, w, D) before the last mean, else the last layer's input."""
-    nodes = network.get_ordered_ops()
+    nodes = [node for node in graph.nodes if node.inputs and node.inputs[0] in sizes]
     for node in reversed(nodes):
-        # A file says nothing of what its layers mean. But nearly every image network ends by a mean
-        # over places, and what goes into it is the map that can be averaged under a mask instead.
-        # The last such mean counts: squeeze-and-excitation blocks have means of their own before
-        # it.
-        if node.get_type_name() in _POOLING and _is_over_places(node):
-            return node.input_value(0)
+        # A file does not state what its layers mean. But nearly every image network ends with a
+        # mean over places, and the input of that mean is the map that can be averaged under a mask
+        # instead. The last such mean counts, because squeeze-and-excitation blocks have means of
+        # their own before it.
+        before = sizes[node.inputs[0]]
+        after = sizes.get(node.outputs[0])
+        if node.kind in _POOLING and after is not None and _is_over_places(before, after):
+            return node.inputs[0]
     for node in reversed(nodes):
-        if node.get_type_name() in _DENSE and node.input_value(0).get_partial_shape().rank == 2:
-            return node.input_value(0)
-    return network.output(0).get_node().input_value(0)
+        if node.kind in _DENSE and len(sizes[node.inputs[0]]) == 2:
+            return node.inputs[0]
+    if graph.outputs[0] not in sizes:
+        raise ValueError("its output is not of floats")
+    return graph.outputs[0]
 
 
-def _is_over_places(node: Any) -> bool:  # noqa: ANN401
+def _is_over_places(before: tuple[int, ...], after: tuple[int, ...]) -> bool:
     """Whether a node averages a map of several places to one."""
-    before = node.input_value(0).get_partial_shape()
-    after = node.output(0).get_partial_shape()
-    if before.is_dynamic or len(before) != 4 or after.is_dynamic:
-        return False
-    sizes = [part.get_length() for part in after]
-    return int(np.prod(sizes)) == _width(before) < int(np.prod(before.to_shape()))
+    return len(before) == 4 and int(np.prod(after)) == _width(before) < int(np.prod(before))
 
 
-def _width(shape: Any) -> int:  # noqa: ANN401
-    """How many features there are: of a map, the larger of first and last (7 x 7 x 1280)."""
-    sizes = list(shape.to_shape())
+def _width(sizes: tuple[int, ...]) -> int:
+    """Return how many features there are; a map (1, 7, 7, 1280) has them last, not first."""
     if len(sizes) != 4:
         return int(np.prod(sizes))
-    return int(sizes[1] if sizes[2] == sizes[3] else sizes[3])
+    return sizes[1] if sizes[2] == sizes[3] else sizes[3]
 
 
-def _find_scores(network: Any) -> Any:  # noqa: ANN401
+def _find_scores(graph: Graph, sizes: Mapping[str, tuple[int, ...]]) -> str | None:
     """Find the class scores of an ImageNet classifier before its softmax; None for another."""
-    result = network.output(0).get_node().input_value(0)
-    softmax = [n for n in network.get_ordered_ops() if n.get_type_name() in ("Softmax", "SoftMax")]
-    if softmax and softmax[-1].output(0).get_partial_shape() == result.get_partial_shape():
-        result = softmax[-1].input_value(0)
-    shape = result.get_partial_shape()
-    if shape.is_dynamic or not joint_embedding.is_imagenet(int(np.prod(shape.to_shape()))):
-        return None
-    return result
+    result = graph.outputs[0]
+    last = [node for node in graph.nodes if node.kind == _SOFTMAX and node.inputs[0] in sizes][-1:]
+    for node in last:
+        if sizes.get(node.outputs[0]) == sizes.get(result):
+            result = node.inputs[0]
+    is_known = result in sizes and joint_embedding.is_imagenet(int(np.prod(sizes[result])))
+    return result if is_known else None
 
 
 def _read_preprocessing(path: Path, layout: Layout) -> Preprocessing | None:
-    """Read the file beside the network, else assume; None for bytes, given as they are."""
-    beside = next((path.parent / n for n in PREPROCESSING if (path.parent / n).is_file()), None)
+    """Read the file beside the network, else assume; None for bytes, which need nothing."""
+    candidates = (path.parent / name for name in PREPROCESSING)
+    beside = next((file for file in candidates if file.is_file()), None)
     if layout.is_bytes:
         return None
     side = layout.side
     if beside is None:
         mean, deviation = _usual(path, layout)
-        text = "encoder `%s`: no %s beside it, so colours are taken to have mean %s, deviation %s"
-        logger.warning(text, path.name, PREPROCESSING[0], mean, deviation)
+        message = "encoder `%s`: no %s beside it; assuming colours of mean %s and deviation %s"
+        logger.warning(message, path.name, PREPROCESSING[0], mean, deviation)
         return Preprocessing(side, side, 1 / 255, mean, deviation)
     try:
-        found = read_preprocessing(documents.parse_json(documents.read_bytes(beside)))
+        preprocessing = read_preprocessing(documents.parse_json(documents.read_bytes(beside)))
     except (OSError, ValueError) as error:
         raise EncoderError(f"encoder `{path}`, {beside.name}: {error}; correct it") from None
-    if found.input_side != side:
-        text = f"encoder `{path}` takes {side} px, {beside.name} says {found.input_side}"
-        raise EncoderError(f"{text}; correct it")
-    return found
+    if preprocessing.input_side != side:
+        problem = f"encoder `{path}` takes {side} px, {beside.name} says {preprocessing.input_side}"
+        raise EncoderError(f"{problem}; correct it")
+    return preprocessing
 
 
 def _usual(path: Path, layout: Layout) -> tuple[Colour, Colour]:
@@ -242,19 +276,19 @@ def _usual(path: Path, layout: Layout) -> tuple[Colour, Colour]:
 def _prepare(
     pixels: Pixels, layout: Layout, preprocessing: Preprocessing | None
 ) -> tuple[NDArray[np.generic], Floats]:
-    """Make the network's input of (1, S, S, 4) uint8, and its mask (1, I, I) 0..1."""
+    """Turn (1, S, S, 4) uint8 into the network's input and its mask (1, I, I) 0..1."""
     if preprocessing is None:
         images = pixels[..., :3]
         masks = (pixels[..., 3] > 0).astype(np.float32)
-        order = images if layout.colours_last else images.transpose(0, 3, 1, 2)
-        return np.ascontiguousarray(order), masks
+        levels = images if layout.colours_last else images.transpose(0, 3, 1, 2)
+        return np.ascontiguousarray(levels), masks
     floats, masks = preprocessing.apply(pixels)
-    given = floats.transpose(0, 2, 3, 1) if layout.colours_last else floats
-    return np.ascontiguousarray(given), masks
+    ordered = floats.transpose(0, 2, 3, 1) if layout.colours_last else floats
+    return np.ascontiguousarray(ordered, layout.dtype), masks
 
 
 def _pool(features: Floats, masks: Floats) -> Floats:
-    """Average a map under the masks: (N, D). What is no map is given back flat."""
+    """Average a map (N, D, h, w) or (N, h, w, D) under the masks: (N, D); flatten the rest."""
     from PIL import Image
 
     if features.ndim != 4:

@@ -1,17 +1,18 @@
-"""The joint embedding: features of a network, and the materials that its classes or words show.
+"""Joins a network's features with the beliefs in materials that its classes or words imply.
 
-A network that was trained to name things knows more than its features show a linear layer. Its
-beliefs in the materials are p, which sum to 1 with the rest. The joint embedding is
+A classifier, or a network of pictures and text, knows more about a picture than a linear layer can
+read off its features. Let p be the beliefs in the materials that its class scores or words imply,
+one more for everything else, which together sum to 1. The joint embedding is
 
     sqrt(1 - s) f,  sqrt(s / n) (1 + log(p + e) / |log e|),  r
 
-with unit features f, the share s, the n = BELIEFS levels, each 0 to 1, and r >= 0 such that the
-whole has unit norm. A linear layer can read log p off it, and whatever compares embeddings
-compares both parts. numpy only.
+with unit features f, the share s, the n = BELIEFS levels, each 0 to 1, and r >= 0 chosen such that
+the whole has unit norm. A linear layer can read log p off it, and a cosine of two embeddings
+compares both parts.
 
-The beliefs of the 1,000 classes of ImageNet are read from imagenet.csv: the classes, by their place
-in the common order (tench = 0), whose things are mostly made of one of our materials, or of two
-alike. Written from general knowledge: our choice.
+imagenet.csv assigns materials to those of ImageNet's 1,000 classes (by their place in the common
+order, tench = 0) whose objects are mostly made of one of our materials, or equally of two. It was
+written from general knowledge: our choice.
 """
 
 from __future__ import annotations
@@ -33,9 +34,9 @@ WITH_BACKGROUND = 1001  # some networks have a class "background" before the oth
 TABLE = Path(__file__).with_name("imagenet.csv")
 _KNOWN_PLACE = 398
 _KNOWN_NAME = "abacus"
-BELIEFS = len(materials.MATERIALS) + 1  # the materials in the order of their table, and the rest
-ADDED = BELIEFS + 1  # numbers that an embedding has beyond its features: the levels, and r
-SHARE = 0.5  # s: both parts alike, our choice
+BELIEFS = len(materials.MATERIALS) + 1  # the materials in the order of their table, then the rest
+ADDED = BELIEFS + 1  # further numbers of an embedding beside its features: the levels, and r
+SHARE = 0.5  # s: both parts count equally, our choice
 FLOOR = 1e-3  # e: less belief than this is no evidence, our choice
 _SHORTEST = 1e-12
 SCALE = math.sqrt(SHARE / BELIEFS) / -math.log(FLOOR)  # of log p in the embedding
@@ -43,7 +44,7 @@ SCALE = math.sqrt(SHARE / BELIEFS) / -math.log(FLOOR)  # of log p in the embeddi
 
 @lru_cache(maxsize=1)
 def material_weights() -> Floats:
-    """Share of each material in each class: (1000, C), rows that sum to 1 or, unnamed, to 0."""
+    """Return the share of each material in each class: (1000, C), rows that sum to 1 or to 0."""
     weights = np.zeros((CLASSES, len(materials.MATERIALS)), np.float32)
     names = list(materials.MATERIALS)
     with TABLE.open(newline="", encoding="utf-8") as file:
@@ -56,7 +57,7 @@ def material_weights() -> Floats:
 
 
 def is_imagenet(count: int, names: Mapping[int, str] | None = None) -> bool:
-    """Whether so many class scores are ImageNet's; `names` of the classes, if known, must fit."""
+    """Whether `count` class scores are ImageNet's; `names` of the classes, if known, must agree."""
     if count not in (CLASSES, WITH_BACKGROUND):
         return False
     name = (names or {}).get(_KNOWN_PLACE + count - CLASSES, "")
@@ -64,9 +65,10 @@ def is_imagenet(count: int, names: Mapping[int, str] | None = None) -> bool:
 
 
 def material_beliefs(scores: Floats) -> Floats:
-    """Turn class scores (N, 1000 or 1001), before softmax, into beliefs (N, C + 1).
+    """Turn class scores (N, 1000 or 1001), before softmax, into beliefs (N, BELIEFS).
 
-    The last column is the belief in classes that have no material.
+    The last column is the belief in classes that have no material. A leading background class is
+    left out.
     """
     logits = scores[:, -CLASSES:].astype(np.float64)
     powers = np.exp(logits - logits.max(axis=1, keepdims=True))
@@ -79,15 +81,14 @@ def join(features: Floats, beliefs: Floats | None) -> Floats:
 
     Without beliefs the features alone are the embedding: (N, F), else (N, F + ADDED).
     """
-    nowhere = 1.0 / math.sqrt(features.shape[1])  # features of 0 (nothing found) point nowhere
+    nowhere = 1.0 / math.sqrt(features.shape[1])  # for features that are all 0: no direction
     norms = np.linalg.norm(features, axis=1, keepdims=True)
     unit = np.where(norms > _SHORTEST, features / np.maximum(norms, _SHORTEST), nowhere)
     if beliefs is None:
         return np.asarray(unit, np.float32)
-    # Beliefs enter as logarithms, so that a linear layer behind can multiply them by its own (a
-    # product of probabilities), and shifted to be positive. The last number fills up what is
-    # missing to the length of SHARE: with it every embedding is of unit norm and cosines keep their
-    # meaning.
+    # Beliefs enter as logarithms, because a linear layer that adds logarithms multiplies its own
+    # beliefs by them. They are shifted to be positive. The last number completes the part to the
+    # length sqrt(SHARE), so that every embedding has unit norm and cosines keep their meaning.
     logs = np.log(np.clip(beliefs.astype(np.float64), 0.0, 1.0 - FLOOR) + FLOOR)
     levels = SCALE * (logs - math.log(FLOOR))
     rest = np.sqrt(np.maximum(SHARE - (levels**2).sum(axis=1, keepdims=True), 0.0))
@@ -106,9 +107,9 @@ def log_beliefs(embeddings: Floats) -> Floats:
 
 
 def layer_of(weights: Floats, exponent: float) -> Floats:
-    """Return weights that give features @ weights + exponent log(p + e), but for a constant.
+    """Return weights of joined embeddings that give f @ weights + exponent log(p + e) + constant.
 
-    weights (F, BELIEFS) of unit features; returns (F + ADDED, BELIEFS).
+    weights: (F, BELIEFS), of the unit features f; returns (F + ADDED, BELIEFS).
     """
     reading = np.eye(BELIEFS, dtype=np.float32) * np.float32(exponent / SCALE)
     nothing = np.zeros((1, BELIEFS), np.float32)

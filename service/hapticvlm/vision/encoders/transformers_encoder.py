@@ -1,12 +1,12 @@
-"""Any image network of transformers as an encoder, by folder or by name, on the cpu or a GPU.
+"""Uses any image network of transformers as an encoder, by folder or name, on the cpu or a GPU.
 
-The embedding is the mean of the network's last spatial map, weighted by how much of each cell lies
-under the mask, then the network's own final layer norm, then unit norm: with a full mask it is what
-a ConvNeXt itself pools. A classifier of ImageNet adds what its class scores believe of the
-materials, a network of pictures and text (CLIP, SigLIP) what it believes of phrases made of the
-material table. The preprocessing is the one in the network's own file. torch and
-transformers (extra `models`) are imported only when such a network is named. Knows no gallery and
-not where networks come from.
+The embedding is the mean of the network's last spatial map, weighted by the share of each cell that
+lies under the mask, then the network's own final layer norm, then unit norm. With a full mask it is
+the vector that a ConvNeXt itself pools. The embedding of an ImageNet classifier also holds the
+beliefs in materials that its class scores imply, and that of a network of pictures and text (CLIP,
+SigLIP) its beliefs in phrases made from the material table. Preprocessing is read from the
+network's own file. torch and transformers (extra `models`) are imported only when such a network is
+named. Knows no gallery; `networks` finds and reads the files.
 """
 
 from __future__ import annotations
@@ -32,16 +32,16 @@ if TYPE_CHECKING:
 
 PHRASES = ("an object made of {}", "a close-up of {}")
 REST = ("a person", "an animal", "food", "the sky")
-MOST_WORDS = 4  # of a material: further ones name rarer kinds of it
+MAX_WORDS = 4  # of a material; further ones name rarer kinds of it
 
 
 def material_phrases() -> list[list[str]]:
-    """Phrases of each material in the order of the table, and at the end of the rest."""
-    found = [
-        [phrase.format(word) for word in material.words[:MOST_WORDS] for phrase in PHRASES]
+    """Return the phrases of each material in the order of the table, then those of the rest."""
+    phrases = [
+        [phrase.format(word) for word in material.words[:MAX_WORDS] for phrase in PHRASES]
         for material in materials.MATERIALS.values()
     ]
-    return [*found, [f"a picture of {word}" for word in REST]]
+    return [*phrases, [f"a picture of {word}" for word in REST]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +84,7 @@ class TransformersEncoder:
 def load_transformers_encoder(name: str, device: str, threads: int) -> TransformersEncoder:
     """Load a network by folder or by name; sets torch's threads. Raises EncoderError.
 
-    A folder never touches the network; a name is looked up in this machine's cache first.
+    A folder is read without any connection; a name is looked up in this machine's cache first.
     """
     source = networks.find(name)
     place = _set_up(name, device, threads)
@@ -92,8 +92,8 @@ def load_transformers_encoder(name: str, device: str, threads: int) -> Transform
     try:
         preprocessing = read_preprocessing(network.preprocessor)
     except ValueError as error:
-        text = f"encoder `{name}`, preprocessor_config.json: {error}"
-        raise EncoderError(f"{text}; correct the file in a copy of the folder") from None
+        problem = f"encoder `{name}`, preprocessor_config.json: {error}"
+        raise EncoderError(f"{problem}; correct the file in a copy of the folder") from None
     network.model.to(place)
     words, dimension = _try(name, network, preprocessing.input_side, place)
     kind = "" if network.kind == "features" else f", {network.kind}"
@@ -123,7 +123,8 @@ def describe(network: Network, words: Any, images: Tensor, masks: Tensor) -> Flo
 def pool(network: Any, outputs: Any, masks: Tensor) -> Tensor:  # noqa: ANN401 - any network
     """Average the last map of a network's outputs under masks (N, I, I) 0..1: (N, D).
 
-    An empty mask counts as a full one. A network without a spatial map gives what it pools itself.
+    An empty mask counts as a full one. Without a spatial map the network's own pooled vector is
+    returned.
     """
     from torch.nn import functional
 
@@ -143,19 +144,19 @@ def pool(network: Any, outputs: Any, masks: Tensor) -> Tensor:  # noqa: ANN401 -
 
 def _with_base(model: Any, images: Tensor) -> tuple[Any, Tensor]:  # noqa: ANN401
     """Run a classifier; return the outputs of the network below its last layer, and its scores."""
-    seen: list[Any] = []
-    # Class scores and the map below them come from one pass: a hook catches what the lower part
-    # returns on its way. Running that part by itself would double the time of a picture.
-    handle = model.base_model.register_forward_hook(lambda *given: seen.append(given[2]))
+    outputs: list[Any] = []
+    # Class scores and the map below them come from one pass: a hook keeps the output of the lower
+    # part. Running that part by itself as well would double the time.
+    handle = model.base_model.register_forward_hook(lambda *arguments: outputs.append(arguments[2]))
     try:
         scores = model(pixel_values=images).logits
     finally:
         handle.remove()
-    return seen[0], scores
+    return outputs[0], scores
 
 
 def _beliefs_of_words(model: Any, pooled: Tensor, words: Tensor) -> Floats:  # noqa: ANN401
-    """Turn pooled pictures (N, D) into beliefs (N, BELIEFS) by their likeness to the phrases."""
+    """Turn pooled pictures (N, D) into beliefs (N, BELIEFS) by their cosines to the phrases."""
     from torch.nn import functional
 
     project = getattr(model, "visual_projection", None)
@@ -165,7 +166,7 @@ def _beliefs_of_words(model: Any, pooled: Tensor, words: Tensor) -> Floats:  # n
 
 
 def _read_words(network: Network, device: str) -> Tensor:
-    """Embed the phrases: the mean of each material's, (BELIEFS, D) of unit norm."""
+    """Embed the phrases and average them by material: (BELIEFS, D) of unit norm."""
     import torch
     from torch.nn import functional
 
@@ -176,14 +177,14 @@ def _read_words(network: Network, device: str) -> Tensor:
         tokens = network.tokenizer(
             phrases, padding="max_length", truncation=True, max_length=longest, return_tensors="pt"
         )
-        found = model.get_text_features(**tokens.to(device))
-        found = getattr(found, "pooler_output", found)
-        rows.append(functional.normalize(found, dim=1).mean(dim=0))
+        embeddings = model.get_text_features(**tokens.to(device))
+        embeddings = getattr(embeddings, "pooler_output", embeddings)
+        rows.append(functional.normalize(embeddings, dim=1).mean(dim=0))
     return functional.normalize(torch.stack(rows), dim=1)
 
 
 def _cells(features: Tensor) -> Tensor | None:
-    """Return a spatial map (N, D, h, w) of a map, or of tokens whose last ones are a square."""
+    """Return a spatial map (N, D, h, w) of a map, or of tokens whose last ones form a square."""
     if features.ndim == 4:
         return features
     if features.ndim != 3:
@@ -193,37 +194,41 @@ def _cells(features: Tensor) -> Tensor | None:
 
 
 def _set_up(name: str, device: str, threads: int) -> str:
-    """Import what is needed, quietly, and return the device to run on. Raises EncoderError."""
-    if threads > 1:  # waiting threads that spin starve the gateway and each other
+    """Import torch and transformers; return the device to run on. Raises EncoderError."""
+    if threads > 1:  # threads that spin while they wait starve the gateway and each other
         os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
     try:
         networks.quieten_libraries(threads)
     except ImportError as error:
-        text = f"encoder `{name}` needs torch and transformers ({error})"
-        raise EncoderError(f"{text}: {installing(networks.PACKAGES)}") from None
+        problem = f"encoder `{name}` needs torch and transformers ({error})"
+        raise EncoderError(f"{problem}: {installing(networks.PACKAGES)}") from None
     import torch
 
     has_cuda = torch.cuda.is_available()
     if device == "cuda" and not has_cuda:
-        text = "--encoder-device cuda: torch finds no CUDA device here"
+        problem = "--encoder-device cuda: torch finds no CUDA device here"
         raise EncoderError(
-            f"{text}; use --encoder-device cpu, or install the torch that fits the GPU"
+            f"{problem}; use --encoder-device cpu, or install the torch that fits the GPU"
         )
     return "cuda" if has_cuda and device != "cpu" else "cpu"
 
 
 def _try(name: str, network: Network, side: int, device: str) -> tuple[Any, int]:
-    """Embed the phrases, and nothing once: how long an embedding is. Raises EncoderError."""
+    """Embed the phrases and an empty picture; return the phrases and the embedding's length.
+
+    Raises EncoderError.
+    """
     import torch
 
-    nothing = torch.zeros((1, 3, side, side), device=device)
+    blank = torch.zeros((1, 3, side, side), device=device)
     try:
         with torch.inference_mode():
             words = _read_words(network, device) if network.kind == "words" else None
-            return words, describe(network, words, nothing, nothing[:, 0]).shape[1]
+            return words, describe(network, words, blank, blank[:, 0]).shape[1]
     except Exception as error:  # noqa: BLE001 - each kind of network fails in its own way
         kind = type(network.model).__name__
-        text = (
-            f"encoder `{name}` is a {kind}, which embeds no picture ({networks.short_line(error)})"
+        problem = (
+            f"encoder `{name}` is a {kind}, which cannot embed pictures "
+            f"({networks.short_line(error)})"
         )
-        raise EncoderError(f"{text}; give an image network") from None
+        raise EncoderError(f"{problem}; give an image network") from None

@@ -1,14 +1,23 @@
-"""Calibration of a user's references by leaving each enrolled picture out in turn. Pure.
+"""Calibrates a user's references by leaving each enrolled picture out in turn. Pure.
 
-`leave_one_out` counts how often the nearest reference is of the right material and finds pairs of
-materials that cannot be told apart. `calibrate` fits how much a match is worth. First sharpness,
-weight and share are chosen under which the pictures left out are least surprising; then slope and
-threshold of p(known), on these pictures against unknowns: pictures whose material is left out
-completely, and shipped references of other materials. Surprise is the negative log probability of
-the truth. Left out with a picture are those of its material that are as near to it as its own
-variations, and the nearest ALIKE of the rest: other views of the same thing, which a user enrols
-unmarked. It is repeated whenever references change, for the cosines of one set predict little of
-those of another.
+A calibration says how much a match is worth. It is fitted to the user's own pictures, because the
+cosines of one set of pictures predict little about those of another, and it is repeated whenever
+references change. A picture must not be judged by references made from itself, so each is matched
+with all others only, and the constants are chosen under which the truth is least surprising.
+Surprise is the negative log probability of the true material.
+
+`calibrate` works in two steps. First it chooses sharpness, weight and share of the shipped beliefs.
+Then it chooses slope and threshold of p(known), such that pictures left out count as known and
+unknowns do not. As unknowns serve pictures whose whole material is left out, and shipped references
+of other materials.
+
+Leaving out one picture is not enough: users enrol several views of one object without marking them
+as such, and the other views would recognise the one left out. So the pictures of its material that
+are as near to it as its own variations are left out as well, and the nearest share ALIKE of the
+rest.
+
+`leave_one_out` counts how often the nearest reference is of the right material, and
+`find_confusable_pairs` lists materials that cannot be told apart.
 """
 
 from __future__ import annotations
@@ -23,39 +32,39 @@ from hapticvlm.materials import UNKNOWN
 from hapticvlm.vision.galleries.enrol import Enrolled
 from hapticvlm.vision.galleries.gallery import SHIPPED_SHARE, Calibration, Gallery, log_softmax
 
-CONFUSED = 0.25  # of two materials' pictures taken for the other: they cannot be told apart
+CONFUSED = 0.25  # share of two materials' pictures confused, from which they cannot be told apart
 Doubles = NDArray[np.float64]
 Indices = NDArray[np.int64]
 SHARPNESSES = (4.0, 8.0, 16.0, 32.0)
 SCALES = (1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 11.0, 16.0, 23.0, 32.0)  # of the scores: weight x sharpness
-SHARES = (SHIPPED_SHARE, 0.6, 1.0)  # of the shipped beliefs beside them
+SHARES = (SHIPPED_SHARE, 0.6, 1.0)  # exponents of the shipped beliefs
 SLOPES = (2.0, 4.0, 8.0, 16.0, 32.0)
 THRESHOLDS = tuple(np.arange(-0.6, 1.01, 0.1).tolist())
-UNKNOWN_SHARE = 0.1  # share of what a hand touches that nobody enrolled: our choice
-ALIKE = 0.1  # share of a material's other pictures; chosen on own renders and choose_web
-MOST_PICTURES = 400  # left out in turn; more change nothing and take seconds
-# Too few pictures to fit anything: as sharp as fits of five a material on fresh renders, and sure
-# only of what is as near as another view of the same thing.
+UNKNOWN_SHARE = 0.1  # share of touched objects whose material is not enrolled: our choice
+ALIKE = 0.1  # share of a material's other pictures; chosen on our renders and on choose_web
+MAX_PICTURES = 400  # left out in turn; more take seconds and change nothing
+# For too few pictures to fit anything: the sharpness of fits to five pictures a material on unseen
+# renders, and a threshold that only another view of the same object reaches.
 FEW = Calibration(8.0, 16.0, 0.7, 1.0)
 
 
 @dataclass(frozen=True, slots=True)
 class LeaveOneOut:
-    """Of P pictures left out one by one: what each shows, and whose reference is nearest.
+    """The material of each of P pictures, and that of its nearest reference from another picture.
 
-    No guess where nothing else shows that material: there nothing can be checked.
+    The guess is None for the only picture of its material, which cannot be checked.
     """
 
     truth: tuple[str, ...]
     guess: tuple[str | None, ...]
 
     def counts(self, material: str) -> tuple[int, int]:
-        """How many pictures of a material were right, and how many could be checked."""
+        """Return how many pictures of a material were right, and how many could be checked."""
         guesses = [guess for truth, guess in self._pairs() if truth == material]
         return guesses.count(material), len(guesses)
 
     def mistaken(self, material: str, other: str) -> int:
-        """How many pictures of one material were taken for the other."""
+        """Return how many pictures of one material were taken for the other."""
         return self._pairs().count((material, other))
 
     def _pairs(self) -> list[tuple[str, str]]:
@@ -65,7 +74,7 @@ class LeaveOneOut:
 
 @dataclass(frozen=True, slots=True)
 class ConfusablePair:
-    """Two materials that cannot be told apart, and how many pictures show it."""
+    """Two materials that cannot be told apart: `confused` of the `checked` pictures of both."""
 
     material: str
     other: str
@@ -86,48 +95,50 @@ def leave_one_out(enrolled: Enrolled, base: Gallery | None = None) -> LeaveOneOu
         others = np.ones(len(names), np.bool_)
         others[: len(enrolled.places)] = enrolled.places != place
         can_be_right = enrolled.pictures[place].material in names[others]
-        # Only the picture's unvaried view is matched, and all its views are left out: its mirror
+        # Only the picture's unvaried view is matched, and all of its views are left out: its mirror
         # image would recognise it every time.
-        like = references[others] @ enrolled.embeddings[row]
-        guesses.append(str(names[others][like.argmax()]) if can_be_right else None)
+        similarities = references[others] @ enrolled.embeddings[row]
+        guesses.append(str(names[others][similarities.argmax()]) if can_be_right else None)
     return LeaveOneOut(tuple(picture.material for picture in enrolled.pictures), tuple(guesses))
 
 
 def find_confusable_pairs(enrolled: Enrolled, checked: LeaveOneOut) -> list[ConfusablePair]:
-    """Pairs that the check confuses, or whose pictures are nearer to the other's than to their own.
+    """Find pairs that `checked` confuses, or that are nearer to each other than to themselves.
 
-    The materials of a base gallery count only as far as the check took pictures for them.
+    The materials of a base gallery count only if a picture was taken for one of them.
     """
-    found = []
+    pairs = []
     guessed = {guess for guess in checked.guess if guess not in (None, UNKNOWN)}
-    shown = enrolled.materials
-    for material, other in combinations((*shown, *sorted(guessed - set(shown))), 2):
+    enrolled_names = enrolled.materials
+    for material, other in combinations(
+        (*enrolled_names, *sorted(guessed - set(enrolled_names))), 2
+    ):
         confused = checked.mistaken(material, other) + checked.mistaken(other, material)
         count = checked.counts(material)[1] + checked.counts(other)[1]
         mixed = count > 0 and confused / count >= CONFUSED
-        if mixed or (other in shown and _is_nearer(enrolled, material, other)):
-            found.append(ConfusablePair(material, other, confused, count))
-    return found
+        if mixed or (other in enrolled_names and _is_nearer(enrolled, material, other)):
+            pairs.append(ConfusablePair(material, other, confused, count))
+    return pairs
 
 
 def _is_nearer(enrolled: Enrolled, material: str, other: str) -> bool:
-    """Whether on average the nearest reference is nearer across two materials than within them."""
-    across = _likeness(enrolled, material, other) + _likeness(enrolled, other, material)
-    return across >= _likeness(enrolled, material, material) + _likeness(enrolled, other, other)
+    """Whether nearest references are nearer across two materials than within them, on average."""
+    across = _similarity(enrolled, material, other) + _similarity(enrolled, other, material)
+    return across >= _similarity(enrolled, material, material) + _similarity(enrolled, other, other)
 
 
-def _likeness(enrolled: Enrolled, material: str, other: str) -> float:
-    """Mean similarity of a material's pictures to the nearest reference of the other's pictures.
+def _similarity(enrolled: Enrolled, material: str, other: str) -> float:
+    """Return the mean similarity of a material's pictures to the nearest reference of another.
 
-    Within a material with one picture: to that picture's own variations.
+    Both may be the same material; if it has one picture, its own variations are the references.
     """
-    shown = np.array([picture.material for picture in enrolled.pictures])
-    is_lone = material == other and (shown == material).sum() == 1
+    materials = np.array([picture.material for picture in enrolled.pictures])
+    is_lone = material == other and (materials == material).sum() == 1
     nearest = []
     firsts = enrolled.firsts
-    for place in np.flatnonzero(shown == material):
+    for place in np.flatnonzero(materials == material):
         first = firsts[place]
-        eligible = shown[enrolled.places] == other
+        eligible = materials[enrolled.places] == other
         eligible &= enrolled.places != place if not is_lone else np.ones(len(eligible), np.bool_)
         eligible[first] = False
         nearest.append((enrolled.embeddings[eligible] @ enrolled.embeddings[first]).max())
@@ -135,7 +146,7 @@ def _likeness(enrolled: Enrolled, material: str, other: str) -> float:
 
 
 def calibrate(gallery: Gallery, shipped: Gallery | None = None) -> Calibration:
-    """Calibrate own references, beside the shipped gallery where there is one; FEW if too few."""
+    """Calibrate user references, beside the shipped gallery if there is one; FEW if too few."""
     left_out = _LeftOut(gallery)
     fitted = FEW
     if is_enough(gallery):
@@ -143,22 +154,22 @@ def calibrate(gallery: Gallery, shipped: Gallery | None = None) -> Calibration:
     if not left_out.has_others.any():
         return fitted
     unknown_scores = [] if shipped is None else [_unknown_scores(gallery, shipped)]
-    return _know(left_out, fitted, unknown_scores)
+    return _fit_known(left_out, fitted, unknown_scores)
 
 
 def is_enough(gallery: Gallery) -> bool:
-    """Whether two materials have two pictures each, which a fit takes."""
+    """Whether two materials have two pictures each, which a fit needs."""
     pictures = np.unique(np.stack([gallery.labels, places_of(gallery)]), axis=1)[0]
     return bool((np.bincount(pictures) >= 2).sum() >= 2)
 
 
 def places_of(gallery: Gallery) -> Indices:
-    """Return the picture of each reference; each is one of its own where nobody knows."""
+    """Return the picture of each reference; where unknown, each counts as another picture."""
     return np.arange(len(gallery.labels)) if gallery.places is None else gallery.places
 
 
 def evenly(truth: Indices) -> Doubles:
-    """Weights (N,) by which every class counts alike; they sum to 1."""
+    """Return weights (N,) by which every class counts equally; they sum to 1."""
     _, place, counts = np.unique(truth, return_inverse=True, return_counts=True)
     return np.asarray(1.0 / counts[place] / len(counts))
 
@@ -170,7 +181,7 @@ class _LeftOut:
         keys = np.stack([gallery.labels, places_of(gallery)])
         _, firsts, pictures = np.unique(keys, axis=1, return_index=True, return_inverse=True)
         pictures = pictures.ravel()
-        kept = np.arange(0, firsts.size, -(-firsts.size // MOST_PICTURES))
+        kept = np.arange(0, firsts.size, -(-firsts.size // MAX_PICTURES))
         self.firsts: Indices = firsts[kept]
         self.embeddings = gallery.references[self.firsts]
         self.cosines = (self.embeddings @ gallery.references.T).astype(np.float64)
@@ -178,9 +189,9 @@ class _LeftOut:
         self.members = np.eye(len(gallery.materials))[gallery.labels]
         self.truth: Indices = gallery.labels[self.firsts]
         of_material = gallery.labels == self.truth[:, None]
-        # Leaving out the picture itself is not enough. A user enrols five views of one cup, and the
-        # four that stay would recognise the fifth whatever the calibration. So views that are as
-        # near as its own variations go with it, and the nearest share of the rest of its material.
+        # A user enrols five views of one cup, and four of them would recognise the fifth under any
+        # calibration. So references of its material that are as near as its own variations are left
+        # out with it, and the nearest share of the rest.
         self.others = ~(same | (self._is_alike(same) & of_material))
         for row, is_other in enumerate(self.others & of_material):
             self.others[row] &= ~self._nearest(row, is_other, pictures)
@@ -189,7 +200,7 @@ class _LeftOut:
         self.has_others = left[np.arange(len(left)), self.truth] > 0
 
     def _is_alike(self, same: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Whether references are as near as other views of the picture: of the same thing, then."""
+        """Whether references (P, R) are as near as the picture's own variations are on average."""
         varied = same & (self.cosines < 1.0 - 1e-4)
         counts = varied.sum(axis=1)
         means = np.where(varied, self.cosines, 0.0).sum(axis=1) / np.maximum(counts, 1)
@@ -198,14 +209,14 @@ class _LeftOut:
     def _nearest(
         self, row: int, is_other: NDArray[np.bool_], pictures: Indices
     ) -> NDArray[np.bool_]:
-        """Return which references are of the nearest ALIKE of the material's other pictures."""
+        """Return which references belong to the nearest ALIKE of the material's other pictures."""
         others = np.unique(pictures[is_other])
         nearness = [self.cosines[row][is_other & (pictures == other)].max() for other in others]
         nearest = others[np.argsort(nearness)[::-1][: int(len(others) * ALIKE)]]
         return is_other & np.isin(pictures, nearest)
 
     def scores(self, sharpness: float, *, unknowns: bool = False) -> Doubles:
-        """Scores (P, C) without the picture itself, or without all of its material."""
+        """Return scores (P, C) without the picture itself, or without all of its material."""
         counted = self.others & ~(self.members[:, self.truth].T > 0) if unknowns else self.others
         powers = np.where(counted, np.exp(sharpness * (self.cosines - 1.0)), 0.0)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -226,21 +237,23 @@ def _sharpen(left_out: _LeftOut, shipped: Doubles | None) -> Calibration:
         scores = np.maximum(left_out.scores(sharpness)[rows], -10.0)
         for scale, share in product(SCALES, shares):
             right = log_softmax(scale * scores + share * beside)[place, truth]
-            found = float(-(weights * right).sum())
-            if found < least:
+            surprise = float(-(weights * right).sum())
+            if surprise < least:
                 weight = scale / sharpness
                 best = Calibration(sharpness, 0.0, 0.0, weight, share=share)
-                least = found
+                least = surprise
     return best
 
 
 def _shipped(left_out: _LeftOut, shipped: Gallery) -> Doubles:
-    """Return what the shipped gallery believes of the pictures, as log probabilities (P, C)."""
+    """Return the shipped gallery's beliefs of the pictures, as log probabilities (P, C)."""
     return log_softmax(shipped.shipped_logits(left_out.embeddings, left_out.materials))
 
 
-def _know(left_out: _LeftOut, fitted: Calibration, unknown_scores: list[Doubles]) -> Calibration:
-    """Fit slope and threshold: pictures left out are known, unknowns are not."""
+def _fit_known(
+    left_out: _LeftOut, fitted: Calibration, unknown_scores: list[Doubles]
+) -> Calibration:
+    """Fit slope and threshold of p(known) to pictures left out and to unknowns."""
     familiar = left_out.scores(fitted.sharpness)[left_out.has_others].max(axis=1)
     if len(left_out.materials) > 1:
         unknown_scores.append(left_out.scores(fitted.sharpness, unknowns=True).max(axis=1))
@@ -249,20 +262,20 @@ def _know(left_out: _LeftOut, fitted: Calibration, unknown_scores: list[Doubles]
     best = (2.0, THRESHOLDS[0])
     least = np.inf
     for slope, threshold in product(SLOPES, THRESHOLDS):
-        # What is known must count as known and what is unknown as unknown, weighed by how often a
-        # hand meets either. Unknowns are made from what is there: each material in turn as if it
-        # had never been enrolled, and shipped references that no own material represents.
+        # The known must count as known and the unknown as unknown, weighted by how often a hand
+        # touches either. Unknowns are each material in turn as if it had not been enrolled, and
+        # shipped references that no user material represents.
         known = _surprise_of(familiar, slope, threshold)
         unknown = np.mean([_surprise_of(part, -slope, threshold) for part in unknown_scores])
-        found = (1.0 - UNKNOWN_SHARE) * known + UNKNOWN_SHARE * float(unknown)
-        if found < least:
+        surprise = (1.0 - UNKNOWN_SHARE) * known + UNKNOWN_SHARE * float(unknown)
+        if surprise < least:
             best = (slope, threshold)
-            least = found
+            least = surprise
     return replace(fitted, slope=best[0], threshold=best[1])
 
 
 def _unknown_scores(gallery: Gallery, shipped: Gallery) -> Doubles:
-    """Best cosine (S,) of each shipped reference of another material to any own reference."""
+    """Return the best score (S,) of each shipped reference of a material that is not the user's."""
     parents = {shipped.parent(name) for name in gallery.materials}
     others = [at for at, name in enumerate(shipped.materials) if name not in parents]
     rows = shipped.references[np.isin(shipped.labels, others)]

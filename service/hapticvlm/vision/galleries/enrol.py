@@ -1,8 +1,8 @@
-"""Pictures of a user's own become references: found in folders, cut, varied a little, embedded.
+"""Turns a user's pictures into references: finds them in folders, cuts, varies, embeds them.
 
-A picture gives several references, so that one is worth more: the object as a frame of the service
-would show it, its mirror image, and two closer views. The same picture twice counts once. Knows no
-gallery and no calibration.
+Each picture gives several references, because users have few pictures: the object as a frame would
+show it, its mirror image, and two closer views. Copies of a picture count once. Knows no gallery
+and no calibration.
 """
 
 from __future__ import annotations
@@ -28,16 +28,16 @@ Floats = NDArray[np.float32]
 SUFFIXES = (".jpg", ".jpeg", ".png")
 MASK = ".mask"  # NAME.mask.png beside NAME.jpg, or masks/NAME.png
 CLOSER = (0.8, 0.6)  # of the object's box: the scales of the further views
-BLANK = 1.0  # grey levels a crop must vary by, standard deviation, to show anything
+BLANK = 1.0  # grey levels, standard deviation; a crop that varies less shows nothing
 
 
 class EnrolError(HapticVLMError, ValueError):
-    """Pictures that cannot be used: which file, why, and what to do."""
+    """Pictures cannot be used; the message names the file, the reason and the cure."""
 
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """One file that shows one material; without a mask the centre of it does."""
+    """A file that shows one material, under the mask or, without one, in its centre."""
 
     material: str
     path: Path
@@ -46,9 +46,10 @@ class Picture:
 
 @dataclass(frozen=True, slots=True)
 class Enrolled:
-    """References of P pictures: (N, D) unit float32, and of each row its place in `pictures`.
+    """References of P pictures: embeddings (N, D) float32 of unit norm.
 
-    The first row of a picture is the object as the service sees it, the others are its variations.
+    places: (N,), the index in `pictures` of each row. A picture's first row is the object as a
+    frame would show it, the others are its variations.
     """
 
     pictures: tuple[Picture, ...]
@@ -57,12 +58,12 @@ class Enrolled:
 
     @property
     def materials(self) -> tuple[str, ...]:
-        """The materials shown, in the order of the pictures."""
+        """The materials of the pictures, in their order."""
         return tuple(dict.fromkeys(picture.material for picture in self.pictures))
 
     @property
     def labels(self) -> NDArray[np.int64]:
-        """Place in `materials` of each picture, (P,)."""
+        """The index in `materials` of each picture, (P,)."""
         names = self.materials
         return np.array([names.index(picture.material) for picture in self.pictures], np.int64)
 
@@ -72,7 +73,7 @@ class Enrolled:
         return np.searchsorted(self.places, np.arange(len(self.pictures)))
 
     def references(self, material: str) -> Floats:
-        """All rows of one material, (n, D)."""
+        """Return all rows of one material, (n, D)."""
         chosen = np.array([picture.material == material for picture in self.pictures])
         return np.asarray(self.embeddings[chosen[self.places]])
 
@@ -82,16 +83,16 @@ def find_pictures(folder: Path, known: Collection[str]) -> tuple[Picture, ...]:
     if not folder.is_dir():
         raise EnrolError(f"{folder}: no such folder; name one with a folder for each material")
     for path in _pictures_in(folder):
-        raise EnrolError(f"{path}: lies in no material's folder; move it into one")
-    found: list[Picture] = []
-    for inner in sorted(path for path in folder.iterdir() if path.is_dir() and _is_seen(path)):
+        raise EnrolError(f"{path}: not in a material's folder; move it into one")
+    pictures: list[Picture] = []
+    for inner in sorted(path for path in folder.iterdir() if path.is_dir() and _is_visible(path)):
         if inner.name not in known:
-            text = f"{inner}: no material `{inner.name}`{nearest(inner.name, known)}"
-            raise EnrolError(f"{text}; rename it, or add it: gallery add")
-        found += with_masks(inner.name, _require_some(inner))
-    if not found:
-        raise EnrolError(f"{folder}: no folder of pictures in it; make one for each material")
-    return tuple(found)
+            problem = f"{inner}: `{inner.name}` is not a material{nearest(inner.name, known)}"
+            raise EnrolError(f"{problem}; rename it, or add it: gallery add")
+        pictures += with_masks(inner.name, _require_some(inner))
+    if not pictures:
+        raise EnrolError(f"{folder}: holds no folders of pictures; make one for each material")
+    return tuple(pictures)
 
 
 def list_pictures(material: str, paths: Iterable[Path]) -> tuple[Picture, ...]:
@@ -102,27 +103,27 @@ def list_pictures(material: str, paths: Iterable[Path]) -> tuple[Picture, ...]:
 
 def with_masks(material: str, files: Sequence[Path]) -> list[Picture]:
     """Find the mask of each file, if it has one."""
-    found = []
+    pictures = []
     for file in files:
         masks = (file.parent / "masks" / f"{file.stem}.png", file.with_suffix(f"{MASK}.png"))
-        found.append(Picture(material, file, next((m for m in masks if m.is_file()), None)))
-    return found
+        pictures.append(Picture(material, file, next((m for m in masks if m.is_file()), None)))
+    return pictures
 
 
-def enrol(found: Sequence[Picture], encoder: Encoder) -> Enrolled:
-    """Cut, vary and embed pictures; the same one twice counts once. Raises EnrolError."""
+def enrol(chosen: Sequence[Picture], encoder: Encoder) -> Enrolled:
+    """Cut, vary and embed pictures; copies of one count once. Raises EnrolError."""
     kept: list[Picture] = []
     rows: list[Floats] = []
     places: list[int] = []
-    for picture, frame in _without_copies(found):
-        seen = views(picture, frame, encoder.side)
-        places += [len(kept)] * len(seen)
+    for picture, frame in _without_copies(chosen):
+        crops = views(picture, frame, encoder.side)
+        places += [len(kept)] * len(crops)
         kept.append(picture)
-        # One by one, as the service recognises: int8 networks scale by all that is in a batch.
-        rows.append(np.concatenate([encoder.embed([view]) for view in seen]))
+        # One at a time, as the service does: an int8 network's scale depends on the whole batch.
+        rows.append(np.concatenate([encoder.embed([view]) for view in crops]))
         if not np.isfinite(rows[-1]).all() or not rows[-1].any(axis=1).all():
-            text = f"`{encoder.name}` makes nothing of it; take it out"
-            raise EnrolError(f"{picture.path}: {text}")
+            problem = f"`{encoder.name}` gives it no usable embedding; remove it"
+            raise EnrolError(f"{picture.path}: {problem}")
     stack = np.concatenate(rows) if rows else np.zeros((0, encoder.dimension), np.float32)
     return Enrolled(tuple(kept), stack, np.array(places, np.int64))
 
@@ -134,17 +135,17 @@ def views(picture: Picture, frame: messages.Frame, side: int) -> list[Crop]:
     except PictureError as error:
         raise EnrolError(f"{_culprit(picture, error)}: {_reason(error)}") from None
     if first.image.std(axis=(0, 1)).max() < BLANK:
-        raise EnrolError(f"{picture.path}: one plain colour, shows no material; take it out")
-    # A user gives three pictures where a network learns from thousands. What they lack is made: the
-    # object the other way round, and nearer. Each view is a reference of its own.
-    found = [first, _mirrored(first)]
+        raise EnrolError(f"{picture.path}: one plain colour, which shows no material; remove it")
+    # A user has a few pictures where a network learns from thousands. Variations that a scene is
+    # sure to show stand in for more of them: the object mirrored, and seen from nearer by.
+    crops = [first, _mirrored(first)]
     for scale in CLOSER:
         region = _closer(frame, scale)
         try:
-            found.append(pictures.crop(msgspec.structs.replace(frame, region=region), side))
-        except PictureError:  # a ring's middle: nothing of the object is in it
+            crops.append(pictures.crop(msgspec.structs.replace(frame, region=region), side))
+        except PictureError:  # no part of the object is there: the middle of a ring
             continue
-    return found
+    return crops
 
 
 def read_frame(picture: Picture) -> messages.Frame:
@@ -152,12 +153,12 @@ def read_frame(picture: Picture) -> messages.Frame:
     try:
         return files.read_frame(picture.path, picture.mask)
     except files.FileError as error:
-        raise EnrolError(f"{error}; replace it or take it out") from None
+        raise EnrolError(f"{error}; replace it or remove it") from None
 
 
-def _without_copies(found: Sequence[Picture]) -> Iterator[tuple[Picture, messages.Frame]]:
+def _without_copies(chosen: Sequence[Picture]) -> Iterator[tuple[Picture, messages.Frame]]:
     seen: set[tuple[str, bytes, bytes | None]] = set()
-    for picture in found:
+    for picture in chosen:
         frame = read_frame(picture)
         key = (picture.material, frame.image, frame.mask)
         if key not in seen:
@@ -190,21 +191,21 @@ def _mirrored(crop: Crop) -> Crop:
 
 
 def _require_some(folder: Path) -> list[Path]:
-    found = _pictures_in(folder)
-    if not found:
-        raise EnrolError(f"{folder}: no {', '.join(SUFFIXES)} in it; add pictures or remove it")
-    return found
+    pictures = _pictures_in(folder)
+    if not pictures:
+        raise EnrolError(f"{folder}: holds no {', '.join(SUFFIXES)}; add pictures or remove it")
+    return pictures
 
 
 def _pictures_in(folder: Path) -> list[Path]:
     return sorted(
         path
         for path in folder.iterdir()
-        if path.suffix.lower() in SUFFIXES and not path.stem.endswith(MASK) and _is_seen(path)
+        if path.suffix.lower() in SUFFIXES and not path.stem.endswith(MASK) and _is_visible(path)
     )
 
 
-def _is_seen(path: Path) -> bool:
+def _is_visible(path: Path) -> bool:
     return not path.name.startswith(".")
 
 

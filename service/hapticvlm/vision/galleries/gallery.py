@@ -1,15 +1,23 @@
-"""The gallery: an embedding's beliefs from references and a linear layer. Pure; reads no file.
+"""Turns an embedding into beliefs in materials, by references and a linear layer. Pure.
 
-A material's score is the soft maximum of the cosine similarities to its references,
-s_c = log(mean_r exp(k x.r)) / k with sharpness k. Its logit adds a strongly regularised linear
-layer, l_c = weight k s_c + W_c x + b_c, and its belief is
+Embeddings have unit norm, so the product x.r of an embedding and a reference is their cosine
+similarity: 1 for the same direction, about 0 for unrelated pictures. A material's score is the soft
+maximum of the similarities to its references,
 
-    p(known) softmax(scale l)_c,   p(known) = 1 / (1 + exp(-slope (max s - threshold))).
+    s_c = log(mean_r exp(k x.r)) / k,
 
-Renders and photographs have one scale. Own
-references, a user's, are a gallery of their own with a calibration of their own; beside them the
-shipped beliefs in the same materials count with the exponent `share`, and what they do not know is
-left to the shipped gallery and all its materials. All numbers were fitted for one encoder.
+which lies between their mean (sharpness k near 0) and the nearest reference (large k). The logit
+adds a strongly regularised linear layer, l_c = weight k s_c + W_c x + b_c. The belief is
+
+    p(known) softmax(scale l)_c,   p(known) = 1 / (1 + exp(-slope (max s - threshold))),
+
+because a softmax alone would name a material for anything, however far from every reference; what
+p(known) lacks to 1 is unknown. All constants were fitted for one encoder; renders and photographs
+share them.
+
+User references are a second gallery with its own calibration (`Gallery.user`). Within the user's
+materials the shipped beliefs count too, with the exponent `share`; the part of the belief that the
+user references do not claim goes to the shipped gallery with all its materials. Reads no file.
 """
 
 from __future__ import annotations
@@ -28,14 +36,14 @@ Floats = NDArray[np.float32]
 Doubles = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-SHIPPED_SHARE = 0.3  # exponent of the shipped beliefs beside own references, unless fitted
+SHIPPED_SHARE = 0.3  # exponent of the shipped beliefs beside user references, unless fitted
 MAX_SHARPNESS = 64.0  # exp(64) still leaves room for the sum of any gallery in float32
-_LEAST = 1e-30  # of the best reference's power: less counts as this much, so that logs stay finite
+_LEAST = 1e-30  # least mean of powers, so that its logarithm stays finite
 
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
-    """What turns similarities into beliefs; see the head of this file."""
+    """The constants that turn similarities into beliefs; see the head of this file."""
 
     sharpness: float
     slope: float
@@ -55,12 +63,12 @@ class LinearLayer:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Gallery:
-    """References of several materials, made with one encoder; `own` are the user's beside them.
+    """References of several materials, made with one encoder; `user` holds the user's.
 
-    references (R, D) float32 of unit norm, labels (R,) indices into `materials`, each of which has
-    a reference. UNKNOWN may be one of them: its references show none of the others. `parents` name
-    the class of each material that the shipped gallery does not have; `places` (R,) number the
-    picture of a reference among those of its material, None where nobody knows.
+    references: (R, D) float32 of unit norm. labels: (R,) indices into `materials`, each of which
+    has a reference. UNKNOWN may be one of them: its references show none of the others. parents:
+    the class of each material that the shipped gallery lacks. places: (R,), the number of the
+    picture that a reference was made from, among those of its material; None if unknown.
     """
 
     encoder: str
@@ -69,45 +77,44 @@ class Gallery:
     labels: Indices
     calibration: Calibration
     layer: LinearLayer | None = None
-    own: Gallery | None = None
+    user: Gallery | None = None
     parents: Mapping[str, str] = field(default_factory=dict)
     places: Indices | None = None
 
     @property
     def candidates(self) -> tuple[str, ...]:
-        """Every material that can be recognised, UNKNOWN left out, as `beliefs` has them."""
-        user_materials = () if self.own is None else self.own.materials
+        """Every material that can be recognised, without UNKNOWN, in the order of `beliefs`."""
+        user_materials = () if self.user is None else self.user.materials
         names = dict.fromkeys((*self.materials, *user_materials))
         return tuple(name for name in names if name != UNKNOWN)
 
     def match(self, embedding: Floats) -> Evidence:
-        """Compare one (D,) embedding; what the beliefs lack to 1 is unknown."""
+        """Match one (D,) embedding; the part that the beliefs lack to 1 is unknown."""
         if not self.materials or not np.isfinite(embedding @ embedding):
             return Evidence("encoder", ())
         beliefs = self.beliefs(embedding[None])[0]
         if not np.isfinite(beliefs).all():  # references that are not finite
             return Evidence("encoder", ())
-        found = zip(self.candidates, beliefs.tolist(), strict=True)
-        ranked = sorted(found, key=lambda item: -item[1])
+        pairs = zip(self.candidates, beliefs.tolist(), strict=True)
+        ranked = sorted(pairs, key=lambda item: -item[1])
         return Evidence("encoder", tuple(item for item in ranked if item[1] >= FLOOR))
 
     def beliefs(self, embeddings: Floats) -> Doubles:
-        """Beliefs in the candidates, of (N, D) embeddings: (N, C); a row lacks unknown to 1."""
+        """Return beliefs in the candidates, of (N, D) embeddings: (N, C); the rest is unknown."""
         scores = self.scores(embeddings)
         logits = self.calibration.scale * self._logits(embeddings, scores)
-        if self.own is not None:
-            return self._with_own(embeddings, logits)
+        if self.user is not None:
+            return self._with_user(embeddings, logits)
         believed = known(scores, self.calibration)[:, None] * softmax(logits)
         return believed[:, [self.materials.index(name) for name in self.candidates]]
 
     def scores(self, embeddings: Floats) -> Doubles:
-        """Soft-maximum similarities of (N, D) embeddings to `materials`: (N, C)."""
+        """Return soft-maximum similarities of (N, D) embeddings to `materials`: (N, C)."""
         blocks = _blocks(self)
         sharpness = self.calibration.sharpness
-        # One product with all references in order of their material, then a sum for each stretch: a
-        # gallery of thousands costs the same two calls of numpy as one of ten. The references are
-        # put in order once for each gallery, which never changes (`_blocks`): user materials make a
-        # new one.
+        # One product with all references in order of material, then one sum per block of them: a
+        # gallery of thousands takes the same two calls of numpy as one of ten. The order is cached
+        # by gallery (`_blocks`), which is immutable; added user materials make a new one.
         powers = np.exp(np.float32(sharpness) * (embeddings @ blocks.references.T))
         means = np.add.reduceat(powers, blocks.starts, axis=1) / blocks.counts
         return np.asarray(np.log(np.maximum(means.astype(np.float64), _LEAST)) / sharpness)
@@ -118,33 +125,33 @@ class Gallery:
             logits = logits + (embeddings @ self.layer.weights + self.layer.bias)
         return np.asarray(logits)
 
-    def _with_own(self, embeddings: Floats, shipped: Doubles) -> Doubles:
-        user_gallery = self.own
+    def _with_user(self, embeddings: Floats, shipped: Doubles) -> Doubles:
+        user_gallery = self.user
         assert user_gallery is not None
         scores = user_gallery.scores(embeddings)
         beside = log_softmax(self._columns(shipped, user_gallery.materials))
         logits = user_gallery._logits(embeddings, scores) + user_gallery.calibration.share * beside
         share = known(scores, user_gallery.calibration)[:, None]
-        found = dict(zip(user_gallery.materials, (share * softmax(logits)).T, strict=True))
+        beliefs = dict(zip(user_gallery.materials, (share * softmax(logits)).T, strict=True))
         for name, belief in zip(self.materials, ((1.0 - share) * softmax(shipped)).T, strict=True):
-            # The own references answer with what they know (`share`), and the shipped gallery gets
-            # what is left. So a user's three pictures of walnut can say walnut, and of a tin can
-            # they say nothing: the shipped belief in metal stands.
-            found[name] = found.get(name, 0.0) + belief
-        return np.stack([found[name] for name in self.candidates], axis=1)
+            # User references claim the share p(known) of the belief, and the shipped gallery gets
+            # the rest. So three pictures of walnut make walnut recognised, but claim nothing of a
+            # tin can, which the shipped gallery still calls metal.
+            beliefs[name] = beliefs.get(name, 0.0) + belief
+        return np.stack([beliefs[name] for name in self.candidates], axis=1)
 
     def shipped_logits(self, embeddings: Floats, names: Sequence[str]) -> Doubles:
-        """Logits (N, C) of these materials without the own references."""
+        """Return logits (N, C) of these materials without the user references."""
         logits = self._logits(embeddings, self.scores(embeddings))
         return self._columns(self.calibration.scale * logits, names)
 
     def parent(self, name: str) -> str | None:
         """Return the material that represents this one: itself, its class, or None."""
-        found = name if name in self.materials else self.parents.get(name)
-        return found if found in self.materials else None
+        parent = name if name in self.materials else self.parents.get(name)
+        return parent if parent in self.materials else None
 
     def _columns(self, logits: Doubles, names: Sequence[str]) -> Doubles:
-        """Pick the columns (N, C) of these materials; the mean of all where none represents it."""
+        """Return the columns (N, C) that represent these materials; else the mean of all."""
         parents = [self.parent(name) for name in names]
         columns = [
             logits.mean(axis=1) if parent is None else logits[:, self.materials.index(parent)]
@@ -154,7 +161,7 @@ class Gallery:
 
 
 def known(scores: Doubles, calibration: Calibration) -> Doubles:
-    """Belief that (N, C) scores belong to any of the materials: (N,)."""
+    """Return the belief that (N, C) scores belong to any of the materials: (N,)."""
     power = -calibration.slope * (scores.max(axis=1) - calibration.threshold)
     return np.asarray(1.0 / (1.0 + np.exp(np.minimum(power, 700.0))))
 
@@ -174,7 +181,7 @@ def log_softmax(logits: Doubles) -> Doubles:
 
 @dataclass(frozen=True, slots=True)
 class _Blocks:
-    """References in order of material: where each material's begin, and how many there are."""
+    """References in order of material, with the start and the size of each material's block."""
 
     references: Floats
     starts: Indices
@@ -191,7 +198,7 @@ def _blocks(gallery: Gallery) -> _Blocks:
 
 
 def join(parts: Sequence[Gallery]) -> Gallery:
-    """Join the references of galleries, as if enrolled together; the first one's calibration."""
+    """Join the references of galleries as if enrolled together; keeps the first's calibration."""
     names = tuple(dict.fromkeys(name for part in parts for name in part.materials))
     labels = []
     places = []

@@ -1,10 +1,11 @@
-"""The gallery of a network that the user named: made on first use, kept in the user's cache.
+"""Makes the gallery of a network that the user named, on first use; it is cached.
 
 The shipped reference pictures, crops of our own rendered rooms, are embedded once. A strongly
-regularised linear layer is fitted to their features; what the network's own classes or words
-believe counts beside it. Gain of the layer and scale of the logits are those under which pictures
-left out, a fold in turn, are least surprising. PENALTY and EXPONENT were chosen once,
-with two small networks of ImageNet, on rooms and on pictures that are reported nowhere
+regularised linear layer is fitted to their features, and the beliefs that the network's own classes
+or words imply count beside it. The gain of the layer and the scale of the logits are chosen by
+cross-validation: the pictures are left out one fold at a time, and the constants are those under
+which the true materials of the pictures left out are least surprising. PENALTY and EXPONENT were
+chosen with two small ImageNet networks, on rooms and on pictures that no reported figure uses
 (hapticvlm_lab/training/LOG.md).
 """
 
@@ -35,17 +36,17 @@ NAMES = (*materials.MATERIALS, materials.UNKNOWN)
 REFERENCES = SHIPPED / "references"  # NAME.jpg and NAME.mask.png: sheets of COLUMNS squares a row
 COLUMNS = 8
 PENALTY = 0.003  # of the squared weights of unit features
-EXPONENT = 0.5  # of what the network's own classes believe, beside the layer
+EXPONENT = 0.5  # of the beliefs that the network's own classes imply, beside the layer
 FOLDS = 4
 GAINS = (1.0, 2.0, 4.0, 8.0)  # of the layer beside the classes
 SCALES = tuple(np.geomspace(0.25, 4.0, 13).tolist())
-BLANK_LEVELS = (0, 64, 127, 191, 255)  # what shows nothing is unknown
-KNOWN = Calibration(16.0, 1.0, -1000.0, 0.0)  # unknown is a class of its own, so p(known) is 1
-VERSION = 2  # of what is fitted here: another is fitted anew
+BLANK_LEVELS = (0, 64, 127, 191, 255)  # plain grey pictures count as unknown
+KNOWN = Calibration(16.0, 1.0, -1000.0, 0.0)  # p(known) is 1, since unknown is one of the classes
+VERSION = 2  # of this fit; a gallery of another version is fitted again
 
 
 def cached_gallery(encoder: NetworkEncoder) -> Path:
-    """Return where the gallery of a network is kept."""
+    """Return the path of a network's gallery in the cache."""
     key = f"{VERSION} {encoder.name} {encoder.revision}".encode()
     return cache_folder() / f"gallery-{hashlib.sha256(key).hexdigest()[:16]}.npz"
 
@@ -58,15 +59,14 @@ def make_gallery(encoder: NetworkEncoder) -> Gallery:
     crops, labels = read_references(encoder.side)
     console = Console(file=sys.stderr)
     text = f"fitting `{encoder.name}`, once"
-    # One by one and not in batches, as the service will ask: an int8 network scales its activations
-    # by all that is in a batch, so its embeddings would be other ones than those it is compared
-    # with.
+    # One crop at a time, as in the service: an int8 network scales its activations by the whole
+    # batch, so embeddings made in batches would differ from those they are compared with.
     rows = [encoder.embed([crop]) for crop in track(crops, text, console=console)]
     return fit(encoder.name, np.concatenate(rows), labels, has_beliefs=encoder.beliefs)
 
 
 def read_references(side: int) -> tuple[list[Crop], Indices]:
-    """Read the reference pictures as crops, blank ones as unknown; labels are places in NAMES."""
+    """Read the reference pictures as crops, blank ones as unknown; labels are indices in NAMES."""
     crops: list[Crop] = []
     labels: list[int] = []
     for label, name in enumerate(NAMES):
@@ -74,9 +74,9 @@ def read_references(side: int) -> tuple[list[Crop], Indices]:
             Image.open(REFERENCES / f"{name}.jpg") as sheet,
             Image.open(REFERENCES / f"{name}.mask.png") as masks,
         ):
-            found = _cut(sheet.convert("RGB"), masks.convert("L"), side)
-        crops += found
-        labels += [label] * len(found)
+            cut = _cut(sheet.convert("RGB"), masks.convert("L"), side)
+        crops += cut
+        labels += [label] * len(cut)
     flat = [np.full((side, side, 3), level, np.uint8) for level in BLANK_LEVELS]
     noise = np.random.default_rng(1).integers(0, 256, (side, side, 3), np.uint8)
     crops += [Crop(image, central_mask(side)) for image in (*flat, noise)]
@@ -85,7 +85,7 @@ def read_references(side: int) -> tuple[list[Crop], Indices]:
 
 
 def fit(name: str, embeddings: Floats, labels: Indices, *, has_beliefs: bool) -> Gallery:
-    """Fit a gallery to embeddings (N, D) of NAMES[labels]."""
+    """Fit a gallery to embeddings (N, D) of the materials NAMES[labels]."""
     folds = _folds(labels)
     gain, scale = _calibrate(embeddings, labels, folds, has_beliefs=has_beliefs)
     layer = _layer(embeddings, labels, gain, has_beliefs=has_beliefs)
@@ -96,23 +96,23 @@ def fit(name: str, embeddings: Floats, labels: Indices, *, has_beliefs: bool) ->
 def _layer(embeddings: Floats, labels: Indices, gain: float, *, has_beliefs: bool) -> LinearLayer:
     features = joint_embedding.features_of(embeddings) if has_beliefs else embeddings
     weights = 1.0 / np.bincount(labels)[labels]
-    found = fit_layer(features, labels, weights / weights.sum(), PENALTY)
-    rows = found.weights * np.float32(gain)
-    bias = found.bias * np.float32(gain)
+    layer = fit_layer(features, labels, weights / weights.sum(), PENALTY)
+    rows = layer.weights * np.float32(gain)
+    bias = layer.bias * np.float32(gain)
     return LinearLayer(joint_embedding.layer_of(rows, EXPONENT) if has_beliefs else rows, bias)
 
 
 def _calibrate(
     embeddings: Floats, labels: Indices, folds: Indices, *, has_beliefs: bool
 ) -> tuple[float, float]:
-    """Choose gain and scale by the mean surprise of pictures that are left out."""
+    """Choose gain and scale by the mean surprise of the pictures left out."""
     plain = np.zeros((len(labels), len(NAMES)))
     beside = np.zeros((len(labels), len(NAMES)))
     for fold in range(FOLDS):
         out = folds == fold
-        # The layer that ships with the gallery is fitted to all pictures and is too sure of them.
-        # How sure it may be is read off layers that had not seen what they are asked: each fold is
-        # left out, and whole stretches of a sheet at a time, since neighbours on it show one room.
+        # The final layer is fitted to all pictures, so it is too sure of them. How sure it may be
+        # is measured with layers fitted without the fold in question. A fold is a whole stretch of
+        # each sheet, because neighbours on a sheet show the same room.
         layer = _layer(embeddings[~out], labels[~out], 1.0, has_beliefs=has_beliefs)
         plain[out] = embeddings[out] @ layer.weights + layer.bias
     if has_beliefs:
@@ -128,7 +128,7 @@ def _calibrate(
 
 
 def _folds(labels: Indices) -> Indices:
-    """Assign pictures of a class to folds in blocks: neighbours on a sheet are of like rooms."""
+    """Assign the pictures of a class to folds in blocks: neighbours show the same room."""
     folds = np.zeros(len(labels), np.int64)
     for label in np.unique(labels):
         rows = np.flatnonzero(labels == label)
@@ -153,8 +153,8 @@ def _cut(sheet: Image.Image, masks: Image.Image, side: int) -> list[Crop]:
 
 
 def fit_layer(embeddings: Floats, labels: Indices, weights: Doubles, penalty: float) -> LinearLayer:
-    """Fit to (N, D) embeddings of classes 0..C-1; weights (N,) sum to 1."""
-    from scipy.optimize import minimize  # a processor's half second, for those who fit
+    """Fit a layer to (N, D) embeddings of classes 0..C-1 by L-BFGS; weights (N,) sum to 1."""
+    from scipy.optimize import minimize  # takes half a second to import
 
     rows = np.hstack([embeddings, np.ones((len(embeddings), 1))]).astype(np.float64)
     targets = np.eye(int(labels.max()) + 1)[labels]
@@ -168,6 +168,6 @@ def fit_layer(embeddings: Floats, labels: Indices, weights: Doubles, penalty: fl
         return surprise + penalty / 2 * float((parameters[:-1] ** 2).sum()), slope.ravel()
 
     start = np.zeros(rows.shape[1] * targets.shape[1])
-    found = minimize(loss, start, jac=True, method="L-BFGS-B", options={"maxiter": STEPS}).x
-    parameters = found.reshape(rows.shape[1], -1).astype(np.float32)
+    solution = minimize(loss, start, jac=True, method="L-BFGS-B", options={"maxiter": STEPS}).x
+    parameters = solution.reshape(rows.shape[1], -1).astype(np.float32)
     return LinearLayer(parameters[:-1], parameters[-1])

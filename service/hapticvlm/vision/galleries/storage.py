@@ -1,8 +1,8 @@
-"""Galleries on disk: one .npz file, or a folder with one and the user's own materials beside it.
+"""Reads and writes galleries: a .npz file, or a folder with one and the user's materials.
 
-A file holds encoder, materials, references, labels, calibration and, where there are, a linear
-layer, the picture of each reference (`places`), and own references with the same keys under
-`own_`. Own references are calibrated anew by leaving each picture out whenever they are loaded.
+A file holds encoder, materials, references, labels and calibration, and optionally a linear layer,
+the picture of each reference (`places`), and user references with the same keys under `own_`. User
+references are calibrated again, by leaving each picture out, whenever a gallery is loaded.
 """
 
 from __future__ import annotations
@@ -44,11 +44,11 @@ from hapticvlm.vision.galleries.user_materials import (
 
 FILE_NAME = "gallery.npz"  # in a gallery folder
 SHIPPED = encoders.SHIPPED / encoders.DEFAULT / FILE_NAME
-_OWN = "own_"
+_USER = "own_"
 
 MAX_FILE_BYTES = 512 * documents.MIB
-MAX_UNFOLDED_BYTES = 1024 * documents.MIB
-# What numpy and zipfile raise for a file that is none of theirs, or was tampered with.
+MAX_UNPACKED_BYTES = 1024 * documents.MIB
+# Raised by numpy and zipfile for a file of another format, or one that was tampered with.
 _BROKEN = (
     EOFError,
     KeyError,
@@ -66,7 +66,7 @@ logger = logging.getLogger(__name__)
 
 
 class GalleryError(HapticVLMError):
-    """A gallery that cannot be used: why, and what to do."""
+    """A gallery cannot be used; the message says why and how to fix it."""
 
 
 def save_gallery(gallery: Gallery, path: Path) -> None:
@@ -75,10 +75,10 @@ def save_gallery(gallery: Gallery, path: Path) -> None:
 
 
 def gallery_bytes(gallery: Gallery) -> bytes:
-    """Return what a gallery's file holds; equal galleries give equal bytes."""
+    """Return the bytes of a gallery's file; equal galleries give equal bytes."""
     arrays = {"encoder": np.array(gallery.encoder), **_arrays(gallery)}
-    if gallery.own is not None:
-        arrays |= {f"{_OWN}{key}": value for key, value in _arrays(gallery.own).items()}
+    if gallery.user is not None:
+        arrays |= {f"{_USER}{key}": value for key, value in _arrays(gallery.user).items()}
     data = BytesIO()
     np.savez(data, **arrays)  # type: ignore[arg-type]  # its stubs want a flag first
     return data.getvalue()
@@ -88,13 +88,13 @@ def load_gallery(
     path: Path | None = None,
     *,
     encoder: Encoder,
-    own: Sequence[UserMaterial] | None = None,
+    user_materials: Sequence[UserMaterial] | None = None,
 ) -> Gallery:
-    """Read a gallery (None: the shipped one) for one encoder; raises GalleryError, MaterialError.
+    """Read a gallery (None: the shipped one) for one encoder. Raises GalleryError, MaterialError.
 
-    A folder holds gallery.npz (without it the shipped one counts) and the user's own materials;
-    `own` are those if they have been read before. A network that the user named gets a gallery of
-    its own (network_gallery) in place of the shipped one.
+    A folder holds gallery.npz (if not, the shipped one is used) and the user's materials; pass
+    `user_materials` if they have been read before. For a network that the user named, the shipped
+    gallery is replaced by one made for it (network_gallery).
     """
     base = file_of(path)
     gallery = read_gallery(base)
@@ -102,12 +102,15 @@ def load_gallery(
         gallery = shipped_gallery(encoder) or gallery
     require_encoder(base, gallery.encoder, encoder)
     _require_dimension(base, gallery.references, encoder)
-    user_materials = read_folder(path) if own is None else own
+    if user_materials is None:
+        user_materials = read_folder(path)
     known = {UNKNOWN, *table_with(user_materials)}
     for name in gallery.materials:
         if name not in known:
-            text = f"{base} has references of `{name}`, which is no material; put it into a folder"
-            raise GalleryError(f"{text} as {FILE_NAME}, with a {name}.toml beside it")
+            problem = (
+                f"{base} has references of `{name}`, which is not a material; put the file into"
+            )
+            raise GalleryError(f"{problem} a folder as {FILE_NAME}, with a {name}.toml beside it")
     for material in user_materials:
         if material.encoder is not None:
             file = (path or SHIPPED.parent) / f"{material.material.name}.toml"
@@ -117,9 +120,9 @@ def load_gallery(
 
 
 def shipped_gallery(encoder: Encoder) -> Gallery | None:
-    """Return the gallery that stands for the shipped one with this encoder; None for none.
+    """Return the gallery that replaces the shipped one for this encoder; None if there is none.
 
-    Each encoder that ships has one; a network that the user named gets one of its own.
+    Each shipped encoder has one; for a network that the user named it is made on first use.
     """
     if (shipped := _shipped_file(encoder)) is not None:
         return read_gallery(shipped)
@@ -137,20 +140,20 @@ def _shipped_file(encoder: Encoder) -> Path | None:
 
 
 def network_gallery(encoder: NetworkEncoder) -> Gallery:
-    """Read the gallery of a network from the user's cache; it is made on first use."""
+    """Read the gallery of a network from the user's cache; make it on first use."""
     path = cached_gallery(encoder)
     with suppress(GalleryError):
         return read_gallery(path)
-    # Made on first use and kept for the next: hundreds of pictures through a large network take
-    # minutes. The file's name holds network and preprocessing, so another one is never taken for
-    # it. Where the folder cannot be written the gallery is used all the same and made again next
-    # time.
+    # The gallery is cached because embedding hundreds of pictures with a large network takes
+    # minutes. The file's name depends on network and preprocessing, so galleries of different
+    # networks are never confused. If the folder cannot be written, the gallery is used anyway and
+    # made again at the next start.
     gallery = make_gallery(encoder)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         save_gallery(gallery, path)
     except OSError as error:
-        logger.warning("the gallery of `%s` cannot be kept (%s)", encoder.name, error)
+        logger.warning("cannot cache the gallery of `%s` (%s)", encoder.name, error)
     return gallery
 
 
@@ -164,40 +167,40 @@ def file_of(path: Path | None) -> Path:
 def read_gallery(path: Path) -> Gallery:
     """Read one .npz file, whichever encoder it was made with. Raises GalleryError."""
     try:
-        # A gallery may come from anybody. Its size is bounded before it is read, and what it would
-        # unfold to before it is unfolded; numpy is told to read no pickles. Only then are its
-        # arrays looked at, and each is checked against the others.
+        # A gallery may come from anybody. Its size is checked before it is read, and its unpacked
+        # size before it is unpacked; numpy reads no pickles. Then each array is checked against the
+        # others.
         data = documents.read_bytes(path, MAX_FILE_BYTES)
-        _check_unfolded(data)
+        _check_unpacked_size(data)
         with np.load(BytesIO(data), allow_pickle=False) as file:
             arrays = {key: file[key] for key in file.files}
         encoder = str(arrays["encoder"])
-        gallery = _understand(path, encoder, arrays)
-        if f"{_OWN}references" in arrays:
-            own = {key.removeprefix(_OWN): arrays[key] for key in arrays if key.startswith(_OWN)}
-            gallery = replace(gallery, own=_understand(path, encoder, own))
+        gallery = _parse(path, encoder, arrays)
+        if f"{_USER}references" in arrays:
+            user = {key.removeprefix(_USER): arrays[key] for key in arrays if key.startswith(_USER)}
+            gallery = replace(gallery, user=_parse(path, encoder, user))
     except OSError as error:
         reason = error.strerror or str(error)
-        raise GalleryError(f"{path} is no gallery ({reason}); name one, or build it") from None
+        raise GalleryError(f"{path}: not a gallery ({reason}); name one, or build it") from None
     except _BROKEN as error:
-        raise GalleryError(f"{path} is no gallery ({error}); build it again") from None
+        raise GalleryError(f"{path}: not a gallery ({error}); build it again") from None
     return gallery
 
 
-def _check_unfolded(data: bytes) -> None:
-    """Refuse a file that declares more unfolded than any gallery has. Raises ValueError."""
+def _check_unpacked_size(data: bytes) -> None:
+    """Refuse a file whose declared unpacked size exceeds any gallery's. Raises ValueError."""
     with ZipFile(BytesIO(data)) as archive:
-        unfolded = sum(entry.file_size for entry in archive.infolist())
-    if unfolded > MAX_UNFOLDED_BYTES:
-        raise ValueError(f"it unfolds to {unfolded} bytes, at most {MAX_UNFOLDED_BYTES} are read")
+        unpacked = sum(entry.file_size for entry in archive.infolist())
+    if unpacked > MAX_UNPACKED_BYTES:
+        raise ValueError(f"it unpacks to {unpacked} bytes; at most {MAX_UNPACKED_BYTES} are read")
 
 
 def require_encoder(path: Path, made_with: str, encoder: Encoder) -> None:
-    """Refuse what was made with another encoder; raises GalleryError naming both."""
+    """Refuse references made with another encoder. Raises GalleryError naming both."""
     if made_with != encoder.name:
-        text = f"{path} was made with encoder `{made_with}`, not `{encoder.name}`"
+        problem = f"{path} was made with encoder `{made_with}`, not `{encoder.name}`"
         raise GalleryError(
-            f"{text}; make it again from its pictures: `hapticvlm gallery build` or `gallery add`"
+            f"{problem}; build it again from its pictures: hapticvlm gallery build, or gallery add"
         )
 
 
@@ -215,7 +218,7 @@ def _arrays(gallery: Gallery) -> dict[str, NDArray[np.generic]]:
     return arrays
 
 
-def _understand(path: Path, encoder: str, arrays: Mapping[str, NDArray[np.generic]]) -> Gallery:
+def _parse(path: Path, encoder: str, arrays: Mapping[str, NDArray[np.generic]]) -> Gallery:
     names = tuple(str(name) for name in arrays["materials"])
     references = arrays["references"].astype(np.float32)
     labels = arrays["labels"].astype(np.int64)
@@ -223,14 +226,14 @@ def _understand(path: Path, encoder: str, arrays: Mapping[str, NDArray[np.generi
     _require_whole(path, references, labels, names)
     is_sharp = 0.0 < calibration.sharpness <= MAX_SHARPNESS
     if not is_sharp or not np.isfinite(astuple(calibration)).all():
-        raise GalleryError(f"{path}: its calibration is broken; make it again")
+        raise GalleryError(f"{path}: its calibration is broken; build it again")
     norms = np.linalg.norm(references, axis=1, keepdims=True)
     layer = None
     if "layer" in arrays:
         layer = _layer(path, arrays["layer"].astype(np.float32), references, names)
     places = arrays["places"].astype(np.int64) if "places" in arrays else None
     if places is not None and places.shape != labels.shape:
-        raise GalleryError(f"{path}: {places.size} places of {labels.size} labels; make it again")
+        raise GalleryError(f"{path}: {places.size} places for {labels.size} labels; build it again")
     unit = np.asarray(references / norms, np.float32)
     return Gallery(encoder, names, unit, labels, calibration, layer, places=places)
 
@@ -238,29 +241,29 @@ def _understand(path: Path, encoder: str, arrays: Mapping[str, NDArray[np.generi
 def _layer(
     path: Path, rows: NDArray[np.float32], references: NDArray[np.float32], names: Sequence[str]
 ) -> LinearLayer:
-    wanted = (references.shape[1] + 1, len(names))
-    if rows.shape != wanted or not np.isfinite(rows).all():
-        text = f"a linear layer of shape {rows.shape}, not {wanted}, or not finite"
-        raise GalleryError(f"{path}: {text}; make it again")
+    expected = (references.shape[1] + 1, len(names))
+    if rows.shape != expected or not np.isfinite(rows).all():
+        problem = f"its linear layer has shape {rows.shape}, not {expected}, or is not finite"
+        raise GalleryError(f"{path}: {problem}; build it again")
     return LinearLayer(rows[:-1], rows[-1])
 
 
 def _require_dimension(path: Path, references: NDArray[np.float32], encoder: Encoder) -> None:
     if references.shape[1] != encoder.dimension:
-        text = f"{path}: references of {references.shape[1]} numbers, `{encoder.name}` gives"
-        raise GalleryError(f"{text} {encoder.dimension}; make it again")
+        problem = f"{path}: references of {references.shape[1]} numbers, but `{encoder.name}` gives"
+        raise GalleryError(f"{problem} {encoder.dimension}; build it again")
 
 
 def _require_whole(
     path: Path, references: NDArray[np.float32], labels: NDArray[np.int64], names: Sequence[str]
 ) -> None:
     if references.ndim != 2 or labels.shape != references.shape[:1]:
-        text = f"references of shape {references.shape} with {labels.size} labels"
-        raise GalleryError(f"{path}: {text}; make it again")
+        problem = f"references of shape {references.shape} with {labels.size} labels"
+        raise GalleryError(f"{path}: {problem}; build it again")
     if (
         not (np.linalg.norm(references, axis=1) > SHORTEST).all()
         or not np.isfinite(references).all()
     ):
-        raise GalleryError(f"{path}: references that are not of unit length; make it again")
+        raise GalleryError(f"{path}: references that are not of unit length; build it again")
     if sorted(set(labels.tolist())) != list(range(len(names))) or len(set(names)) != len(names):
-        raise GalleryError(f"{path}: every material needs a reference; make it again")
+        raise GalleryError(f"{path}: every material needs a reference; build it again")

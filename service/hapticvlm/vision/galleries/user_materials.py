@@ -1,4 +1,4 @@
-"""Materials of the user's own: one small TOML file each, in a gallery folder.
+"""Reads and writes the user's materials: one small TOML file each, in a gallery folder.
 
     like = "wood"                     # the built-in class it is derived from
     words = ["walnut", "burr walnut"] # in names of objects; left out: the material's own name
@@ -6,13 +6,13 @@
     conductivity = 0.2
     [vibration]
     roughness = 0.4
-    [references]                      # what it looks like to one encoder; may be left out
+    [references]                      # its embeddings by one encoder; may be left out
     encoder = "material-1"
     vectors = ["..."]                 # float16, little-endian, base64: one string each
-    pictures = [4, 4, 3]              # how many of them show one picture; left out: 4 each
+    pictures = [4, 4, 3]              # how many of them come from each picture; left out: 4 each
 
-The file's name is the material's. Its references join a gallery's own ones. Knows files, words and
-vectors; embeds nothing.
+The file's name is the material's. Its references join the user references of a gallery. Embeds no
+picture.
 """
 
 from __future__ import annotations
@@ -36,18 +36,18 @@ from hapticvlm.vision.galleries.gallery import Gallery, join
 
 Floats = NDArray[np.float32]
 
-MAX_USER_MATERIALS = 48  # with the built-in classes what the audio engine keeps warm
+MAX_USER_MATERIALS = 48  # the audio engine has tables ready for these and the built-in classes
 MAX_FILE_BYTES = 16 * 1024 * 1024
 _FIELDS = ("like", "words", "thermal", "vibration", "references")
-VIEWS = 4  # references that a picture gives, if a file gives no number
-SHORTEST = 0.5  # norm of a reference: one that is not about 1 is none
+VIEWS = 4  # references from each picture, if a file does not state it
+SHORTEST = 0.5  # least norm of a reference; rounding to float16 leaves it near 1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class UserMaterial:
     """One of the user's materials; references (N, D) float32 of unit norm, made with `encoder`.
 
-    `pictures` counts how many of them, one after the other, are views of one picture.
+    `pictures` holds how many consecutive references come from each picture.
     """
 
     material: Material
@@ -64,7 +64,7 @@ def table_with(user_materials: Sequence[UserMaterial]) -> Mapping[str, Material]
 
 
 def read_folder(folder: Path | None) -> tuple[UserMaterial, ...]:
-    """Read every material of a gallery folder, by name; none of what is no folder.
+    """Read every material of a gallery folder, by name; () for a path that is not a folder.
 
     Raises MaterialError.
     """
@@ -72,22 +72,22 @@ def read_folder(folder: Path | None) -> tuple[UserMaterial, ...]:
         return ()
     paths = sorted(path for path in folder.glob("*.toml") if not path.name.startswith("."))
     if len(paths) > MAX_USER_MATERIALS:
-        text = (
-            f"{folder}: {len(paths)} materials of your own, at most {MAX_USER_MATERIALS} are kept"
+        problem = (
+            f"{folder} holds {len(paths)} materials; at most {MAX_USER_MATERIALS} are supported"
         )
-        raise MaterialError(f"{text} ready; move some to another folder")
+        raise MaterialError(f"{problem}; move some to another folder")
     return tuple(read_material(path) for path in paths)
 
 
 def read_material(path: Path) -> UserMaterial:
-    """Read one file; raises MaterialError naming file, field and cure."""
+    """Read one file. Raises MaterialError naming file, field and cure."""
     try:
         if path.stat().st_size > MAX_FILE_BYTES:
             raise MaterialError(f"larger than {MAX_FILE_BYTES} bytes; use fewer pictures")
         text = documents.read_text(path, MAX_FILE_BYTES)
-        return _understand(path.stem, documents.parse_toml(text))
+        return _parse(path.stem, documents.parse_toml(text))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise MaterialError(f"{path}: no TOML ({error}); correct it") from None
+        raise MaterialError(f"{path}: not TOML ({error}); correct it") from None
     except OSError as error:
         reason = error.strerror or str(error)
         raise MaterialError(f"{path}: cannot be read ({reason}); make it readable") from None
@@ -96,41 +96,41 @@ def read_material(path: Path) -> UserMaterial:
 
 
 def write_material(user_material: UserMaterial, folder: Path) -> Path:
-    """Write a material's file into an existing folder, whole or not at all; return its path."""
+    """Write a material's file into an existing folder atomically; return its path."""
     path = folder / f"{user_material.material.name}.toml"
     replace_file(path, _text(user_material).encode())
     return path
 
 
 def replace_file(path: Path, data: bytes) -> None:
-    """Write a file whole or not at all, replacing what was there."""
+    """Write a file atomically, replacing an existing one."""
     part = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         part.write_bytes(data)
-        # A rename within a folder is whole or not at all, also when the machine loses its supply.
-        # The part's name holds the process, so two that save at once overwrite nothing half, and it
-        # begins with a dot, so a folder that is read meanwhile does not have it.
+        # A rename within a folder is atomic, even if power fails. The temporary name holds the
+        # process id, so two processes that save at once do not mix their bytes, and begins with a
+        # dot, so whoever lists the folder meanwhile ignores it.
         part.replace(path)
     finally:
         part.unlink(missing_ok=True)
 
 
 def with_user_materials(gallery: Gallery, added: Sequence[UserMaterial]) -> Gallery:
-    """Add a user's references to the own ones of a gallery, or to one that has only own ones."""
+    """Add user materials to a gallery's user references, and calibrate these again."""
     parents = {material.material.name: material.like for material in added}
     gallery = replace(gallery, parents={**gallery.parents, **parents})
     parts = [_references_of(material, gallery) for material in added if material.encoder]
-    if gallery.layer is None and gallery.own is None and gallery.places is not None:
+    if gallery.layer is None and gallery.user is None and gallery.places is not None:
         whole = join([gallery, *parts])
-        # A gallery that a user built knows its pictures and has no layer: added references join it
-        # as if they had been enrolled together, and one calibration is fitted to all. Any other
-        # gallery keeps its own figures, and the user's stand beside it.
+        # A gallery that a user built has no layer and knows its pictures. Added references join it
+        # as if all had been enrolled together, with one calibration. Any other gallery stays as it
+        # is, and the user references form a second one beside it.
         return replace(whole, calibration=calibrate(whole)) if parts else gallery
-    galleries = [part for part in (gallery.own, *parts) if part is not None]
+    galleries = [part for part in (gallery.user, *parts) if part is not None]
     if not galleries:
         return gallery
     joined = join(galleries)
-    return replace(gallery, own=replace(joined, calibration=calibrate(joined, gallery)))
+    return replace(gallery, user=replace(joined, calibration=calibrate(joined, gallery)))
 
 
 def _references_of(material: UserMaterial, gallery: Gallery) -> Gallery:
@@ -145,10 +145,10 @@ def _references_of(material: UserMaterial, gallery: Gallery) -> Gallery:
     )
 
 
-def _understand(name: str, table: Mapping[str, object]) -> UserMaterial:
+def _parse(name: str, table: Mapping[str, object]) -> UserMaterial:
     for key in table:
         if key not in _FIELDS:
-            raise MaterialError(f"{key}: no such field; a material has {', '.join(_FIELDS)}")
+            raise MaterialError(f"{key} is not a field; a material has {', '.join(_FIELDS)}")
     if "like" not in table:
         raise MaterialError(f"like: missing; add the class it resembles: {', '.join(MATERIALS)}")
     facts = {key: table[key] for key in ("thermal", "vibration") if key in table}
@@ -172,25 +172,25 @@ def _references(table: object) -> tuple[str | None, Floats]:
         rows = [np.frombuffer(base64.b64decode(v, validate=True), "<f2") for v in vectors]
         stack = np.stack(rows).astype(np.float32)
     except (binascii.Error, ValueError, TypeError):
-        text = "not float16 vectors of one length in base64"
-        raise MaterialError(f"references.vectors: {text}; add the material again") from None
+        problem = "not float16 vectors of one length in base64"
+        raise MaterialError(f"references.vectors: {problem}; add the material again") from None
     norms = np.linalg.norm(stack, axis=1, keepdims=True)
     if not np.isfinite(stack).all() or not (norms > SHORTEST).all():
-        text = "not all finite and of unit length"
-        raise MaterialError(f"references.vectors: {text}; add the material again")
+        problem = "not all finite and of unit length"
+        raise MaterialError(f"references.vectors: {problem}; add the material again")
     return str(table["encoder"]), np.asarray(stack / norms, np.float32)
 
 
 def _pictures(table: object, count: int) -> tuple[int, ...]:
-    """Read how many references each picture gave, VIEWS where it is not given."""
-    given = table.get("pictures") if isinstance(table, Mapping) else None
-    if given is None:
+    """Read how many references come from each picture; VIEWS where it is not stated."""
+    counts = table.get("pictures") if isinstance(table, Mapping) else None
+    if counts is None:
         return (*([VIEWS] * (count // VIEWS)), *([count % VIEWS] if count % VIEWS else []))
-    whole = isinstance(given, list) and all(type(n) is int and n > 0 for n in given)
-    if not whole or sum(given) != count:
-        text = f"expected counts of one or more that sum to the {count} vectors"
-        raise MaterialError(f"references.pictures: {text}; leave it out, or add it again")
-    return tuple(given)
+    whole = isinstance(counts, list) and all(type(n) is int and n > 0 for n in counts)
+    if not whole or sum(counts) != count:
+        problem = f"expected counts of one or more that sum to the {count} vectors"
+        raise MaterialError(f"references.pictures: {problem}; leave it out, or add it again")
+    return tuple(counts)
 
 
 def _text(user_material: UserMaterial) -> str:

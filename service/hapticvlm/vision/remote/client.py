@@ -1,9 +1,9 @@
-"""A shared recogniser as the local one sees it: asked within a time, not asked while it fails.
+"""Sends crops to a shared recogniser, within a deadline, and stops while it fails.
 
-A thread asks, so that nothing, not even a name that cannot be looked up, holds up a recognition
-for longer than its share of the deadline. After a failure every crop is recognised locally at once;
-a grey crop is sent now and then, and only when that is answered in time are crops sent again. So a
-fault costs one crop its share of the deadline, and recovery none.
+Requests are made by a second thread, so that nothing, not even a slow name lookup, delays a
+recognition for longer than its share of the deadline. After a failure every crop is recognised
+locally at once. A grey crop is sent from time to time, and only when it is answered in time are
+crops sent again. So a fault costs one crop its share of the deadline, and recovery costs nothing.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ from hapticvlm.vision.remote.contract import ContractError, Identity, RemoteMatc
 from hapticvlm.vision.remote.exchange import Exchange
 from hapticvlm.vision.remote.settings import RemoteSettings, RemoteState
 
-OPEN_S = 5.0  # rest of an open circuit: a probe delays no crop
-PROBE_S = 5.0  # to open a connection and get an identity
+OPEN_S = 5.0  # pause of an open circuit; it may be short, since probes delay no crop
+PROBE_S = 5.0  # limit for opening a connection and getting an identity
 
 logger = logging.getLogger(__name__)
 
@@ -35,12 +35,12 @@ logger = logging.getLogger(__name__)
 @dataclass(frozen=True, slots=True)
 class _Outcome:
     identity: Identity | None = None
-    found: RemoteMatch | None = None
+    match: RemoteMatch | None = None
     error: str | None = None
 
 
 class _Job:
-    """One request for a `crop`, or a probe without; `outcome` is there once `done` is set."""
+    """A request for a `crop`, or a probe without one; read `outcome` once `done` is set."""
 
     def __init__(self, crop: Crop | None, identity: Identity | None, until: float) -> None:
         self.crop = crop
@@ -51,10 +51,10 @@ class _Job:
 
 
 class RemoteRecogniser:
-    """Asks a shared recogniser. For one thread; `known` are the materials the service has."""
+    """A client of a shared recogniser, used by one thread; `known` are the service's materials."""
 
     def __init__(self, settings: RemoteSettings, known: Collection[str]) -> None:
-        """Check url and token; nothing is sent before the first crop. Raises HttpError."""
+        """Check URL and token; sends nothing. Raises HttpError."""
         self._address = settings.address()
         self._settings, self._known = settings, frozenset(known)
         self._breaker = Breaker(open_s=OPEN_S)
@@ -67,12 +67,12 @@ class RemoteRecogniser:
 
     @property
     def identity(self) -> Identity | None:
-        """The identity that answers while crops are sent to it."""
+        """The identity of the recogniser while crops are sent to it; None otherwise."""
         return self._identity
 
     @property
     def state(self) -> RemoteState:
-        """Return its state."""
+        """Whether crops are sent, and the counts, for telemetry."""
         identity = self._identity
         place = self._address.name
         counts = self._answered, self._failed, self._local
@@ -83,41 +83,40 @@ class RemoteRecogniser:
         return RemoteState(True, "", named, *counts)
 
     def probe(self) -> None:
-        """Try it unless it rests or is being tried; use what an earlier try found."""
+        """Start a probe unless one is running or the circuit is open; apply a finished one."""
         pending = self._pending
         if pending is not None:
             if not pending.done.is_set():
                 return
             self._pending = None
-            # Only a probe's outcome is used late. A crop's has been judged when its time was over;
-            # taking its answer now would heal a circuit that is too slow to be of use.
+            # Only a probe's outcome is applied late. A crop's was judged when its deadline passed;
+            # applying its answer now would close the circuit of a recogniser that is too slow.
             if pending.crop is None:
                 self._judge(pending.outcome)
         if self._identity is None and self._breaker.rest_s(time.monotonic()) <= 0.0:
             self._submit(None, time.monotonic() + PROBE_S)
 
     def recognise(self, crop: Crop) -> RemoteMatch | None:
-        """Recognise a crop of the identity's side; None: do it locally."""
+        """Recognise a crop of the identity's side; None: the caller recognises it locally."""
         if self._identity is None:
             self._local += 1
             return None
-        # Asked by the other thread, waited for in this one. The thread has the same deadline and
-        # keeps it, but for one thing that cannot be cancelled: looking up a host's name. So this
-        # side waits no longer than the share of the other machine in any case. What comes after
-        # that is nobody's: the next `probe` finds the job done and drops it, and no crop is sent
-        # while it is not.
+        # The other thread makes the request and this one waits. That thread has the same deadline
+        # and keeps it, except during a name lookup, which cannot be cancelled. So this thread stops
+        # waiting by itself. A job that finishes later is dropped by the next `probe`, and no crop
+        # is sent until then.
         job = self._submit(crop, time.monotonic() + self._settings.remote_s)
         if job.done.wait(self._settings.remote_s):
             self._pending = None
             outcome = job.outcome
-        else:  # the thread may still be looking up a name
+        else:  # the thread may still wait for a name lookup
             outcome = _Outcome(error=f"no answer within {1000.0 * self._settings.remote_s:.0f} ms")
         self._judge(outcome)
-        if outcome.found is None:
+        if outcome.match is None:
             self._local += 1
         else:
             self._answered += 1
-        return outcome.found
+        return outcome.match
 
     def _submit(self, crop: Crop | None, until: float) -> _Job:
         self._pending = job = _Job(crop, self._identity, until)
@@ -150,15 +149,15 @@ class RemoteRecogniser:
 
     def _outcome(self, exchange: Exchange, job: _Job) -> _Outcome:
         if job.crop is not None and job.identity is not None:
-            found = self._ask(exchange, job.crop, job.identity, job.until)
-            return _Outcome(job.identity, found)
+            match = self._ask(exchange, job.crop, job.identity, job.until)
+            return _Outcome(job.identity, match)
         path = f"{contract.IDENTITY}?gallery={self._settings.gallery}"
         identity = contract.read_identity(exchange.ask("GET", path, None, job.until))
         self._check(identity)
         side = identity.side
         grey = Crop(np.full((side, side, 3), 127, np.uint8), central_mask(side))
-        # An identity is quick to give, also for a machine whose graphics card is busy. So a grey
-        # crop is asked within the time that a real one would have: what cannot keep it is not used.
+        # Even a machine whose GPU is overloaded returns its identity quickly. So a grey crop is
+        # sent with the deadline of a real one, and a recogniser that misses it is not used.
         self._ask(exchange, grey, identity, time.monotonic() + self._settings.remote_s)
         return _Outcome(identity)
 
@@ -170,20 +169,20 @@ class RemoteRecogniser:
         )
         data = exchange.ask("POST", contract.RECOGNISE, body, until)
         try:
-            _, (found,) = contract.read_answer(data, identity, 1)
+            _, (match,) = contract.read_answer(data, identity, 1)
         except ContractError:
             exchange.close()
             raise
-        return found
+        return match
 
     def _check(self, identity: Identity) -> None:
-        """Refuse a recogniser that is not the one wanted. Raises ContractError."""
-        wanted = self._settings.hash
+        """Refuse a recogniser other than the required one. Raises ContractError."""
+        required = self._settings.hash
         if identity.gallery != self._settings.gallery:
             raise ContractError(f"it answers with gallery `{identity.gallery[:64]}`")
-        if wanted is not None and identity.hash != wanted:
-            raise ContractError(f"its identity is {identity.hash[:64]}, not {wanted} as demanded")
+        if required is not None and identity.hash != required:
+            raise ContractError(f"its identity is {identity.hash[:64]}, not {required} as required")
         unknown = sorted(set(identity.materials) - self._known)
         if unknown:
-            text = f"its gallery has `{unknown[0][:64]}`, which this service does not know"
-            raise ContractError(f"{text}: give serve the same --gallery")
+            problem = f"its gallery has `{unknown[0][:64]}`, which this service does not know"
+            raise ContractError(f"{problem}; give serve the same --gallery")

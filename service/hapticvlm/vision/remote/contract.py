@@ -1,12 +1,12 @@
-"""What a shared recogniser is asked over HTTP and what it answers: contract 1. Pure.
+"""Defines the HTTP contract of a shared recogniser, version 1: requests and answers. Pure.
 
     POST /v1/recognise               MessagePack Request -> MessagePack Answer
     GET  /v1/identity?gallery=NAME   JSON Identity
     GET  /v1/health                  JSON counts of the replica that answers
     GET  /v1/ready                   200 once the encoder and its galleries are loaded
 
-A crop is a square of the encoder's side with its mask, cut where the frame is: no frame travels.
-Whatever is refused is JSON {"error": text} with a status of 400 or more. A newer contract is
+A crop is a square of the encoder's side with its mask, cut on the client's machine; whole frames
+are never sent. Errors are JSON {"error": text} with a status of 400 or more. A newer contract has
 another path. Requests with unknown fields are refused, unknown fields of answers are ignored.
 """
 
@@ -39,7 +39,7 @@ MAX_CROPS = 64
 MAX_ANSWER_BYTES = 4 << 20
 JPEG_QUALITY = 95
 SUM_ERROR = 1e-3  # of the beliefs, above 1
-MAX_NAME = 200  # characters of a name that it gives of itself: shown in /status, kept in logs
+MAX_NAME = 200  # characters of its own names, which appear in /status and in logs
 MAX_MATERIALS = 4096
 
 Format = Literal["rgba8", "jpeg"]
@@ -48,14 +48,14 @@ GalleryName = Annotated[str, Meta(pattern=r"^[a-z0-9][a-z0-9._-]{0,63}$")]
 
 
 class ContractError(HapticVLMError):
-    """A request or an answer that is none: which field, why."""
+    """A request or an answer does not follow the contract; the message names the field and why."""
 
 
 class SentCrop(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A crop. rgba8: S rows of S pixels, mask 0 or 255 as alpha. jpeg: S x S.
+    """A crop of S x S pixels. rgba8: S rows of S pixels, with the mask (0 or 255) as alpha.
 
-    A jpeg's `mask` has a bit a pixel, row by row, the highest first (ceil(S S / 8) bytes); without
-    it the central disc counts.
+    jpeg: `mask` holds a bit per pixel, row by row, the highest bit first (ceil(S S / 8) bytes);
+    without it the central disc counts.
     """
 
     format: Format
@@ -64,7 +64,7 @@ class SentCrop(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Request(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Crops to recognise with one gallery; `wait_ms` is how long the caller waits for an answer."""
+    """Crops to recognise with one gallery; the caller waits `wait_ms` for the answer."""
 
     crops: Annotated[list[SentCrop], Meta(min_length=1, max_length=MAX_CROPS)]
     gallery: GalleryName = SHIPPED
@@ -72,7 +72,7 @@ class Request(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Identity(msgspec.Struct, frozen=True):
-    """What answers: `hash` identifies this encoder with this gallery."""
+    """The encoder and gallery of a recogniser; `hash` identifies the pair."""
 
     contract: int
     service: Name
@@ -85,16 +85,16 @@ class Identity(msgspec.Struct, frozen=True):
 
 
 class Result(msgspec.Struct, frozen=True):
-    """Of one crop: (material, belief), best first; the unit embedding, float32, little-endian."""
+    """The result for one crop: (material, belief), best first; the unit embedding as <f4 bytes."""
 
     beliefs: list[tuple[str, float]]
     embedding: bytes
 
 
 class Answer(msgspec.Struct, frozen=True):
-    """A result for each crop, in order; `hash` is of the encoder and gallery that gave them.
+    """A result for each crop, in order; `hash` identifies the encoder and gallery.
 
-    `batch` is the size of the largest batch that one of the crops was embedded in.
+    `batch` is the size of the largest batch in which one of the crops was embedded.
     """
 
     gallery: str
@@ -115,7 +115,7 @@ class RemoteMatch:
 def write_request(
     crops: Sequence[Crop], gallery: str = SHIPPED, *, format: Format = "rgba8", wait_ms: float
 ) -> bytes:
-    """Write a request."""
+    """Return the bytes of a request."""
     send = _rgba if format == "rgba8" else _jpeg
     return msgspec.msgpack.encode(Request([send(crop) for crop in crops], gallery, wait_ms))
 
@@ -125,7 +125,7 @@ def read_request(data: bytes) -> Request:
     try:
         return msgspec.msgpack.decode(data, type=Request)
     except msgspec.MsgspecError as error:
-        raise ContractError(f"the body is no request: {error}") from None
+        raise ContractError(f"the body is not a request: {error}") from None
 
 
 def read_crop(sent: SentCrop, side: int) -> Crop:
@@ -133,48 +133,48 @@ def read_crop(sent: SentCrop, side: int) -> Crop:
     if sent.format == "jpeg":
         return Crop(_decoded(sent.image, side), _mask(sent.mask, side))
     if len(sent.image) != 4 * side * side:
-        text = f"rgba8 of {len(sent.image)} bytes, {side} x {side} has {4 * side * side}"
-        raise ContractError(f"{text}: cut at the side that /v1/identity gives")
+        problem = f"rgba8 of {len(sent.image)} bytes; {side} x {side} has {4 * side * side}"
+        raise ContractError(f"{problem}; cut at the side that /v1/identity gives")
     if sent.mask is not None:
-        raise ContractError("rgba8 has its mask as alpha: leave `mask` out")
+        raise ContractError("rgba8 has its mask as alpha; leave `mask` out")
     pixels = np.frombuffer(sent.image, np.uint8).reshape(side, side, 4)
     return Crop(pixels[..., :3], pixels[..., 3])
 
 
-def write_result(found: RemoteMatch) -> Result:
-    """Write the result for one crop."""
-    return Result(list(found.evidence.beliefs), found.embedding.astype("<f4").tobytes())
+def write_result(match: RemoteMatch) -> Result:
+    """Return the result for one crop."""
+    return Result(list(match.evidence.beliefs), match.embedding.astype("<f4").tobytes())
 
 
 def read_identity(data: bytes) -> Identity:
-    """Read the identity that a recogniser gives. Raises ContractError."""
+    """Read a recogniser's identity. Raises ContractError."""
     try:
         identity = msgspec.json.decode(data, type=Identity)
     except (msgspec.MsgspecError, UnicodeDecodeError) as error:
-        raise ContractError(f"it gives no identity: {error}") from None
+        raise ContractError(f"its identity cannot be read: {error}") from None
     if identity.contract != CONTRACT:
-        raise ContractError(f"it speaks contract {identity.contract}, this is {CONTRACT}")
+        raise ContractError(f"it uses contract {identity.contract}, this service {CONTRACT}")
     return identity
 
 
 def read_answer(data: bytes, identity: Identity, count: int) -> tuple[Answer, list[RemoteMatch]]:
-    """Read the answer of the recogniser with this identity to `count` crops.
+    """Read the answer to `count` crops of the recogniser with this identity.
 
-    Raises ContractError: an answer counts only if all of it is right.
+    Raises ContractError if any part of it is wrong.
     """
     try:
         answer = msgspec.msgpack.decode(data, type=Answer)
     except msgspec.MsgspecError as error:
         raise ContractError(f"its answer cannot be read: {error}") from None
     if (answer.gallery, answer.hash) != (identity.gallery, identity.hash):
-        given = f"`{answer.gallery[:64]}` {answer.hash[:64]}"
-        raise ContractError(f"answered by {given}, not `{identity.gallery}` {identity.hash}")
+        sender = f"`{answer.gallery[:64]}` {answer.hash[:64]}"
+        raise ContractError(f"answered by {sender}, not `{identity.gallery}` {identity.hash}")
     if len(answer.results) != count:
-        raise ContractError(f"{len(answer.results)} results to {count} crops")
-    return answer, [_found(result, identity) for result in answer.results]
+        raise ContractError(f"{len(answer.results)} results for {count} crops")
+    return answer, [_match(result, identity) for result in answer.results]
 
 
-def _found(result: Result, identity: Identity) -> RemoteMatch:
+def _match(result: Result, identity: Identity) -> RemoteMatch:
     beliefs = dict(result.beliefs)
     values = np.array(list(beliefs.values()), np.float64)
     fits = np.isfinite(values).all() and (values >= 0).all() and values.sum() <= 1.0 + SUM_ERROR
@@ -183,15 +183,17 @@ def _found(result: Result, identity: Identity) -> RemoteMatch:
         or len(beliefs) != len(result.beliefs)
         or not beliefs.keys() <= set(identity.materials)
     ):
-        raise ContractError("its beliefs are none in the materials of its gallery")
+        raise ContractError("its beliefs are not probabilities of materials of its gallery")
     if len(result.embedding) != 4 * identity.dimension:
-        raise ContractError(f"an embedding of {len(result.embedding)} bytes")
+        raise ContractError(
+            f"an embedding of {len(result.embedding)} bytes, not {4 * identity.dimension}"
+        )
     embedding = np.frombuffer(result.embedding, "<f4").astype(np.float32)
-    # Everything that comes from another machine is checked to the last number, since it goes on as
-    # if this process had made it: beliefs become what is felt, and an embedding teaches others. NaN
-    # fails every comparison, so each is written such that it passes only what is right.
+    # Every number from another machine is checked, because it is used as if this process had
+    # computed it: beliefs decide what is felt, and embeddings become references. NaN fails every
+    # comparison, so each condition is written to pass only for right values.
     if not abs(float(np.linalg.norm(embedding)) - 1.0) <= UNIT_ERROR:
-        raise ContractError("an embedding that is not of unit norm")
+        raise ContractError("its embedding is not of unit norm")
     ranked = sorted(beliefs.items(), key=lambda item: -item[1])
     return RemoteMatch(Evidence("encoder", tuple(ranked)), embedding)
 
@@ -230,6 +232,6 @@ def _mask(bits: bytes | None, side: int) -> NDArray[np.uint8]:
     if bits is None:
         return pictures.central_mask(side)
     if len(bits) != (side * side + 7) // 8:
-        raise ContractError(f"a mask of {len(bits)} bytes, {side} x {side} has a bit a pixel")
+        raise ContractError(f"a mask of {len(bits)} bytes; {side} x {side} needs a bit per pixel")
     inside = np.unpackbits(np.frombuffer(bits, np.uint8), count=side * side)
     return (inside * 255).astype(np.uint8).reshape(side, side)

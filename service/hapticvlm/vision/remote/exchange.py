@@ -1,4 +1,4 @@
-"""One kept connection to a shared recogniser: a request and the body of its response."""
+"""Sends requests to a shared recogniser over one kept connection and returns response bodies."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from hapticvlm.vision.remote.contract import MAX_ANSWER_BYTES, MESSAGEPACK
 
 
 class Exchange:
-    """Opens the connection when it is needed and keeps it. For one thread."""
+    """A connection that is opened when needed and then kept; used by one thread."""
 
     def __init__(self, address: Address, token: str | None) -> None:
         self._client = HttpClient(address, token, MESSAGEPACK, MAX_ANSWER_BYTES)
 
     def ask(self, verb: str, path: str, body: bytes | None, deadline: float) -> bytes:
-        """Return the body of the response. Raises HttpError, whatever goes wrong."""
+        """Return the body of the response; `deadline` is a time.monotonic, s. Raises HttpError."""
         response = self._client.request(verb, path, body, deadline)
         if response.status != http.HTTPStatus.OK:
-            text = f"HTTP {response.status}: {_reason(response.body)}"
-            raise HttpError(self._client.redacted(text))
+            problem = f"HTTP {response.status}: {_reason(response.body)}"
+            raise HttpError(self._client.redacted(problem))
         return response.body
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""Where a shared recogniser is and how it may be asked. Pure."""
+"""Settings and state of a shared recogniser: address, token, deadline, counts. Pure."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ if TYPE_CHECKING:
 
 
 FLAG = "--recogniser-url"
-REMOTE_SHARE = 0.75  # of the deadline; the rest is for the embedded encoder: our choice
+REMOTE_SHARE = 0.75  # of the deadline; the rest is for the local encoder: our choice
 
 
 @dataclass(frozen=True, slots=True)
 class RemoteSettings:
-    """What to ask. A crop has an answer within `deadline_s`, remote or local.
+    """The shared recogniser to use; a crop is answered within `deadline_s`, remotely or locally.
 
-    `hash`: the identity it must have, None = whichever it reports. `may_be_clear`: plain http may
-    leave this machine.
+    `hash`: the identity it must have; None: any. `may_be_clear`: plain http to another machine is
+    allowed.
     """
 
     url: str
@@ -33,26 +33,29 @@ class RemoteSettings:
 
     @property
     def remote_s(self) -> float:
-        """How long the other machine has, s."""
+        """The time that the other machine has, s."""
         return REMOTE_SHARE * self.deadline_s
 
     def address(self) -> Address:
-        """Return where it is, checked with the token. Raises HttpError."""
-        from hapticvlm import http_client  # TLS, for those alone who ask elsewhere
+        """Return its address, after checking it with the token. Raises HttpError."""
+        from hapticvlm import http_client  # imports TLS, which only a shared recogniser needs
 
         address = http_client.read_address(self.url, FLAG)
         if not (address.is_encrypted or address.is_loopback or self.may_be_clear):
-            text = f"{FLAG}: pictures would travel in clear text to {address.name}: use https"
-            raise http_client.HttpError(f"{text}, or allow it with --recogniser-clear-text")
+            problem = f"{FLAG}: pictures would be sent to {address.name} in clear text"
+            raise http_client.HttpError(
+                f"{problem}; use https or allow it: --recogniser-clear-text"
+            )
         http_client.check_token(self.token, address, FLAG)
         return address
 
 
 @dataclass(frozen=True, slots=True)
 class RemoteState:
-    """Whether crops are sent; why not ("": not tried yet); to what; crops answered there and here.
+    """The state of a shared recogniser.
 
-    `failed` counts crops and probes without an answer of use.
+    `reason`: why crops are not sent ("": not tried yet). `answered` and `local` count the crops
+    recognised there and here, `failed` the crops and probes without a usable answer.
     """
 
     is_used: bool

@@ -312,8 +312,8 @@ def drawn(seen: Seen, gallery: Gallery, count: int) -> tuple[Doubles, NDArray[np
         if chosen is None:
             return None
         rest = np.flatnonzero(~np.isin(seen.objects, seen.objects[chosen]))
-        own = enrolled(seen, chosen, gallery)
-        beliefs = replace(gallery, own=own).beliefs(seen.first[rest])
+        user = enrolled(seen, chosen, gallery)
+        beliefs = replace(gallery, user=user).beliefs(seen.first[rest])
         beliefs_drawn.append(among(beliefs, gallery.candidates))
         rows.append(rest)
     return np.concatenate(beliefs_drawn), np.concatenate(rows)
