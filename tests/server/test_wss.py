@@ -108,7 +108,7 @@ def test_a_capture_is_streamed_over_wss(service, authority, capture):
 def test_streaming_says_what_to_do_about_trust_and_schemes(service, capture):
     for url, more, cure in (
         (service.url, [], "--ca FILE"),
-        (service.url.replace("wss", "ws"), [], "as its ready line says"),
+        (service.url.replace("wss", "ws"), [], "that `hapticvlm serve` prints"),
         (service.url, ["--ca", "none.pem"], "No such file"),
         (service.url.replace("wss", "http"), [], "a service is ws://"),
     ):

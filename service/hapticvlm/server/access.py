@@ -53,7 +53,7 @@ class Address:
         if len(self.token) < MIN_TOKEN:
             raise ValueError(
                 f"--token: {len(self.token)} characters can be guessed; off this machine it needs "
-                f"{MIN_TOKEN} or more"
+                f"{MIN_TOKEN} characters or more"
             )
 
     def _check_lan(self) -> None:
