@@ -24,7 +24,7 @@ _NAME = re.compile(r"[a-z0-9][a-z0-9._-]{0,63}")
 
 @dataclass(frozen=True, slots=True)
 class Model:
-    """What each replica loads once; with `is_open` it answers without a token."""
+    """The settings that each replica loads once; with `is_open` it answers without a token."""
 
     encoder: str | None = None
     device: str = "cpu"

@@ -41,7 +41,7 @@ WriteLine = Callable[[Line, Frame | None], None]
 class Recorder:
     """Takes lines from sessions at once and writes them down in its own time.
 
-    What waits is bounded in lines and bytes. Each figure is written by one thread only.
+    The queue is bounded in lines and bytes. Each figure is written by one thread only.
     """
 
     def __init__(self, folder: Path, *, frames: bool, max_bytes: int = MAX_BYTES) -> None:
@@ -60,7 +60,7 @@ class Recorder:
 
     @property
     def lost(self) -> int:
-        """How many lines were dropped: the disk was too slow or full, or the record too long."""
+        """Number of lines dropped: the disk was too slow or full, or the record too long."""
         return self._refused + self._failed
 
     @property

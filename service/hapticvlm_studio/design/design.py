@@ -66,7 +66,7 @@ class Design:
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """How a study is laid out: trials per pattern, renderings in training, order, seed and form."""
+    """The layout of a study: trials per pattern, renderings in training, order, seed and form."""
 
     repeats: int = 5
     renderings: int = 3

@@ -55,7 +55,7 @@ class Percepts:
 
     @property
     def templates(self) -> _Floats:
-        """What the observer remembers: each pattern's mean rendering, (patterns, features)."""
+        """The memory of the observer: each pattern's mean rendering, (patterns, features)."""
         return np.asarray(self.steps.mean(axis=1))
 
 

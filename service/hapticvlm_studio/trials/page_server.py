@@ -54,7 +54,7 @@ MAX_UNREAD_BYTES = 1024 * 1024  # a page that reads nothing is closed; it reconn
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """Where and how a study runs; `url` and `token` are those of the service that plays it."""
+    """Address and access rules of a study; `url` and `token` are those of its service."""
 
     folder: Path
     url: str

@@ -44,7 +44,7 @@ class PresentationError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Played:
-    """What the service reported of one pattern.
+    """The report of the service on one pattern.
 
     Temperatures are in degC: `onset_plate_c` when the first stroke began, `plate_c` and
     `setpoint_c` when the last one ended. `limited_by` is the last limit that acted, `speaker_level`

@@ -80,7 +80,7 @@ class ParticipantProgress:
 
     @property
     def stage(self) -> Stage:
-        """What comes next for this participant."""
+        """The next step of this participant."""
         if not self._has_agreed:
             return "consent"
         if "begin" not in self._answered_forms:
@@ -93,7 +93,7 @@ class ParticipantProgress:
 
     @property
     def questions(self) -> str:
-        """Which questions are open at the stage `questions`."""
+        """The questions that are open at the stage `questions`."""
         return "end" if "begin" in self._answered_forms else "begin"
 
     @property

@@ -56,7 +56,7 @@ _STILL = Motion(0.0, 0.0)
 
 
 class Command(msgspec.Struct, frozen=True, gc=False):
-    """What one hand does now, with the lease of its vibration.
+    """The motion of one hand now, with the lease of its vibration.
 
     `hand` is 0 for the left and 1 for the right one. `material` is None when there is nothing to
     feel. `onset` starts an impact. The lease ends at `expires_at`, in s of the clock of `render`.

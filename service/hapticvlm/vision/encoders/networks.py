@@ -53,7 +53,7 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class Preprocessing:
-    """How a crop becomes a network's input.
+    """The steps from a crop to a network's input.
 
     side: of the crop, px. input_side: of the square in its middle that the network takes, px. A
     channel's value is (level * scale - mean) / deviation, of levels 0..255.
