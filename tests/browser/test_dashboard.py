@@ -302,6 +302,7 @@ def test_nothing_scrolls_sideways_and_the_stop_is_always_in_view(
 
 
 @pytest.mark.parametrize(("scheme", "size"), [("light", DESKTOP), ("dark", PHONE)])
+@pytest.mark.nightly
 def test_axe_finds_nothing_serious(
     service: Service, browser: Browser, scheme: Any, size: tuple[int, int]
 ) -> None:

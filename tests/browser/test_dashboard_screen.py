@@ -107,6 +107,7 @@ def test_what_a_key_changes_is_painted_before_the_charts(browser: Browser) -> No
         assert page.evaluate(PAINTED) > YIELD_MS - 1
 
 
+@pytest.mark.nightly
 def test_the_stop_has_one_place_in_every_state(seen: dict[str, Any]) -> None:
     for scheme in ("light", "dark"):
         places = [one["stop"] for name, one in seen.items() if name.endswith(scheme)]
@@ -114,6 +115,7 @@ def test_the_stop_has_one_place_in_every_state(seen: dict[str, Any]) -> None:
         assert all(place == places[0] for place in places)
 
 
+@pytest.mark.nightly
 def test_both_outputs_are_on_the_first_screen_in_every_state(seen: dict[str, Any]) -> None:
     for name, state in seen.items():
         if not name.endswith("light"):
@@ -126,11 +128,13 @@ def test_both_outputs_are_on_the_first_screen_in_every_state(seen: dict[str, Any
             assert min(width, height) >= 15, (name, output)
 
 
+@pytest.mark.nightly
 def test_axe_finds_nothing_in_any_state(seen: dict[str, Any]) -> None:
     said = {name: [one["id"] for one in state["axe"]] for name, state in seen.items()}
     assert {name: ids for name, ids in said.items() if ids} == {}
 
 
+@pytest.mark.nightly
 def test_nothing_scrolls_sideways_on_a_phone(seen: dict[str, Any]) -> None:
     widths = [state["width"] for name, state in seen.items() if name.endswith("dark")]
     assert max(widths) <= PHONE[0]

@@ -42,6 +42,7 @@ def test_the_table_holds_all_four_materials_and_things_of_two(visit: Visit) -> N
     assert truths["hammer head"] != truths["hammer handle"]
 
 
+@pytest.mark.nightly
 def test_every_object_touched_has_its_true_material_by_what_the_scene_says(visit: Visit) -> None:
     truths = visit.truths()
     decided = {key: visit.touch(key) or {"material": "none"} for key in truths}
@@ -112,6 +113,7 @@ def test_frames_alone_are_looked_at_by_the_encoder(visit: Visit) -> None:
     assert {item["rung"] for item in seen} == {"encoder"}
 
 
+@pytest.mark.nightly
 def test_the_service_sends_a_controller_the_vibration_of_what_it_touches(visit: Visit) -> None:
     visit.modules.evaluate(
         """({main}) => {
@@ -140,5 +142,6 @@ def test_a_controller_is_drawn_where_it_is_held(visit: Visit) -> None:
     assert drawn < 0.06
 
 
+@pytest.mark.nightly
 def test_nothing_went_wrong_in_the_page(visit: Visit) -> None:
     assert visit.complaints == []

@@ -186,6 +186,7 @@ def test_the_resistors_beside_the_palm_stay_touchable_whatever_the_bridge_does(
     assert 30.0 + shed_w * parts.RESISTORS_K_PER_W <= parts.TOUCHABLE_C
 
 
+@pytest.mark.nightly
 def test_the_plate_follows_on_the_drawn_circuit(chip: Chip) -> None:
     board = chip.board(23.0)
     board.driver = DrawnDriver(Netlist(parts.PARTS))

@@ -30,6 +30,7 @@ def build(tmp_path_factory: pytest.TempPathFactory) -> str:
     return f"BUILD={tmp_path_factory.mktemp('hosttests')}"
 
 
+@pytest.mark.nightly
 def test_the_core_passes_its_own_tests_under_the_sanitizers(build: str) -> None:
     require("g++", "make", "doctest")
     printed = make("hosttests", build, "test")

@@ -73,6 +73,7 @@ def test_a_scene_that_states_nothing_is_decided_by_the_eye_alone(room: Source) -
     assert [way.name for way in fitting if deciding.is_default(way, mute)] == ["lite0"]
 
 
+@pytest.mark.nightly
 def test_the_table_names_the_default_its_interval_and_where_it_is_weakest(
     room: Source, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

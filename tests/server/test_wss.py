@@ -110,7 +110,7 @@ def test_streaming_says_what_to_do_about_trust_and_schemes(service, capture):
         (service.url, [], "--ca FILE"),
         (service.url.replace("wss", "ws"), [], "that `hapticvlm serve` prints"),
         (service.url, ["--ca", "none.pem"], "No such file"),
-        (service.url.replace("wss", "http"), [], "a service is ws://"),
+        (service.url.replace("wss", "http"), [], "ws://HOST:PORT/"),
     ):
         done = streamed(capture, url, *more)
         assert done.returncode == 2

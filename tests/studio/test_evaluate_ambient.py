@@ -181,6 +181,7 @@ def test_the_constant_beside_it_is_the_best_of_two(labelled: Path) -> None:
     assert figures["constant"]["mae_c"] == min(one["mae_c"] for one in rules.values())
 
 
+@pytest.mark.nightly
 def test_a_remote_model_is_graded_and_drawn(labelled: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     with endpoint(says("20")) as served:

@@ -67,6 +67,7 @@ def test_a_hand_approaches_touches_changes_target_and_lets_go(play):
     assert figure(output, "longest_ms") < 10.0 * MAIN_LOOP_MS
 
 
+@pytest.mark.nightly
 def test_streaming_allocates_nothing_on_the_main_thread_and_survives_a_lost_device(play, capsys):
     output = play("stream")
     with capsys.disabled():

@@ -101,6 +101,7 @@ def test_kills_lose_no_touch_and_the_scene_is_registered_again(build, capsys):
     assert longest < 10.0 * MAIN_LOOP_MS
 
 
+@pytest.mark.nightly
 def test_a_stream_of_frames_collects_next_to_no_garbage(build, service, tmp_path, capsys):
     random = np.random.default_rng(1)
     for number in range(8):

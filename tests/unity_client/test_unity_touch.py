@@ -85,6 +85,7 @@ def test_a_hand_of_many_capsules_still_nears_things(play):
     assert "approach decides metal" in play("capsules")
 
 
+@pytest.mark.nightly
 def test_touching_allocates_nothing_but_what_the_runtime_s_socket_does(play, capsys):
     output = play("touch-bytes")
     with capsys.disabled():

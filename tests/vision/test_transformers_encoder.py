@@ -287,6 +287,7 @@ def test_code_that_comes_with_a_network_is_never_run(folder: Path, tmp_path: Pat
     assert not ran.exists()
 
 
+@pytest.mark.nightly
 async def test_a_service_with_a_network_by_folder_decides_from_its_gallery(
     folder: Path, encoder: Encoder, tmp_path: Path
 ) -> None:

@@ -391,6 +391,7 @@ def test_heads_are_kept_for_a_few_instructions_only(vlm: LocalVlm) -> None:
     assert len(vlm.network._heads) == 4
 
 
+@pytest.mark.nightly
 def test_a_process_is_prepared_before_torch_is_imported(folder: Path) -> None:
     code = (
         "import os, sys\n"
