@@ -131,6 +131,7 @@ PARTS = """async (key) => {
 
 
 @pytest.mark.realtime
+@pytest.mark.nightly
 def test_a_touch_draws_only_the_part_that_changes_where_the_processor_draws(page: Page) -> None:
     shares = [press(page, key, 50)["share"] for key in ("kettle", "linen", "bowl", "pan")]
     assert median(shares) < MOST_DRAWN

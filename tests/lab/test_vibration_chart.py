@@ -45,6 +45,7 @@ def test_two_materials_differ_by_more_than_two_strikes_of_one() -> None:
 
 
 @pytest.mark.realtime
+@pytest.mark.nightly
 def test_more_modes_come_nearer_and_nobody_feels_those_that_the_table_leaves_out() -> None:
     *cut, shipped = chart.modes()
     errors = [row.error_db for row in cut]
