@@ -55,11 +55,12 @@ class Service:
             await asyncio.sleep(0)
 
 
-@asynccontextmanager
-async def listening(service, limiter=None):
-    async def answer(*_):
-        return None
+async def open_websocket(*_):
+    """Answer no request: a WebSocket is opened."""
 
+
+@asynccontextmanager
+async def listening(service, limiter=None, answer=open_websocket):
     listener = Listener(limiter or SocketLimiter(Counter()), answer, service.serve, 4 * 1024 * 1024)
     async with listener.listen("127.0.0.1", 0) as port:
         counting = asyncio.create_task(service.count_turns())
@@ -310,6 +311,7 @@ class Forgetful(Service):
     """Keeps nothing, not even the socket."""
 
     async def serve(self, edge):
+        edge.mark_admitted()
         await edge.run(lambda data: edge.write(data), lambda: None)
 
 

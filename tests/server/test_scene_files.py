@@ -4,21 +4,25 @@ import asyncio
 import base64
 import hashlib
 import socket
+import tracemalloc
 import urllib.error
 import urllib.request
 from collections import Counter
+from contextlib import asynccontextmanager
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from asked import asked
 from pace import PACE
-from websockets.datastructures import Headers
-from websockets.http11 import Request
 
 from hapticvlm.client.local_service import ServiceError, running
 from hapticvlm.server.edge.limiter import SocketLimiter
+from hapticvlm.server.edge.limits import PHASES, Phase
 from hapticvlm.server.edge.listener import Listener
+from hapticvlm.server.edge.socket import PIECE
 from hapticvlm.server.web import http, scene_files, scene_pages
 
 MAP = '\n  {"imports": {"three": "./three.js"}}\n'
@@ -35,6 +39,7 @@ def folder(tmp_path):
         (root / name).write_text("1;")
     (tmp_path / "outside.js").write_text("secret;")
     (root / "link.js").symlink_to(tmp_path / "outside.js")
+    (root / "loop.js").symlink_to(root / "loop.js")
     (root / "inner.js").symlink_to(root / "parts" / "main.js")
     return root
 
@@ -64,6 +69,7 @@ def test_pages_and_scripts_of_the_folder_are_found(folder, path, found):
         "/scene/%2fetc/hosts.js",
         "/scene//etc/hosts.js",
         "/scene/link.js",
+        "/scene/loop.js",
         "/scene/secret.pem",
         "/scene/.hidden.js",
         "/scene/.git/hook.js",
@@ -129,29 +135,44 @@ def big(folder):
         program.truncate(BIG)
     policy = http.AccessPolicy("127.0.0.1", frozenset(), scene_folder=folder)
     browser: Any = SimpleNamespace(remote_address=("127.0.0.1", 1), local_address=("127.0.0.1", 2))
-    request = Request("/scene/engine.wasm", Headers([("Host", "127.0.0.1")]))
-    return lambda: scene_pages.answer(browser, request, policy)
+    return lambda: scene_pages.answer(browser, asked("/scene/engine.wasm"), policy)
 
 
-async def test_a_large_file_is_read_beside_the_loop_on_which_touches_are_carried_out(big):
-    reading = asyncio.create_task(big())
-    turns = 0
-    while not reading.done():
-        await asyncio.sleep(0)
-        turns += 1
-    assert len(reading.result().body) == BIG
-    assert turns > 10  # read on the loop it would have had two
+@asynccontextmanager
+async def listening(answer):
+    limiter = SocketLimiter(Counter())
+    listener = Listener(limiter, lambda *_: answer(), lambda _: asyncio.sleep(0), BIG)
+    async with listener.listen("127.0.0.1", 0) as port:
+        yield port, limiter
+
+
+REQUEST = b"GET /scene/engine.wasm HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n"
+
+
+async def test_forty_readers_of_a_large_file_that_read_nothing_hold_little_memory(big):
+    async with listening(big) as (port, limiter):
+        tracemalloc.start()
+        readers = [socket.create_connection(("127.0.0.1", port)) for _ in range(40)]
+        for each in readers:
+            each.sendall(REQUEST)
+        async with asyncio.timeout(10.0 * PACE):
+            while sum(not each.is_writable for each in limiter.sockets) < 40:  # noqa: ASYNC110 - nothing says when
+                await asyncio.sleep(0.01)
+        _, peak = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
+        for each in readers:
+            each.close()
+    assert peak < 40 * 4 * PIECE  # a few pieces of each, where whole files were 640 MiB
 
 
 async def test_a_browser_on_a_slow_network_gets_the_whole_of_a_large_file(big, monkeypatch):
-    monkeypatch.setattr("hapticvlm.server.edge.socket.OPEN_S", 0.2)
-    listener = Listener(SocketLimiter(Counter()), lambda *_: big(), lambda _: asyncio.sleep(0), BIG)
+    monkeypatch.setitem(PHASES, Phase.ASKING, replace(PHASES[Phase.ASKING], seconds=0.2))
     got = 0
-    async with listener.listen("127.0.0.1", 0) as port:
+    async with listening(big) as (port, _):
         slow = socket.create_connection(("127.0.0.1", port))
         slow.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 64 * 1024)
         reader, writer = await asyncio.open_connection(sock=slow, limit=64 * 1024)
-        writer.write(b"GET /scene/engine.wasm HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
+        writer.write(REQUEST)
         await reader.readuntil(b"\r\n\r\n")
         while piece := await reader.read(64 * 1024):
             got += len(piece)

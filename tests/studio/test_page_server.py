@@ -76,7 +76,7 @@ async def test_only_the_studys_own_pages_are_let_in(headers, admitted):
         given = {name: value.format(port=port) for name, value in headers.items()}
         url = f"ws://127.0.0.1:{port}/"
         if not admitted:
-            with pytest.raises(InvalidStatus, match="403"):
+            with pytest.raises(InvalidStatus, match=r"40[03]"):  # a second Host header is malformed
                 await connect(url, additional_headers=given)
             return
         async with connect(url, additional_headers=given) as page:

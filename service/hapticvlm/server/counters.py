@@ -45,6 +45,7 @@ class Count(StrEnum):
     CLOSED_REFUSED_MESSAGES = "closed: too many refused messages"
     CLOSED_BEFORE_HELLO = "closed: too much before hello"
     CLOSED_WAITING_SOCKETS = "closed: too many sockets before hello"
+    CLOSED_HELD_BYTES = "closed: too much unfinished"
     CLOSED_MESSAGE_SIZE = "closed: message too big"
     CLOSED_MADE_ROOM = "closed: made room"
     # Owners of the outputs.

@@ -48,6 +48,7 @@ from hapticvlm.server.connection import Connection
 from hapticvlm.server.counters import Count
 from hapticvlm.server.edge.limits import (
     GUESS_S,
+    HELLO_S,
     LOOPBACK_SLOTS,
     MAX_CONNECTIONS,
     MAX_HELLO_BYTES,
@@ -59,7 +60,6 @@ from hapticvlm.session.session import SceneSession
 from hapticvlm.session.settings import SessionSettings
 
 CLOSE_PROTOCOL = 4000
-HELLO_S = 10.0
 GUESSES_LOGGED_S = 10.0
 CLOSE_MADE_ROOM = 4002
 SERVER_FULL = f"{MAX_CONNECTIONS} connections are open already: close one"

@@ -8,7 +8,7 @@ from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from functools import partial
 
-from websockets.http11 import Request, Response
+from websockets.http11 import Response
 
 from hapticvlm.messages import (
     MAX_MESSAGE_BYTES,
@@ -31,6 +31,7 @@ from hapticvlm.server.counters import Count
 from hapticvlm.server.edge.limiter import SocketLimiter
 from hapticvlm.server.edge.limits import MAX_TEXT_BYTES, REFUSED, STOP_S, STOP_SLOTS, TokenBucket
 from hapticvlm.server.edge.listener import Listener
+from hapticvlm.server.edge.request import HttpRequest
 from hapticvlm.server.edge.socket import ClientSocket
 from hapticvlm.server.gateway import Gateway
 from hapticvlm.server.handshake import SERVER_FULL, Handshake, ServiceInfo
@@ -74,7 +75,7 @@ class WebSocketServer:
         async with self._listener.listen(address.host, address.port, tls) as port:
             yield port
 
-    async def _answer(self, socket: ClientSocket, request: Request) -> Response | None:
+    async def _answer(self, socket: ClientSocket, request: HttpRequest) -> Response | None:
         """Return a page or a refusal; None lets the WebSocket open."""
         response = self._local_pages.answer(socket, request)
         if response is None:
@@ -86,7 +87,7 @@ class WebSocketServer:
         if response is not None and response.status_code == 403:
             self._gateway.counts[Count.REFUSED_ORIGIN] += 1
         is_guess = response is not None and response.status_code == 401
-        if is_guess and "Authorization" in request.headers:
+        if is_guess and request.authorization is not None:
             await self._handshake.slow_guess(socket.remote_address[0])
         return response
 
@@ -236,7 +237,10 @@ def require_header(frame: Frame) -> None:
 
 def _read(data: bytes | str) -> ClientMessage:
     """Decode a message. Raises MessageError."""
-    if isinstance(data, str) and len(data) > MAX_TEXT_BYTES:
+    # A character has at least one byte, and text without others than ASCII exactly one.
+    if isinstance(data, str) and (
+        len(data) > MAX_TEXT_BYTES or (not data.isascii() and len(data.encode()) > MAX_TEXT_BYTES)
+    ):
         text = f"$: text messages are at most {MAX_TEXT_BYTES} bytes; send MessagePack"
         raise MessageError("limit", text, path="$")
     return decode(data)

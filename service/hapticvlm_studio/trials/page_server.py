@@ -25,7 +25,7 @@ from typing import Any
 import msgspec
 from websockets.exceptions import ConnectionClosed
 from websockets.frames import CloseCode
-from websockets.http11 import Request, Response
+from websockets.http11 import Response
 
 from hapticvlm import documents
 from hapticvlm.client import Client, connect
@@ -33,6 +33,7 @@ from hapticvlm.server.counters import Count
 from hapticvlm.server.edge.limiter import SocketLimiter
 from hapticvlm.server.edge.limits import REFUSED, TokenBucket
 from hapticvlm.server.edge.listener import Listener
+from hapticvlm.server.edge.request import HttpRequest
 from hapticvlm.server.edge.socket import ClientSocket
 from hapticvlm.server.web import http
 from hapticvlm_studio.design import languages
@@ -196,9 +197,9 @@ async def _cancel(task: asyncio.Task[Any]) -> None:
 async def _listening(server: StudyServer, port: int) -> AsyncIterator[int]:
     policy = http.AccessPolicy(HOST, frozenset(), pages=PAGES, is_open_to_own_pages_only=True)
 
-    async def answer(socket: ClientSocket, request: Request) -> Response | None:
+    async def answer(socket: ClientSocket, request: HttpRequest) -> Response | None:
         page = replace(request, path=PAGE) if request.path == "/" else request
-        return http.answer(socket, page, policy, dict)
+        return http.answer(socket, page, policy, status=None)
 
     listener = Listener(SocketLimiter(Counter()), answer, server.serve_page, MAX_COMMAND_BYTES)
     async with listener.listen(HOST, port) as bound:

@@ -9,6 +9,7 @@ from typing import Generic, Protocol, TypeVar
 from hapticvlm.server.counters import Count
 from hapticvlm.server.edge.limits import (
     ASKED_S,
+    HELD_BYTES,
     MAX_CONNECTIONS,
     MAX_WAITING_SOCKETS,
     SPARE_FILES,
@@ -33,6 +34,9 @@ class Socket(Protocol):
     def transport(self) -> Abortable:
         """Its transport."""
 
+    def refuse(self, excess: Count) -> None:
+        """Close it, naming the budget exceeded."""
+
 
 S = TypeVar("S", bound=Socket)
 
@@ -51,6 +55,8 @@ class SocketLimiter(Generic[S]):
         # time until which they are spared.
         self._waiting: dict[S, float] = {}
         self._admitted: set[S] = set()
+        self._held: dict[S, int] = {}  # bytes of input that a socket keeps
+        self._held_bytes = 0  # of all sockets
 
     @property
     def sockets(self) -> list[S]:
@@ -83,8 +89,23 @@ class SocketLimiter(Generic[S]):
             del self._waiting[socket]
             self._admitted.add(socket)
 
+    def hold(self, socket: S, count: int) -> None:
+        """Note how many bytes of unfinished input a socket keeps.
+
+        A limit for each socket bounds nothing where there are two hundred. When all of them keep
+        more than HELD_BYTES, the one that keeps most is closed.
+        """
+        self._held_bytes += count - self._held.pop(socket, 0)
+        if count:
+            self._held[socket] = count
+        if self._held_bytes > HELD_BYTES:
+            largest = max(self._held, key=self._held.__getitem__)
+            self.hold(largest, 0)
+            largest.refuse(Count.CLOSED_HELD_BYTES)
+
     def remove(self, socket: S) -> None:
         """Forget a socket."""
+        self._held_bytes -= self._held.pop(socket, 0)
         self._waiting.pop(socket, None)
         self._admitted.discard(socket)
 

@@ -1,4 +1,4 @@
-"""The table of limits on one client and on all clients together, and the token bucket.
+"""The table of limits on one client and on all clients together, by phase; the token bucket.
 
 Each is counted where it is spent (`counts` of `/status`); an honest client reaches none of them.
 Limits of the protocol itself (`welcome.limits`) stand in `messages.py`.
@@ -7,6 +7,7 @@ Limits of the protocol itself (`welcome.limits`) stand in `messages.py`.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import Enum, auto
 
 from hapticvlm.server.counters import Count
 
@@ -37,8 +38,13 @@ SPARE_FILES = 40  # descriptors that are not for sockets: children, record, plat
 READ_BYTES = 2048  # at once: all frames of one read are parsed before anybody else has a turn
 TURN_BYTES = 256 * 1024  # at once of one frame whose length is known: it is copied, not parsed
 HELLO_FRAMES = 4  # WebSocket frames of any kind before hello
+MAX_REQUEST_BYTES = 32 * 1024  # browsers send the cookies of all servers of a host
 MAX_HELLO_BYTES = 16 * 1024
 MAX_TEXT_BYTES = MIB  # text carries no pictures, and JSON is slow to parse
+HELD_BYTES = 64 * MIB  # of all sockets together: unfinished messages, and those that wait
+REQUEST_S = 5.0  # for the request, and for each piece of its answer
+HELLO_S = 10.0
+CLOSE_S = 1.0
 MESSAGES = Rate(per_s=2000.0, burst=4000.0)
 REFUSED = Rate(per_s=200.0, burst=2000.0)  # messages answered by `error`
 CONTROL_FRAMES = Rate(per_s=20.0, burst=100.0)  # ping and pong
@@ -54,6 +60,38 @@ MAX_EVENTS = 256  # to one client that reads slowly
 LOG_LINES = 1000  # that wait to be written
 LOG_REPEATS = Rate(per_s=5.0, burst=20.0)  # lines of one kind
 GUESS_S = 1.0  # pause before a wrong token is answered
+
+
+class Phase(Enum):
+    """The phases of a connection, in their order."""
+
+    ASKING = auto()  # one request of HTTP; nothing more is read until its answer has left
+    BEFORE_HELLO = auto()  # a WebSocket of a client that is not known yet
+    OPEN = auto()  # a WebSocket of an admitted client
+    CLOSING = auto()  # what arrives is thrown away
+    CLOSED = auto()
+
+
+@dataclass(frozen=True, slots=True)
+class PhaseLimits:
+    """The whole budget of a connection in one phase; None: limited by the rates above only.
+
+    `input_bytes` may arrive in the phase, or be kept of it; `frames` of WebSocket may arrive;
+    `read_bytes` are taken at once. After `seconds` the connection is cut off.
+    """
+
+    input_bytes: int | None
+    frames: int | None
+    seconds: float | None
+    read_bytes: int
+
+
+PHASES = {
+    Phase.ASKING: PhaseLimits(MAX_REQUEST_BYTES, 0, REQUEST_S, READ_BYTES),
+    Phase.BEFORE_HELLO: PhaseLimits(MAX_HELLO_BYTES, HELLO_FRAMES, HELLO_S, READ_BYTES),
+    Phase.OPEN: PhaseLimits(None, None, None, TURN_BYTES),
+    Phase.CLOSING: PhaseLimits(0, 0, CLOSE_S, READ_BYTES),
+}
 
 
 class TokenBucket:
@@ -79,28 +117,24 @@ class TokenBucket:
 
 
 class PeerBudget:
-    """Budget of one client: very little before its hello, then the rates above."""
+    """The rates of one client, whatever its phase, and its frames before hello."""
 
     def __init__(self, now: float) -> None:
         self._bytes = TokenBucket(BYTES, now)
         self._messages = TokenBucket(MESSAGES, now)
         self._control = TokenBucket(CONTROL_FRAMES, now)
-        self._before_hello = HELLO_FRAMES
-        self._is_admitted = False
-
-    def mark_admitted(self) -> None:
-        """Set the budgets of an admitted client."""
-        self._is_admitted = True
+        self._frames = 0
 
     def spend_bytes(self, count: int, now: float) -> bool:
         """Count what arrived; false: above the budget."""
         return self._bytes.spend(count, now)
 
-    def excess(self, now: float, *, is_control: bool) -> Count | None:
+    def excess(self, phase: Phase, now: float, *, is_control: bool) -> Count | None:
         """Spend one frame; return the budget that it exceeds, if any."""
-        if not self._is_admitted:
-            self._before_hello -= 1
-            return Count.CLOSED_BEFORE_HELLO if self._before_hello < 0 else None
+        most = PHASES[phase].frames
+        if most is not None:
+            self._frames += 1
+            return Count.CLOSED_BEFORE_HELLO if self._frames > most else None
         if is_control:
             return None if self._control.spend(1, now) else Count.CLOSED_CONTROL_FRAMES
         return None if self._messages.spend(1, now) else Count.CLOSED_MESSAGES

@@ -23,21 +23,28 @@ from typing import Any
 
 from websockets.exceptions import ConnectionClosed
 from websockets.frames import CloseCode
-from websockets.http11 import Request, Response
+from websockets.http11 import Response
 from websockets.protocol import State
 
 from hapticvlm.server.addresses import is_loopback
 from hapticvlm.server.counters import Count
 from hapticvlm.server.edge.limiter import SocketLimiter
-from hapticvlm.server.edge.limits import CONNECTS, MAX_WAITING_SOCKETS, TokenBucket
-from hapticvlm.server.edge.socket import CLOSE_S, OPEN_S, ClientSocket
+from hapticvlm.server.edge.limits import (
+    CLOSE_S,
+    CONNECTS,
+    MAX_WAITING_SOCKETS,
+    REQUEST_S,
+    TokenBucket,
+)
+from hapticvlm.server.edge.request import HttpRequest
+from hapticvlm.server.edge.socket import ClientSocket
 
 BACKLOG = 128  # connections that wait in the kernel
 ADDRESSES = 256  # whose rates are remembered
 PAUSE_S = 0.01
 NO_FILES_S = 0.5  # until the next try when the system has no descriptor left
 
-Answer = Callable[[ClientSocket, Request], Awaitable[Response | None]]
+Answer = Callable[[ClientSocket, HttpRequest], Awaitable[Response | None]]
 Serve = Callable[[ClientSocket], Awaitable[None]]
 
 logger = logging.getLogger(__name__)
@@ -69,7 +76,7 @@ class Listener:
         if tls is not None:
             encrypted = {
                 "ssl": tls,
-                "ssl_handshake_timeout": OPEN_S,
+                "ssl_handshake_timeout": REQUEST_S,
                 "ssl_shutdown_timeout": CLOSE_S,
             }
         admit = partial(self._admit, encrypted)
@@ -89,7 +96,7 @@ class Listener:
                 each.close()
             await self._close()
 
-    def on_request(self, socket: ClientSocket, request: Request) -> None:
+    def on_request(self, socket: ClientSocket, request: HttpRequest) -> None:
         """Answer the request that begins a connection, and serve the socket that it opens."""
         if is_loopback(socket.remote_address[0]):
             self.limiter.mark_requested(socket, asyncio.get_running_loop().time())
@@ -113,7 +120,7 @@ class Listener:
         with suppress(OSError):  # the client has gone, or speaks no TLS
             await asyncio.get_running_loop().connect_accepted_socket(make, accepted, **encrypted)
 
-    async def _open(self, socket: ClientSocket, request: Request) -> None:
+    async def _open(self, socket: ClientSocket, request: HttpRequest) -> None:
         try:
             response = await self._answer(socket, request)
         except Exception:
@@ -121,7 +128,7 @@ class Listener:
             status = http.HTTPStatus.INTERNAL_SERVER_ERROR
             response = socket.protocol.reject(status, "internal error\n")
         if response is None:
-            response = socket.protocol.accept(request)
+            response = socket.accept(request)
         if self._is_closing:
             socket.transport.abort()
             return

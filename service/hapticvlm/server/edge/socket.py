@@ -6,7 +6,7 @@ before it is carried out inside the read that brought it. Every other message wa
 the event loop of its own, so that no client gets two turns while another has none.
 
 A socket that sends more than its budget is closed with 1008 before its excess costs the others a
-turn. A socket that is being closed is cut off after CLOSE_S, so no client is waited for.
+turn. A socket that is being closed is cut off after a second, so no client is waited for.
 """
 
 from __future__ import annotations
@@ -18,24 +18,34 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterable
 from contextlib import suppress
+from dataclasses import dataclass
 from http import HTTPStatus
+from pathlib import Path
 from typing import Protocol, cast
 
 from websockets.exceptions import ConnectionClosedError
 from websockets.frames import CloseCode, Frame, Opcode
-from websockets.http11 import Request, Response
+from websockets.http11 import Response
 from websockets.protocol import State
 from websockets.server import ServerProtocol
 
 from hapticvlm.server.counters import Count
+from hapticvlm.server.edge import request
 from hapticvlm.server.edge.limiter import SocketLimiter
-from hapticvlm.server.edge.limits import READ_BYTES, TURN_BYTES, PeerBudget
+from hapticvlm.server.edge.limits import (
+    MAX_HELLO_BYTES,
+    MAX_REQUEST_BYTES,
+    MAX_TEXT_BYTES,
+    PHASES,
+    READ_BYTES,
+    PeerBudget,
+    Phase,
+)
+from hapticvlm.server.edge.request import HttpRequest, RequestError, RequestReader
 from hapticvlm.server.edge.scheduling import call_after_io
 
-OPEN_S = 5.0  # for the request and its answer
-CLOSE_S = 1.0
 WRITE_BYTES = 32_768  # that wait to be sent before the client counts as a slow reader
-PIECE = 64 * 1024  # of a long page
+PIECE = 64 * 1024  # of a long page or file
 MAX_QUEUED = 4  # messages; then nothing more is read
 CONTROL = (Opcode.PING, Opcode.PONG)
 
@@ -43,6 +53,12 @@ _MASK_BYTES = 4
 # The first length byte of a frame is its length, up to 125; 126 and 127 announce a longer field.
 _TWO_BYTES = 126
 _EIGHT_BYTES = 127
+_UTF8_BYTES = 4  # the longest character
+_STATES = {
+    Phase.ASKING: State.CONNECTING,
+    Phase.CLOSING: State.CLOSING,
+    Phase.CLOSED: State.CLOSED,
+}
 
 logger = logging.getLogger(__name__)
 
@@ -53,8 +69,16 @@ class ListenerHooks(Protocol):
     limiter: SocketLimiter[ClientSocket]
     max_bytes: int
 
-    def on_request(self, socket: ClientSocket, request: Request) -> None:
+    def on_request(self, socket: ClientSocket, request: HttpRequest) -> None:
         """Answer the request that begins a connection."""
+
+
+@dataclass
+class FileResponse(Response):
+    """An answer whose body is a file, read from the disk piece by piece."""
+
+    path: Path = Path()
+    size: int = 0  # in bytes, as announced; a file that is cut meanwhile ends the connection
 
 
 class ClientSocket(asyncio.BufferedProtocol):
@@ -63,24 +87,37 @@ class ClientSocket(asyncio.BufferedProtocol):
     asyncio calls `get_buffer`, `buffer_updated`, `eof_received`, `connection_made`,
     `connection_lost`, `pause_writing` and `resume_writing`. The listener answers the request with
     `respond`. A server then takes messages one by one with `recv`, or all of them with `run`.
+
+    The phase of a connection decides what bytes mean, and how many may come. Bytes belong to one
+    phase: those behind a request are kept until it is answered, and those behind a hello until the
+    client is admitted. Nothing is read meanwhile.
     """
 
     transport: asyncio.Transport
 
     def __init__(self, listener: ListenerHooks) -> None:
-        self.protocol = ServerProtocol(max_size=listener.max_bytes)
+        # The protocol is told that it is open, so it parses frames from its first byte on. It never
+        # sees the request, and `phase` says what the connection is.
+        self.protocol = ServerProtocol(state=State.OPEN, max_size=listener.max_bytes)
+        self.phase = Phase.ASKING
         self.budget = PeerBudget(time.monotonic())
-        self.request: Request | None = None
+        self.request: HttpRequest | None = None
         self.is_writable = True  # the client reads what it is sent
         self._listener = listener
         self._loop = asyncio.get_running_loop()
         # Input: bytes are read into a buffer, parsed into frames, and joined to messages.
+        self._reader = RequestReader(MAX_REQUEST_BYTES)
         self._boundaries = FrameBoundaries()
         self._assembler = FragmentAssembler()
         self._short = bytearray(READ_BYTES)
         self._buffer = self._short
+        self._next_phase_bytes = b""  # came with the end of this phase
+        self._hello_bytes = 0  # that came before hello
         self._inbox: deque[bytes | str] = deque()
+        self._inbox_bytes = 0
+        self._held = 0  # bytes, as the limiter knows them
         self._is_full = False  # the inbox, so reading is paused
+        self._is_held_up = False  # the next phase has not begun, so reading is paused
         self._has_ended = False  # no message will come any more
         # Messages are handed over in turns of the event loop.
         self._on_message: Callable[[bytes | str], None] | None = None
@@ -91,14 +128,13 @@ class ClientSocket(asyncio.BufferedProtocol):
         # Output, and the end of the connection.
         self._next_posted: Callable[[], bytes | str | None] = _nothing
         self._is_post_due = False
-        self._is_ending = False
         self._deadline: asyncio.TimerHandle | None = None
         self._wakeup = asyncio.Event()
 
     @property
     def state(self) -> State:
         """Whether the socket is being opened, is open, is being closed or is closed."""
-        return self.protocol.state
+        return _STATES.get(self.phase, self.protocol.state)
 
     @property
     def close_code(self) -> int:
@@ -118,8 +154,10 @@ class ClientSocket(asyncio.BufferedProtocol):
 
     def mark_admitted(self) -> None:
         """Give the socket the budgets of an admitted client."""
-        self.budget.mark_admitted()
-        self._listener.limiter.mark_admitted(self)
+        if self.phase is Phase.BEFORE_HELLO:
+            self.phase = Phase.OPEN
+            self._listener.limiter.mark_admitted(self)
+            self._go_on()
 
     # A server takes messages, and sends.
 
@@ -148,19 +186,19 @@ class ClientSocket(asyncio.BufferedProtocol):
 
     async def send(self, data: bytes | str) -> None:
         """Send a message, waiting if the client reads slowly. Raises ConnectionClosed."""
-        if self.protocol.state is not State.OPEN:
+        if self.state is not State.OPEN:
             raise ConnectionClosedError(None, None)
         self.write(data)
         await self.drain()
 
     async def drain(self) -> None:
         """Wait until the client has read enough of what was sent, or has gone."""
-        while not (self.is_writable or self.protocol.state is State.CLOSED):
+        while not (self.is_writable or self.phase is Phase.CLOSED):
             await self._wait()
 
     def write(self, data: bytes | str) -> None:
         """Send a message now, also to a slow reader; send nothing if the socket is closing."""
-        if self.protocol.state is not State.OPEN:
+        if self.state is not State.OPEN:
             return
         if isinstance(data, str):
             self.protocol.send_text(data.encode())
@@ -195,43 +233,68 @@ class ClientSocket(asyncio.BufferedProtocol):
             self._is_post_due = True
             self._loop.call_soon(self._write_posted)
 
+    def accept(self, request: HttpRequest) -> Response:
+        """Return the answer that opens a WebSocket, or that says why it does not."""
+        return self.protocol.accept(request.handshake)
+
     async def respond(self, response: Response) -> None:
         """Answer the request; a long page goes in pieces, each when the one before has left."""
-        if self.protocol.state is not State.CONNECTING or self.protocol.close_expected():
-            return  # the client has gone, or sent something that is not a request
-        body = memoryview(response.body)
-        first = response
-        if len(body) > PIECE:
-            first = Response(response.status_code, response.reason_phrase, response.headers)
-        self.protocol.send_response(first)
-        if first is not response:
-            *head, end = self.protocol.data_to_send()
-            self.emit(head)
-            for start in range(0, len(body), PIECE):
-                if self.transport.is_closing():
-                    return
-                self._expire(OPEN_S)  # of each piece: a slow network takes long for all of them
-                self.transport.write(body[start : start + PIECE])
-                await self.drain()
-            self.emit([end])
-        self.flush()
+        if self.phase is not Phase.ASKING:
+            return  # the client has gone
         if response.status_code == HTTPStatus.SWITCHING_PROTOCOLS:
-            self._expire(None)
-        self._expect_end()
+            self.emit([response.serialize()])
+            self.phase = Phase.BEFORE_HELLO
+            self._expire(None)  # the server says in words that no hello came
+            self._go_on()
+            return
+        is_head = self.request is not None and self.request.method == "HEAD"
+        self.emit([_head(response)])
+        if not is_head:
+            await (
+                self._send_file(response)
+                if isinstance(response, FileResponse)
+                else self._send_body(response.body)
+            )
+        self.emit([b""])
+        self._end_input()
+
+    async def _send_body(self, body: bytes | bytearray) -> None:
+        view = memoryview(body)
+        for start in range(0, len(view), PIECE):
+            await self._send_piece(view[start : start + PIECE])
+
+    async def _send_file(self, response: FileResponse) -> None:
+        for start in range(0, response.size, PIECE):
+            count = min(PIECE, response.size - start)
+            # The file is opened for each piece, so a crowd of readers holds no descriptors.
+            piece = await asyncio.to_thread(_read_piece, response.path, start, count)
+            if len(piece) != count:
+                logger.warning("%s has changed while it was sent", response.path)
+                self.transport.abort()
+            await self._send_piece(piece)
+
+    async def _send_piece(self, piece: bytes | memoryview) -> None:
+        if self.transport.is_closing():
+            return
+        # The time is that of one piece: a slow network takes long for all of them.
+        self._expire(PHASES[Phase.ASKING].seconds)
+        self.transport.write(piece)
+        await self.drain()
 
     def close(self, code: int = CloseCode.NORMAL_CLOSURE, reason: str = "") -> None:
-        """Begin to close; a client that does not answer is cut off."""
-        if self.protocol.state is State.OPEN:
-            self.protocol.send_close(code, reason)
+        """Close; a client that does not end the connection then is cut off."""
+        if self.state is State.OPEN:
+            # The stream ends with the close frame: the client answers it, and nothing that it
+            # sends from here on is parsed.
+            self.protocol.fail(code, reason)
             self._discard_input()
 
     def refuse(self, excess: Count) -> None:
         """Close with 1008, naming the budget exceeded; counted, and logged once a connection."""
-        if self.protocol.state is State.OPEN:
+        if self.state is State.OPEN:
             self._listener.limiter.counts[excess] += 1
             logger.warning("%s %s", self.remote_address[0] or "a client", excess)
-            self.protocol.fail(CloseCode.POLICY_VIOLATION, excess.reason)
-            self._discard_input()
+            self.close(CloseCode.POLICY_VIOLATION, excess.reason)
 
     # asyncio brings the transport, bytes and the end.
 
@@ -239,15 +302,15 @@ class ClientSocket(asyncio.BufferedProtocol):
         """Take the transport."""
         self.transport = cast("asyncio.Transport", transport)
         self.transport.set_write_buffer_limits(WRITE_BYTES)
-        self._expire(OPEN_S)
+        self._expire(PHASES[self.phase].seconds)
         self._listener.limiter.add(self, self._loop.time())
 
     def get_buffer(self, _: int) -> bytearray:
         """Return the buffer to read into: a short one, or one for the rest of a long frame."""
         # All frames of one read are parsed before any other socket has a turn, so a read is short.
         # A read that completes a frame brings one frame, however long it is.
-        missing = self._boundaries.missing
-        self._buffer = self._short if missing <= READ_BYTES else bytearray(min(missing, TURN_BYTES))
+        size = min(self._boundaries.missing, PHASES[self.phase].read_bytes)
+        self._buffer = self._short if size <= READ_BYTES else bytearray(size)
         return self._buffer
 
     def buffer_updated(self, count: int) -> None:
@@ -255,10 +318,29 @@ class ClientSocket(asyncio.BufferedProtocol):
         # Bytes are counted before they are parsed: a frame that is never completed, or is
         # compressed, or is not a frame at all costs its sender just the same.
         now = time.monotonic()
-        data = bytes(memoryview(self._buffer)[:count])
         if not self.budget.spend_bytes(count, now):
+            if self.state is not State.OPEN:
+                self.transport.abort()
+                return
             self.refuse(Count.CLOSED_BYTES)
-        self._parse(data, now)
+        self._receive(bytes(memoryview(self._buffer)[:count]), now)
+
+    def _receive(self, data: bytes, now: float) -> None:
+        """Take bytes of the present phase."""
+        if self.phase is Phase.ASKING:
+            self._read_request(data)
+        elif self.state is State.OPEN:
+            self._parse(data, now)
+            self._process()
+            # Answers to control frames leave last. When the client closes, its outputs rest before
+            # it is told that the connection is closed.
+            self.flush()
+            if self.protocol.state is not State.OPEN:
+                self._end_input()
+        self._report_held()
+
+    def _process(self) -> None:
+        """Carry out a short message now and a long one in a turn of its own."""
         # Parsing a picture's message and carrying it out are a turn each: a touch that has come
         # meanwhile to another socket goes between. A touch of this socket queues behind the
         # picture, and then there is nothing to wait for.
@@ -270,11 +352,6 @@ class ClientSocket(asyncio.BufferedProtocol):
             call_after_io(self._take_deferred_turn)
         elif not self._is_turn_due:
             self._take_turn()
-        # Answers to control frames leave last. When the client closes, its outputs rest before it
-        # is told that the connection is closed.
-        self.flush()
-        if self.protocol.state is not State.OPEN:
-            self._expect_end()
 
     def pause_writing(self) -> None:
         """Note that the client reads slowly."""
@@ -289,33 +366,81 @@ class ClientSocket(asyncio.BufferedProtocol):
 
     def eof_received(self) -> None:
         """Take the end of the client's bytes; asyncio closes the transport then."""
-        self.protocol.receive_eof()
-        self.flush()
+        if self.state is State.OPEN:
+            self.protocol.receive_eof()
+            self.flush()
+            self._end_input()
 
     def connection_lost(self, _: Exception | None) -> None:
         """Forget the connection, once the messages it had sent are carried out."""
+        self.phase = Phase.CLOSED
         self._expire(None)
         self._listener.limiter.remove(self)
-        self.protocol.receive_eof()
         self._has_ended = True
         self._break_cycles()
         self._schedule()
         self._wake()
 
-    # From bytes to messages.
+    # From bytes to a request, or to messages.
+
+    def _read_request(self, data: bytes) -> None:
+        try:
+            complete = self._reader.feed(data)
+        except RequestError as error:
+            self.emit([request.refusal(error).serialize(), b""])
+            self._end_input()
+            return
+        if complete is not None:
+            self.request, self._next_phase_bytes = complete
+            self._hold_up()
+            self._listener.on_request(self, self.request)
+
+    def _hold_up(self) -> None:
+        """Read nothing more until the next phase begins."""
+        self._is_held_up = True
+        self._update_reading()
+
+    def _go_on(self) -> None:
+        """Begin the next phase with the bytes of it that are here already."""
+        self._is_held_up = False
+        data, self._next_phase_bytes = self._next_phase_bytes, b""
+        if data:
+            self._receive(data, time.monotonic())
+        self._update_reading()
+
+    def _update_reading(self) -> None:
+        if self._is_held_up or self._is_full:
+            self.transport.pause_reading()
+        elif not self.transport.is_closing():
+            self.transport.resume_reading()
 
     def _parse(self, data: bytes, now: float) -> None:
-        was_open = self.protocol.state is State.OPEN
+        if self.phase is Phase.BEFORE_HELLO:
+            self._parse_hello(data, now)
+        else:
+            self._parse_frames(data, now)
+
+    def _parse_hello(self, data: bytes, now: float) -> None:
+        """Take frames until one of them completes a message; keep what follows for later."""
+        while data and self.state is State.OPEN and not (self._inbox or self._has_ended):
+            frame, data = self._boundaries.split(data)
+            self._hello_bytes += len(frame)
+            if self._hello_bytes > MAX_HELLO_BYTES:
+                text = f"more than {MAX_HELLO_BYTES} bytes before hello"
+                self.close(CloseCode.MESSAGE_TOO_BIG, text)
+                return
+            self._parse_frames(frame, now)
+        if self._inbox and not self._has_ended:
+            self._next_phase_bytes = data
+            self._hold_up()
+
+    def _parse_frames(self, data: bytes, now: float) -> None:
         self.protocol.receive_data(data)
         for event in self.protocol.events_received():
-            if isinstance(event, Frame):
-                self._take(event, now)
-            elif isinstance(event, Request):
-                self.request = event
-                self._listener.on_request(self, event)
+            self._take(cast("Frame", event), now)
         if self.protocol.state is State.OPEN:
             self._boundaries.follow(data)
-        elif was_open:
+        else:
             self._has_ended = True
 
     def _take(self, frame: Frame, now: float) -> None:
@@ -325,7 +450,7 @@ class ClientSocket(asyncio.BufferedProtocol):
         if frame.opcode is Opcode.CLOSE:
             self._has_ended = True
             return
-        excess = self.budget.excess(now, is_control=frame.opcode in CONTROL)
+        excess = self.budget.excess(self.phase, now, is_control=frame.opcode in CONTROL)
         if excess is not None:
             self.refuse(excess)
         elif frame.opcode not in CONTROL:
@@ -333,30 +458,42 @@ class ClientSocket(asyncio.BufferedProtocol):
 
     def _join(self, frame: Frame) -> None:
         try:
-            if frame.opcode is Opcode.CONT or not frame.fin:
-                message = self._assembler.add(frame)
-            else:
-                payload = bytes(frame.data)
-                message = payload.decode() if frame.opcode is Opcode.TEXT else payload
+            message = self._assembler.add(frame)
         except UnicodeDecodeError as error:
-            self.protocol.fail(CloseCode.INVALID_DATA, f"{error.reason} at {error.start}")
-            self._discard_input()
+            self.close(CloseCode.INVALID_DATA, f"{error.reason} at {error.start}")
         else:
             if message is not None:
                 self._put(message)
 
     def _put(self, message: bytes | str) -> None:
         self._inbox.append(message)
+        self._inbox_bytes += len(message)
         if len(self._inbox) > MAX_QUEUED and not self._is_full:
             self._is_full = True
-            self.transport.pause_reading()
+            self._update_reading()
 
     def _next(self) -> bytes | str:
         message = self._inbox.popleft()
+        self._inbox_bytes -= len(message)
         if self._is_full and len(self._inbox) <= 1:
             self._is_full = False
-            self.transport.resume_reading()
+            self._update_reading()
+        if self._held:
+            self._report_held()
         return message
+
+    def _report_held(self) -> None:
+        """Tell the limiter how many bytes of unfinished or waiting input are kept here."""
+        held = (
+            self._reader.held
+            + self._boundaries.held
+            + self._assembler.held
+            + self._inbox_bytes
+            + len(self._next_phase_bytes)
+        )
+        if held != self._held and self.phase is not Phase.CLOSED:
+            self._held = held
+            self._listener.limiter.hold(self, held)
 
     # One message a turn.
 
@@ -401,19 +538,29 @@ class ClientSocket(asyncio.BufferedProtocol):
     # The end.
 
     def _discard_input(self) -> None:
-        """Discard further input, since closing has begun; `run` is notified in the next turn."""
-        self._has_ended = True
+        """Forget all input, since closing has begun; `run` is notified in the next turn."""
         self._inbox.clear()
+        self._inbox_bytes = 0
         self.flush()
-        self._expect_end()
+        self._end_input()
         self._schedule()
 
-    def _expect_end(self) -> None:
-        """Cut the connection off after CLOSE_S if it is being closed."""
-        is_open = self.protocol.state is State.OPEN
-        if not (is_open or self._is_ending) and self.protocol.close_expected():
-            self._is_ending = True
-            self._expire(CLOSE_S)
+    def _end_input(self) -> None:
+        """Begin to close: keep messages that are complete, and throw away whatever else comes."""
+        if self.phase in (Phase.CLOSING, Phase.CLOSED):
+            return
+        self.phase = Phase.CLOSING
+        self._has_ended = True
+        self._next_phase_bytes = b""
+        self._reader = RequestReader(0)
+        self._boundaries = FrameBoundaries()
+        self._assembler = FragmentAssembler()
+        self._report_held()
+        # Reading goes on, to notice the client's end: an end of ours with bytes unread would be a
+        # reset, which can overtake the close frame.
+        self._is_held_up = self._is_full = False
+        self._update_reading()
+        self._expire(PHASES[Phase.CLOSING].seconds)
 
     def _expire(self, seconds: float | None) -> None:
         """Cut the connection off after so many seconds; None: never."""
@@ -446,34 +593,53 @@ class ClientSocket(asyncio.BufferedProtocol):
 
 
 class FragmentAssembler:
-    """Joins the frames of a message that came in several, and reads text as it comes.
+    """Joins the frames of a message, and reads text as it comes.
 
     The order of frames and the size of messages were checked before, by websockets' protocol. Text
-    that is not UTF-8 is refused with the frame that shows it, not only at the message's end.
+    that is not UTF-8 is refused with the frame that shows it, not only at the message's end. Text
+    above MAX_TEXT_BYTES is handed over, cut, with the frame that passes the limit, for the server
+    to refuse it in words; what follows of it is dropped.
     """
 
     def __init__(self) -> None:
         self._parts = bytearray()
-        self._decoder: codecs.IncrementalDecoder | None = None
-        self._text: list[str] = []
+        self._decoder: codecs.IncrementalDecoder | None = None  # of text; None: bytes
+        self._is_dropped = False  # the rest of a text that is too long
+
+    @property
+    def held(self) -> int:
+        """How many bytes of an unfinished message are kept."""
+        return len(self._parts)
 
     def add(self, frame: Frame) -> bytes | str | None:
         """Return the message that this frame completes, or None. Raises UnicodeDecodeError."""
         if frame.opcode is Opcode.TEXT:
             self._decoder = codecs.getincrementaldecoder("utf-8")()
+        if self._is_dropped:
+            self._is_dropped = not frame.fin
+            return None
         if self._decoder is None:
-            self._parts += frame.data
-        else:
-            self._text.append(self._decoder.decode(bytes(frame.data), frame.fin))
-        return self._completed() if frame.fin else None
+            return self._add_bytes(frame)
+        self._parts += frame.data
+        if len(self._parts) > MAX_TEXT_BYTES:
+            self._is_dropped = not frame.fin
+            # A character that the cut splits is left out.
+            return self._taken()[: MAX_TEXT_BYTES + _UTF8_BYTES].decode(errors="ignore")
+        # Bytes are kept, and the decoder only looks at them: decoded text can be four times as
+        # long, and a message may wait for its last fragment.
+        self._decoder.decode(bytes(frame.data), frame.fin)
+        return self._taken().decode() if frame.fin else None
 
-    def _completed(self) -> bytes | str:
-        message: bytes | str = bytes(self._parts)
-        if self._decoder is not None:
-            message = "".join(self._text)
+    def _add_bytes(self, frame: Frame) -> bytes | None:
+        if frame.fin and not self._parts:
+            return bytes(frame.data)
+        self._parts += frame.data
+        return self._taken() if frame.fin else None
+
+    def _taken(self) -> bytes:
+        message = bytes(self._parts)
         self._parts = bytearray()
         self._decoder = None
-        self._text = []
         return message
 
 
@@ -486,7 +652,13 @@ class FrameBoundaries:
 
     def __init__(self) -> None:
         self.missing = 0  # bytes of the frame under way, once its header is complete
+        self._size = 0  # of that frame, header included
         self._header = b""  # a header that was cut off
+
+    @property
+    def held(self) -> int:
+        """How many bytes of an unfinished frame have come."""
+        return len(self._header) + (self._size - self.missing if self.missing else 0)
 
     def follow(self, data: bytes) -> None:
         """Take the next bytes of the stream."""
@@ -501,8 +673,17 @@ class FrameBoundaries:
                 self._header = data[at:]
                 at = size
                 break
+            self._size = length
             at += length
         self.missing = at - size
+
+    def split(self, data: bytes) -> tuple[bytes, bytes]:
+        """Return the next bytes up to the end of their first frame, and those behind it."""
+        end: int | None = self.missing
+        if not end:
+            end = _frame_bytes(self._header + data, 0)
+            end = None if end is None else end - len(self._header)
+        return (data, b"") if end is None else (data[:end], data[end:])
 
 
 def _frame_bytes(data: bytes, at: int) -> int | None:
@@ -517,6 +698,17 @@ def _frame_bytes(data: bytes, at: int) -> int | None:
     if len(data) < at + 2 + width:
         return None
     return 2 + width + masks + int.from_bytes(data[at + 2 : at + 2 + width], "big")
+
+
+def _head(response: Response) -> bytes:
+    """Return status line and headers of an answer."""
+    return Response(response.status_code, response.reason_phrase, response.headers).serialize()
+
+
+def _read_piece(path: Path, start: int, count: int) -> bytes:
+    with path.open("rb") as file:
+        file.seek(start)
+        return file.read(count)
 
 
 def _nothing() -> None:

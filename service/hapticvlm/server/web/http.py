@@ -10,16 +10,17 @@ from __future__ import annotations
 import http
 import ipaddress
 import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 from urllib.parse import urlsplit
 
-from websockets.datastructures import Headers, MultipleValuesError
-from websockets.http11 import Request, Response
+from websockets.datastructures import Headers
+from websockets.http11 import Response
 
 from hapticvlm.server.addresses import is_loopback
+from hapticvlm.server.edge.request import HttpRequest
 from hapticvlm.server.web import metrics
 from hapticvlm.server.web.lan_pages import CHALLENGE, HERE_ONLY, LanPages, is_token, qr_code, reach
 from hapticvlm.server.web.scene_files import TYPES
@@ -27,7 +28,8 @@ from hapticvlm.server.web.scene_files import TYPES
 PAGE_TYPES = TYPES | {".jpg": "image/jpeg"}
 NAMES = {"/": "index.html", "/try": "try.html"}  # pages by a shorter address
 CODES = {"/connect.svg": "", "/connect-try.svg": "try"}  # pictures of the addresses to open
-REPORTS = ("/healthz", "/readyz", "/metrics")  # alive, ready, figures
+ALIVE = "/healthz"
+REPORTS = ("/readyz", "/metrics")
 PAGES = Path(__file__).parents[2] / "pages"
 CSP = "default-src 'self'; connect-src 'self'; frame-ancestors 'none'; base-uri 'none'"
 
@@ -61,13 +63,9 @@ class AccessPolicy:
     pages: tuple[Path, ...] = (PAGES,)  # folders whose files are pages; the first that has one
     is_open_to_own_pages_only: bool = False
 
-    def refusal(self, headers: Mapping[str, str]) -> str | None:
-        """Return why a request with these headers is refused, or None."""
-        try:
-            host = headers.get("Host", "")
-            origin = headers.get("Origin")
-        except MultipleValuesError:
-            return "more than one Host or Origin header"
+    def refusal(self, request: HttpRequest) -> str | None:
+        """Return why a request is refused, or None."""
+        host, origin = request.host, request.origin
         if not self._is_ours(_host_of("//" + host)):
             return f"Host {host[:80]!r} is not this machine: use its name or address"
         if self.is_open_to_own_pages_only:
@@ -104,18 +102,23 @@ def is_address(host: str) -> bool:
 
 def answer(
     connection: Ends,
-    request: Request,
+    request: HttpRequest,
     policy: AccessPolicy,
-    status: Callable[[], dict[str, Any]],
+    status: Callable[[], dict[str, Any]] | None,
 ) -> Response | None:
-    """Refuse, serve a page, or return None to continue the WebSocket handshake."""
+    """Refuse, serve a page, or return None to continue the WebSocket handshake.
+
+    Without `status` (a study) there are pages, and no reports on a service.
+    """
     refused = refuse(connection, request, policy)
-    if refused is not None or is_upgrade(request):
+    if refused is not None or request.is_upgrade:
         return refused
-    path = urlsplit(request.path).path
-    if path in REPORTS:
+    path = request.path
+    if path == ALIVE:
+        return response(200, "ok\n")
+    if status is not None and path in REPORTS:
         return _report(path, status())
-    if path == "/status":
+    if status is not None and path == "/status":
         found = {**status(), "reach": reach(policy.lan_pages, connection.local_address[1])}
         return response(200, json.dumps(found) + "\n", "application/json")
     if path in CODES:
@@ -123,55 +126,41 @@ def answer(
     return _page(path, policy.pages)
 
 
-def is_upgrade(request: Request) -> bool:
-    """Return whether this asks for a WebSocket and no page."""
-    return "upgrade" in request.headers.get("Connection", "").lower()
-
-
-def refuse(connection: Ends, request: Request, policy: AccessPolicy) -> Response | None:
+def refuse(connection: Ends, request: HttpRequest, policy: AccessPolicy) -> Response | None:
     """Refuse a WebSocket or a browser that may not come in; None: it may."""
-    refusal = policy.refusal(request.headers)
+    refusal = policy.refusal(request)
     if refusal is not None:
         return response(403, refusal + "\n")
-    if is_upgrade(request):
+    if request.is_upgrade:
         return None
-    return turn_away(connection.remote_address[0], request.headers, policy.lan_pages)
+    return turn_away(connection.remote_address[0], request, policy.lan_pages)
 
 
 def _report(path: str, status: dict[str, Any]) -> Response:
     """Answer a program that watches the service."""
     if path == "/metrics":
         return response(200, metrics.render(status), metrics.TYPE)
-    found = metrics.obstacles(status) if path == "/readyz" else []
+    found = metrics.obstacles(status)
     return response(503 if found else 200, "".join(f"{text}\n" for text in found) or "ok\n")
 
 
-def is_cross_site(headers: Headers) -> bool:
-    """Return whether a browser fetches this for a page of another site; opening it is allowed."""
-    site = headers.get("Sec-Fetch-Site", "none")
-    is_opened = headers.get("Sec-Fetch-Mode") == "navigate"
-    is_framed = headers.get("Sec-Fetch-Dest") in ("iframe", "frame", "object", "embed")
-    return site in ("cross-site", "same-site") and (not is_opened or is_framed)
-
-
-def turn_away(peer: str, headers: Headers, lan_pages: LanPages | None) -> Response | None:
+def turn_away(peer: str, request: HttpRequest, lan_pages: LanPages | None) -> Response | None:
     """Refuse a browser that may not see pages, or ask it for the token; None: it may."""
-    if is_cross_site(headers):
+    if request.is_cross_site:
         return response(403, "asked for by a page of another site\n")
     if is_loopback(peer):
         return None
     if lan_pages is None:
         return response(403, "pages are served to this machine only: see --pages-from\n")
-    refusal = lan_pages.refusal(peer, headers.get("Host", ""))
+    refusal = lan_pages.refusal(peer, request.host)
     if refusal is not None:
         return response(403, refusal + "\n")
-    return ask_for(lan_pages.token, headers)
+    return ask_for(lan_pages.token, request)
 
 
-def ask_for(token: str, headers: Headers) -> Response | None:
+def ask_for(token: str, request: HttpRequest) -> Response | None:
     """Ask a browser for the token, or return None: it has given it."""
-    given = headers.get_all("Authorization")
-    if len(given) == 1 and is_token(given[0], token):
+    if request.authorization is not None and is_token(request.authorization, token):
         return None
     asking = response(401, "the token is the password; any name will do\n")
     asking.headers["WWW-Authenticate"] = CHALLENGE

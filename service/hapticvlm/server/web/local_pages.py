@@ -7,11 +7,11 @@ where a token is set, it is needed here, too.
 from __future__ import annotations
 
 from collections.abc import Callable
-from urllib.parse import urlsplit
 
-from websockets.http11 import Request, Response
+from websockets.http11 import Response
 
 from hapticvlm.server.addresses import is_loopback
+from hapticvlm.server.edge.request import HttpRequest
 from hapticvlm.server.web import http, overrides_file
 from hapticvlm.session.overrides import MaterialOverrides
 
@@ -27,9 +27,9 @@ class LoopbackPages:
         self._policy = policy
         self._overrides = overrides
 
-    def answer(self, connection: http.Ends, request: Request) -> Response | None:
+    def answer(self, connection: http.Ends, request: HttpRequest) -> Response | None:
         """Answer a request for the file; None: the request is for another page."""
-        if http.is_upgrade(request) or urlsplit(request.path).path != OVERRIDES:
+        if request.is_upgrade or request.path != OVERRIDES:
             return None
         refusal = http.refuse(connection, request, self._policy)
         if refusal is None:
@@ -39,8 +39,8 @@ class LoopbackPages:
         document = overrides_file.text(self._overrides().by_object)
         return http.response(200, document, "application/json")
 
-    def _refuse(self, connection: http.Ends, request: Request) -> Response | None:
+    def _refuse(self, connection: http.Ends, request: HttpRequest) -> Response | None:
         if not is_loopback(connection.remote_address[0]):
             return http.response(403, "this is shown on the service's own machine only\n")
         token = self._policy.token
-        return None if token is None else http.ask_for(token, request.headers)
+        return None if token is None else http.ask_for(token, request)

@@ -70,7 +70,7 @@ def find(folder: Path, path: str) -> Path | None:
         root = folder.resolve()
         file = (root / name.lstrip("/")).resolve()
         inside = file.is_relative_to(root) and kind(file) is not None and file.is_file()
-    except OSError:  # a name no file system takes
+    except (OSError, RuntimeError):  # a name no file system takes; a circle of links
         return None
     return file if inside else None
 
