@@ -19,6 +19,8 @@ GATEWAY, BUDGETS = "tests/server/test_gateway.py", "tests/server/test_budgets.py
 HTTP, SESSION = "tests/server/test_http.py", "tests/session/test_session.py"
 PLATE, AUDIO = "tests/devices/test_plate_session.py", "tests/devices/test_audio.py"
 CHILD = "tests/processes/test_supervised.py"
+PHASES, REQUEST = "tests/server/test_phases.py", "tests/server/test_request.py"
+SCENES = "tests/server/test_scene_files.py"
 EDGE, RANDOM = "tests/server/test_edge.py", "tests/lab/test_invariants.py"
 
 
@@ -62,7 +64,7 @@ DEFECTS = (
     # the edge
     Defect("server/edge/listener.py", "        await asyncio.sleep(0)", "        pass", f"{EDGE} -k one_is_taken"),
     Defect("server/edge/socket.py", "may_process = self.is_writable or self._has_ended", "may_process = True", f"{EDGE} -k reads_nothing"),
-    Defect("server/edge/socket.py", "self._short if missing <= READ_BYTES", "self._short if True", f"{EDGE} -k long_frame"),
+    Defect("server/edge/socket.py", "self._short if size <= READ_BYTES", "self._short if True", f"{EDGE} -k long_frame"),
     Defect("server/edge/socket.py", "self._loop.call_soon(self._take_turn)", "self._take_turn()", f"{EDGE} -k one_a_turn"),
     Defect("server/web/http.py", "if self.is_open_to_own_pages_only:", "if False:", "tests/studio/test_page_server.py -k own_pages"),
     Defect("server/web/http.py", "    page = next((page for page in found if page.name == name), None)\n    if page is None:", "    page = folders[0] / name\n    if not page.is_file():", f"{HTTP} -k outside_the_pages"),
@@ -71,8 +73,41 @@ DEFECTS = (
     Defect("server/access.py", 'if self.token == "":', "if False:", f"{BUDGETS} -k token"),
     Defect("server/access.py", "if len(self.token) < MIN_TOKEN:", "if False:", f"{BUDGETS} -k token"),
     Defect("server/web/http.py", "return host in self.names or is_address(host)", "return True", f"{HTTP} -k host_header"),
-    Defect("server/web/http.py", "(not is_opened or is_framed)", "not is_opened", f"{HTTP} -k another_site"),
-    Defect("server/web/http.py", '("cross-site", "same-site")', '("cross-site",)', f"{HTTP} -k another_site"),
+    Defect("server/edge/request.py", "(not is_opened or is_framed)", "not is_opened", f"{HTTP} -k another_site"),
+    Defect("server/edge/request.py", '("cross-site", "same-site")', '("cross-site",)', f"{HTTP} -k another_site"),
+    # the request
+    Defect("server/edge/request.py", "if _BARE_LINE_END.search(self._data, begins_at, size):", "if False:", f"{REQUEST} -k in_words"),
+    Defect("server/edge/request.py", "        if size > self._max_bytes:", "        if False:", f"{REQUEST} -k in_words"),
+    Defect("server/edge/request.py", "if len(self._data) > MAX_LINE_BYTES and", "if False and", f"{REQUEST} -k in_words"),
+    Defect("server/edge/request.py", "if not _TOKEN.match(self._data):", "if False:", f"{REQUEST} -k in_words"),
+    Defect("server/edge/request.py", "    if method not in METHODS:", "    if False:", f"{REQUEST} -k in_words"),
+    Defect("server/edge/request.py", '"Transfer-Encoding" in headers or ', "", f"{REQUEST} -k in_words"),
+    Defect("server/edge/request.py", "    if len(values) > 1:", "    if False:", f"{REQUEST} -k in_words"),
+    Defect("server/edge/request.py", "host if named_host is None else named_host", "host", f"{REQUEST} -k names_a_host"),
+    Defect("server/edge/request.py", '"websocket" in _words(headers, "Upgrade")', "True", f"{REQUEST} -k both_headers"),
+    Defect("server/edge/request.py", "begins_at = max(0, len(self._data) - len(_END))", "begins_at = len(self._data)", f"{REQUEST} -k it_is_cut"),
+    Defect("server/edge/socket.py", "        if not is_head:", "        if True:", f"{REQUEST} -k head_of_the_same"),
+    Defect("server/web/scene_files.py", "except (OSError, RuntimeError):", "except OSError:", f"{SCENES} -k nothing_else"),
+    # phases
+    Defect("server/edge/socket.py", "            self._receive(data, time.monotonic())", "            self.protocol.receive_data(data)", f"{PHASES} -k leave_every_later_read_short"),
+    Defect("server/edge/socket.py", "            self._hold_up()\n            self._listener.on_request", "            self._listener.on_request", f"{PHASES} -k nothing_is_read"),
+    Defect("server/edge/socket.py", "if self._hello_bytes > MAX_HELLO_BYTES:", "if False:", f"{PHASES} -k each_budget"),
+    Defect("server/edge/socket.py", "        if self.phase is Phase.BEFORE_HELLO:\n            self._parse_hello", "        if False:\n            self._parse_hello", f"{PHASES} -k is_admitted"),
+    Defect("server/edge/limits.py", "self._frames > most", "False", f"{PHASES} -k each_budget"),
+    Defect("server/edge/socket.py", "        self._expire(PHASES[self.phase].seconds)\n", "", f"{PHASES} -k says_nothing"),
+    Defect("server/edge/socket.py", "        self._expire(PHASES[Phase.CLOSING].seconds)\n", "", f"{PHASES} -k says_nothing"),
+    Defect("server/edge/socket.py", "        self._expire(PHASES[Phase.ASKING].seconds)\n", "", f"{PHASES} -k reads_nothing"),
+    Defect("server/edge/socket.py", "        elif self.state is State.OPEN:\n            self._parse", "        elif True:\n            self._parse", f"{PHASES} -k nothing_more"),
+    Defect("server/edge/socket.py", "        self._inbox.clear()\n", "", f"{PHASES} -k is_refused"),
+    Defect("server/edge/socket.py", "        if self._has_ended:\n            return\n", "", f"{PHASES} -k is_refused"),
+    Defect("server/edge/socket.py", "if len(self._parts) > MAX_TEXT_BYTES:", "if False:", f"{PHASES} -k handed_over"),
+    Defect("server/edge/limiter.py", "if self._held_bytes > HELD_BYTES:", "if False:", f"{PHASES} -k all_sockets"),
+    Defect("server/edge/limiter.py", "max(self._held, key=self._held.__getitem__)", "next(iter(self._held))", f"{PHASES} -k all_sockets"),
+    Defect("server/edge/limiter.py", "        self._held_bytes -= self._held.pop(socket, 0)\n", "", f"{PHASES} -k all_sockets"),
+    Defect("server/edge/listener.py", "        if is_loopback(socket.remote_address[0]):", "        if True:", f"{PHASES} -k spared"),
+    Defect("server/edge/listener.py", "        if len(self._connecting) > MAX_WAITING_SOCKETS:", "        if False:", f"{PHASES} -k no_keys"),
+    Defect("server/websocket.py", "        asyncio.get_running_loop().call_later(STOP_S, self._expire, handler)\n", "", f"{PHASES} -k no_slot"),
+    Defect("server/web/scene_pages.py", 'if file.suffix == ".html" else', "if True else", f"{SCENES} -k forty_readers"),
     # stop and leases
     Defect("devices/plate/requests.py", "if isinstance(message, Rest) and isinstance(self._message, Off):", "if False:", f"{PLATE} -k does_not_undo"),
     Defect("devices/plate/session.py", "elif now - self._unfollowed_since > TRACKING_TIMEOUT_S:", "elif False:", f"{PLATE} -k follows_no"),

@@ -3,17 +3,26 @@
 import asyncio
 import contextlib
 import random
+import socket
 import struct
 from collections import Counter
 from contextlib import asynccontextmanager
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any, cast
 
 import pytest
+from asked import asked
+from certificates import Authority
+from gateways import Peer, join, new_gateway
 from pace import PACE
 from test_autobahn_cases import KEY, closing, frame
-from test_edge import Service, listening, until
+from test_edge import Service, listening, open_websocket, until
 from websockets.asyncio.server import serve
+from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
+from websockets.http11 import Response
+from websockets.protocol import State
 
 from hapticvlm.server.counters import Count
 from hapticvlm.server.edge import limits
@@ -27,7 +36,10 @@ from hapticvlm.server.edge.limits import (
     READ_BYTES,
     Phase,
 )
-from hapticvlm.server.edge.socket import ClientSocket
+from hapticvlm.server.edge.listener import Listener
+from hapticvlm.server.edge.socket import ClientSocket, FileResponse
+from hapticvlm.server.web import certificate
+from hapticvlm.server.websocket import CLOSE_SERVER_FULL, StopOnlySlots
 
 TEXT, BINARY, PING = 1, 2, 9
 
@@ -235,7 +247,7 @@ async def test_messages_that_wait_when_a_client_is_refused_are_not_carried_out()
         await until(lambda: service.said == [b"first"])
         # One read: a ping too many, with messages before it that have had no turn yet.
         service.sockets[0].budget._control = limits.TokenBucket(limits.Rate(0.0, 0.0), 0.0)
-        writer.write(frame(BINARY, b"touch") * 20 + frame(PING))
+        writer.write(frame(BINARY, b"touch") * 20 + frame(PING) + frame(BINARY, b"behind"))
         assert close_code(await rest_of(reader)) == 1008
         await until(lambda: service.log == ["left"])
     assert service.said == [b"first"]
@@ -252,6 +264,7 @@ async def test_text_above_its_limit_is_handed_over_at_the_fragment_that_passes_i
             writer.write(frame(0, piece, fin=False))
         await until(lambda: len(service.said) == 2)
         too_long = service.said[1]
+        assert isinstance(too_long, str)
         assert MAX_TEXT_BYTES < len(too_long.encode()) <= MAX_TEXT_BYTES + 4
         await until(lambda: service.sockets[0]._held == 0)
         writer.write(frame(0, piece, fin=False) + frame(0, b"end") + frame(BINARY, b"next"))
@@ -348,3 +361,92 @@ async def test_a_stream_means_the_same_as_to_websockets_own_server_wherever_it_i
     assert said[:both] == theirs_said[:both]
     if code == their_code in (1000, 1005):
         assert len(said) >= len(theirs_said)
+
+
+LONG = 8 * 1024 * 1024
+
+
+@pytest.mark.parametrize("kind", ["page", "file"])
+async def test_a_reader_that_reads_nothing_of_a_long_answer_is_cut_off(kind, monkeypatch, tmp_path):
+    monkeypatch.setitem(PHASES, Phase.ASKING, replace(PHASES[Phase.ASKING], seconds=0.2))
+    file = tmp_path / "program.wasm"
+    with file.open("wb") as program:
+        program.truncate(LONG)
+    head = Headers([("Content-Length", str(LONG))])
+    answers = {
+        "page": Response(200, "OK", head, bytes(LONG)),
+        "file": FileResponse(200, "OK", head, path=file, size=LONG),
+    }
+
+    async def answer(*_):
+        return answers[kind]
+
+    limiter: SocketLimiter[ClientSocket] = SocketLimiter(Counter())
+    async with listening(Service(), limiter, answer) as port:
+        silent = socket.create_connection(("127.0.0.1", port))
+        silent.sendall(KEY)
+        await until(lambda: limiter.sockets)
+        await until(lambda: not limiter.sockets)
+        silent.close()
+
+
+async def test_messages_behind_a_close_are_not_carried_out():
+    service = Service()
+    async with listening(service) as port, raw(port) as (reader, writer):
+        writer.write(KEY + frame(BINARY, b"hello"))
+        await opened(reader)
+        await until(lambda: service.said)
+        writer.write(frame(BINARY, b"touch") + closing(1000) + frame(BINARY, b"behind"))
+        assert close_code(await rest_of(reader)) == 1000
+        await until(lambda: service.log == ["left"])
+    assert service.said == [b"hello", b"touch"]
+
+
+class Stranger:
+    """A socket that only has an address, and notes that it was cut off."""
+
+    def __init__(self, address, name, aborted):
+        self.remote_address = (address, 1)
+        self.state = State.CONNECTING
+        self.transport = SimpleNamespace(abort=lambda: aborted.append(name))
+
+
+@pytest.mark.parametrize(("address", "is_spared"), [("127.0.0.1", True), ("192.0.2.1", False)])
+async def test_only_a_socket_of_this_machine_that_has_asked_is_spared(address, is_spared):
+    limiter: SocketLimiter[Any] = SocketLimiter(Counter(), most=1)
+    never = asyncio.Event()
+
+    async def answer(*_):
+        await never.wait()
+
+    listener = Listener(limiter, answer, Service().serve, 1000)
+    aborted: list[str] = []
+    first, second = (Stranger(address, name, aborted) for name in ("first", "second"))
+    now = asyncio.get_running_loop().time()
+    limiter.add(first, now)
+    listener.on_request(cast("ClientSocket", first), asked())
+    limiter.add(second, now)
+    assert aborted == (["second"] if is_spared else ["first"])
+    await listener._close()
+
+
+@pytest.mark.needs_toolchain("openssl")
+async def test_of_many_that_agree_on_no_keys_the_oldest_makes_room(tmp_path, monkeypatch):
+    monkeypatch.setattr("hapticvlm.server.edge.listener.MAX_WAITING_SOCKETS", 3)
+    pair = Authority(tmp_path).sign()
+    tls = certificate.load(pair.cert, pair.key).context
+    listener = Listener(SocketLimiter(Counter()), open_websocket, Service().serve, 1000)
+    async with listener.listen("127.0.0.1", 0, tls) as port, contextlib.AsyncExitStack() as stack:
+        silent = [await stack.enter_async_context(raw(port)) for _ in range(5)]
+        for reader, _ in silent[:2]:
+            assert await rest_of(reader) == b""
+        assert len(listener._connecting) == 3
+
+
+async def test_who_has_no_slot_may_not_stay(monkeypatch):
+    monkeypatch.setattr("hapticvlm.server.websocket.STOP_S", 0.05)
+    peer, gateway = Peer(), new_gateway()
+    connection = join(gateway, observer=True, peer=peer)
+    socket_ = cast("ClientSocket", peer)
+    StopOnlySlots().make(socket_, connection, gateway, lambda: 0.0)
+    await until(lambda: peer.closed == (CLOSE_SERVER_FULL, "no place"))
