@@ -23,6 +23,9 @@ class Socket:
     def __init__(self):
         self.transport = Transport()
 
+    def refuse(self, excess):
+        raise AssertionError(excess)
+
 
 def socket():
     """A socket of which only the transport is needed."""

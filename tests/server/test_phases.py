@@ -295,6 +295,21 @@ async def test_all_sockets_together_hold_so_much_and_the_largest_goes(monkeypatc
     await until(lambda: not limiter._held)
 
 
+async def test_a_connection_that_is_reset_in_a_message_holds_nothing_any_more():
+    service = Service()
+    limiter: SocketLimiter[ClientSocket] = SocketLimiter(Counter())
+    async with listening(service, limiter) as port, raw(port) as (reader, writer):
+        writer.write(KEY + frame(BINARY, b"hello"))
+        await opened(reader)
+        writer.write(message_of(500_000)[:300_000])
+        await until(lambda: limiter._held_bytes > 200_000)
+        reset = struct.pack("ii", 1, 0)
+        writer.get_extra_info("socket").setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, reset)
+        writer.transport.abort()
+        await until(lambda: not limiter.sockets)
+    assert limiter._held_bytes == 0
+
+
 def random_stream(draw):
     """Frames of every kind, right and wrong, and then a close."""
     stream = b""

@@ -22,7 +22,7 @@ from hapticvlm.client.local_service import ServiceError, running
 from hapticvlm.server.edge.limiter import SocketLimiter
 from hapticvlm.server.edge.limits import PHASES, Phase
 from hapticvlm.server.edge.listener import Listener
-from hapticvlm.server.edge.socket import PIECE
+from hapticvlm.server.edge.socket import PIECE, ClientSocket
 from hapticvlm.server.web import http, scene_files, scene_pages
 
 MAP = '\n  {"imports": {"three": "./three.js"}}\n'
@@ -140,7 +140,7 @@ def big(folder):
 
 @asynccontextmanager
 async def listening(answer):
-    limiter = SocketLimiter(Counter())
+    limiter: SocketLimiter[ClientSocket] = SocketLimiter(Counter())
     listener = Listener(limiter, lambda *_: answer(), lambda _: asyncio.sleep(0), BIG)
     async with listener.listen("127.0.0.1", 0) as port:
         yield port, limiter

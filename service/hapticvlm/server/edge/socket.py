@@ -445,8 +445,6 @@ class ClientSocket(asyncio.BufferedProtocol):
 
     def _take(self, frame: Frame, now: float) -> None:
         """Spend the budget of a frame and keep the message that it completes."""
-        if self._has_ended:
-            return
         if frame.opcode is Opcode.CLOSE:
             self._has_ended = True
             return
