@@ -1,6 +1,7 @@
 """A participant's file: what is told to be kept is whole on the disk, also when that is full."""
 
 import json
+import os
 import stat
 import subprocess
 import sys
@@ -43,6 +44,23 @@ def test_a_full_disk_is_an_error_and_every_event_that_was_kept_is_readable(tmp_p
     found = events(tmp_path, "P01")
     assert [event.get("number") for event in found] == [*range(int(kept)), None]
     assert found[-1]["event"] == "resumed"
+
+
+def test_each_event_is_flushed_to_the_disk_before_it_counts_as_kept(tmp_path, monkeypatch):
+    flushed: list[int] = []  # bytes of the file at each flush
+    fsync = os.fsync
+
+    def note(descriptor):
+        fsync(descriptor)
+        flushed.append(os.fstat(descriptor).st_size)
+
+    monkeypatch.setattr(os, "fsync", note)
+    log = Log(tmp_path, "P01")
+    for number in range(3):
+        log.add({"event": "answered", "number": number})
+        assert flushed[-1] == (tmp_path / "P01.jsonl").stat().st_size
+    log.close()
+    assert len(set(flushed)) == 4
 
 
 def test_a_torn_line_in_the_middle_leaves_every_other_event_readable(tmp_path):
