@@ -91,6 +91,7 @@ PHASES = {
     Phase.BEFORE_HELLO: PhaseLimits(MAX_HELLO_BYTES, HELLO_FRAMES, HELLO_S, READ_BYTES),
     Phase.OPEN: PhaseLimits(None, None, None, TURN_BYTES),
     Phase.CLOSING: PhaseLimits(0, 0, CLOSE_S, READ_BYTES),
+    Phase.CLOSED: PhaseLimits(0, 0, None, READ_BYTES),
 }
 
 
@@ -129,9 +130,11 @@ class PeerBudget:
         """Count what arrived; false: above the budget."""
         return self._bytes.spend(count, now)
 
-    def excess(self, phase: Phase, now: float, *, is_control: bool) -> Count | None:
-        """Spend one frame; return the budget that it exceeds, if any."""
-        most = PHASES[phase].frames
+    def excess(self, most: int | None, now: float, *, is_control: bool) -> Count | None:
+        """Spend one frame; return the budget that it exceeds, if any.
+
+        `most` frames may come in the present phase; None: as many as the rates let through.
+        """
         if most is not None:
             self._frames += 1
             return Count.CLOSED_BEFORE_HELLO if self._frames > most else None

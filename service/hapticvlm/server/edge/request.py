@@ -72,11 +72,7 @@ class RequestReader:
     def __init__(self, max_bytes: int) -> None:
         self._max_bytes = max_bytes
         self._data = bytearray()
-
-    @property
-    def held(self) -> int:
-        """How many bytes are kept."""
-        return len(self._data)
+        self.held = 0  # bytes that are kept
 
     def feed(self, data: bytes) -> tuple[HttpRequest, bytes] | None:
         """Take the next bytes; return the request and the bytes behind it once it is complete.
@@ -85,6 +81,7 @@ class RequestReader:
         """
         begins_at = max(0, len(self._data) - len(_END))
         self._data += data
+        self.held = len(self._data)
         if not _TOKEN.match(self._data):
             text = "this is not a request of HTTP/1.1; for an encrypted service use https or wss"
             raise RequestError(400, text)
@@ -102,6 +99,7 @@ class RequestReader:
             return None
         head, rest = bytes(self._data[:ends_at]), bytes(self._data[size:])
         self._data = bytearray()
+        self.held = 0
         return parse(head), rest
 
 

@@ -99,7 +99,7 @@ class ClientSocket(asyncio.BufferedProtocol):
         # The protocol is told that it is open, so it parses frames from its first byte on. It never
         # sees the request, and `phase` says what the connection is.
         self.protocol = ServerProtocol(state=State.OPEN, max_size=listener.max_bytes)
-        self.phase = Phase.ASKING
+        self._enter(Phase.ASKING)
         self.budget = PeerBudget(time.monotonic())
         self.request: HttpRequest | None = None
         self.is_writable = True  # the client reads what it is sent
@@ -134,7 +134,7 @@ class ClientSocket(asyncio.BufferedProtocol):
     @property
     def state(self) -> State:
         """Whether the socket is being opened, is open, is being closed or is closed."""
-        return _STATES.get(self.phase, self.protocol.state)
+        return self.protocol.state if self._is_websocket else _STATES[self.phase]
 
     @property
     def close_code(self) -> int:
@@ -155,7 +155,7 @@ class ClientSocket(asyncio.BufferedProtocol):
     def mark_admitted(self) -> None:
         """Give the socket the budgets of an admitted client."""
         if self.phase is Phase.BEFORE_HELLO:
-            self.phase = Phase.OPEN
+            self._enter(Phase.OPEN)
             self._listener.limiter.mark_admitted(self)
             self._go_on()
 
@@ -198,7 +198,7 @@ class ClientSocket(asyncio.BufferedProtocol):
 
     def write(self, data: bytes | str) -> None:
         """Send a message now, also to a slow reader; send nothing if the socket is closing."""
-        if self.state is not State.OPEN:
+        if not self._is_websocket or self.protocol.state is not State.OPEN:
             return
         if isinstance(data, str):
             self.protocol.send_text(data.encode())
@@ -243,7 +243,7 @@ class ClientSocket(asyncio.BufferedProtocol):
             return  # the client has gone
         if response.status_code == HTTPStatus.SWITCHING_PROTOCOLS:
             self.emit([response.serialize()])
-            self.phase = Phase.BEFORE_HELLO
+            self._enter(Phase.BEFORE_HELLO)
             self._expire(None)  # the server says in words that no hello came
             self._go_on()
             return
@@ -277,7 +277,7 @@ class ClientSocket(asyncio.BufferedProtocol):
         if self.transport.is_closing():
             return
         # The time is that of one piece: a slow network takes long for all of them.
-        self._expire(PHASES[Phase.ASKING].seconds)
+        self._expire(self._limits.seconds)
         self.transport.write(piece)
         await self.drain()
 
@@ -302,14 +302,14 @@ class ClientSocket(asyncio.BufferedProtocol):
         """Take the transport."""
         self.transport = cast("asyncio.Transport", transport)
         self.transport.set_write_buffer_limits(WRITE_BYTES)
-        self._expire(PHASES[self.phase].seconds)
+        self._expire(self._limits.seconds)
         self._listener.limiter.add(self, self._loop.time())
 
     def get_buffer(self, _: int) -> bytearray:
         """Return the buffer to read into: a short one, or one for the rest of a long frame."""
         # All frames of one read are parsed before any other socket has a turn, so a read is short.
         # A read that completes a frame brings one frame, however long it is.
-        size = min(self._boundaries.missing, PHASES[self.phase].read_bytes)
+        size = min(self._boundaries.missing, self._limits.read_bytes)
         self._buffer = self._short if size <= READ_BYTES else bytearray(size)
         return self._buffer
 
@@ -327,16 +327,19 @@ class ClientSocket(asyncio.BufferedProtocol):
 
     def _receive(self, data: bytes, now: float) -> None:
         """Take bytes of the present phase."""
-        if self.phase is Phase.ASKING:
-            self._read_request(data)
-        elif self.state is State.OPEN:
-            self._parse(data, now)
+        if self._is_websocket:
+            if self._limits.frames is None:
+                self._parse(data, now)
+            else:
+                self._parse_hello(data, now)
             self._process()
             # Answers to control frames leave last. When the client closes, its outputs rest before
             # it is told that the connection is closed.
             self.flush()
             if self.protocol.state is not State.OPEN:
                 self._end_input()
+        elif self.phase is Phase.ASKING:
+            self._read_request(data)
         self._report_held()
 
     def _process(self) -> None:
@@ -373,7 +376,7 @@ class ClientSocket(asyncio.BufferedProtocol):
 
     def connection_lost(self, _: Exception | None) -> None:
         """Forget the connection, once the messages it had sent are carried out."""
-        self.phase = Phase.CLOSED
+        self._enter(Phase.CLOSED)
         self._expire(None)
         self._listener.limiter.remove(self)
         self._has_ended = True
@@ -395,6 +398,12 @@ class ClientSocket(asyncio.BufferedProtocol):
             self._hold_up()
             self._listener.on_request(self, self.request)
 
+    def _enter(self, phase: Phase) -> None:
+        """Begin a phase. What a touch needs of it is looked up now."""
+        self.phase = phase
+        self._limits = PHASES[phase]
+        self._is_websocket = phase in (Phase.BEFORE_HELLO, Phase.OPEN)
+
     def _hold_up(self) -> None:
         """Read nothing more until the next phase begins."""
         self._is_held_up = True
@@ -414,12 +423,6 @@ class ClientSocket(asyncio.BufferedProtocol):
         elif not self.transport.is_closing():
             self.transport.resume_reading()
 
-    def _parse(self, data: bytes, now: float) -> None:
-        if self.phase is Phase.BEFORE_HELLO:
-            self._parse_hello(data, now)
-        else:
-            self._parse_frames(data, now)
-
     def _parse_hello(self, data: bytes, now: float) -> None:
         """Take frames until one of them completes a message; keep what follows for later."""
         while data and self.state is State.OPEN and not (self._inbox or self._has_ended):
@@ -429,12 +432,12 @@ class ClientSocket(asyncio.BufferedProtocol):
                 text = f"more than {MAX_HELLO_BYTES} bytes before hello"
                 self.close(CloseCode.MESSAGE_TOO_BIG, text)
                 return
-            self._parse_frames(frame, now)
+            self._parse(frame, now)
         if self._inbox and not self._has_ended:
             self._next_phase_bytes = data
             self._hold_up()
 
-    def _parse_frames(self, data: bytes, now: float) -> None:
+    def _parse(self, data: bytes, now: float) -> None:
         self.protocol.receive_data(data)
         for event in self.protocol.events_received():
             self._take(cast("Frame", event), now)
@@ -448,7 +451,7 @@ class ClientSocket(asyncio.BufferedProtocol):
         if frame.opcode is Opcode.CLOSE:
             self._has_ended = True
             return
-        excess = self.budget.excess(self.phase, now, is_control=frame.opcode in CONTROL)
+        excess = self.budget.excess(self._limits.frames, now, is_control=frame.opcode in CONTROL)
         if excess is not None:
             self.refuse(excess)
         elif frame.opcode not in CONTROL:
@@ -483,10 +486,10 @@ class ClientSocket(asyncio.BufferedProtocol):
     def _report_held(self) -> None:
         """Tell the limiter how many bytes of unfinished or waiting input are kept here."""
         held = (
-            self._reader.held
+            self._inbox_bytes
             + self._boundaries.held
             + self._assembler.held
-            + self._inbox_bytes
+            + self._reader.held
             + len(self._next_phase_bytes)
         )
         if held != self._held and self.phase is not Phase.CLOSED:
@@ -547,7 +550,7 @@ class ClientSocket(asyncio.BufferedProtocol):
         """Begin to close: keep messages that are complete, and throw away whatever else comes."""
         if self.phase in (Phase.CLOSING, Phase.CLOSED):
             return
-        self.phase = Phase.CLOSING
+        self._enter(Phase.CLOSING)
         self._has_ended = True
         self._next_phase_bytes = b""
         self._reader = RequestReader(0)
@@ -558,7 +561,7 @@ class ClientSocket(asyncio.BufferedProtocol):
         # reset, which can overtake the close frame.
         self._is_held_up = self._is_full = False
         self._update_reading()
-        self._expire(PHASES[Phase.CLOSING].seconds)
+        self._expire(self._limits.seconds)
 
     def _expire(self, seconds: float | None) -> None:
         """Cut the connection off after so many seconds; None: never."""
@@ -600,14 +603,10 @@ class FragmentAssembler:
     """
 
     def __init__(self) -> None:
+        self.held = 0  # bytes of an unfinished message that are kept
         self._parts = bytearray()
         self._decoder: codecs.IncrementalDecoder | None = None  # of text; None: bytes
         self._is_dropped = False  # the rest of a text that is too long
-
-    @property
-    def held(self) -> int:
-        """How many bytes of an unfinished message are kept."""
-        return len(self._parts)
 
     def add(self, frame: Frame) -> bytes | str | None:
         """Return the message that this frame completes, or None. Raises UnicodeDecodeError."""
@@ -618,8 +617,8 @@ class FragmentAssembler:
             return None
         if self._decoder is None:
             return self._add_bytes(frame)
-        self._parts += frame.data
-        if len(self._parts) > MAX_TEXT_BYTES:
+        self._keep(frame)
+        if self.held > MAX_TEXT_BYTES:
             self._is_dropped = not frame.fin
             # A character that the cut splits is left out.
             return self._taken()[: MAX_TEXT_BYTES + _UTF8_BYTES].decode(errors="ignore")
@@ -629,14 +628,19 @@ class FragmentAssembler:
         return self._taken().decode() if frame.fin else None
 
     def _add_bytes(self, frame: Frame) -> bytes | None:
-        if frame.fin and not self._parts:
+        if frame.fin and not self.held:
             return bytes(frame.data)
-        self._parts += frame.data
+        self._keep(frame)
         return self._taken() if frame.fin else None
+
+    def _keep(self, frame: Frame) -> None:
+        self._parts += frame.data
+        self.held = len(self._parts)
 
     def _taken(self) -> bytes:
         message = bytes(self._parts)
         self._parts = bytearray()
+        self.held = 0
         self._decoder = None
         return message
 
@@ -650,13 +654,9 @@ class FrameBoundaries:
 
     def __init__(self) -> None:
         self.missing = 0  # bytes of the frame under way, once its header is complete
+        self.held = 0  # bytes of that frame that have come
         self._size = 0  # of that frame, header included
         self._header = b""  # a header that was cut off
-
-    @property
-    def held(self) -> int:
-        """How many bytes of an unfinished frame have come."""
-        return len(self._header) + (self._size - self.missing if self.missing else 0)
 
     def follow(self, data: bytes) -> None:
         """Take the next bytes of the stream."""
@@ -674,6 +674,7 @@ class FrameBoundaries:
             self._size = length
             at += length
         self.missing = at - size
+        self.held = self._size - self.missing if self.missing else len(self._header)
 
     def split(self, data: bytes) -> tuple[bytes, bytes]:
         """Return the next bytes up to the end of their first frame, and those behind it."""
