@@ -6,16 +6,18 @@ import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import torch
 from numpy.typing import NDArray
 
 from hapticvlm import materials
 from hapticvlm.vlm import contract
 from hapticvlm.vlm.local import LocalVlm
 from hapticvlm_lab.bench import random_vlm
+
+if TYPE_CHECKING:
+    import torch
 
 Pixels = NDArray[np.uint8]
 

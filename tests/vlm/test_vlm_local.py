@@ -10,13 +10,11 @@ import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-import torch
 from numpy.typing import NDArray
-from safetensors.torch import load_file
 from tiny_encoders import write_network
 from tiny_vlm import picture, planting, rewrite, write_tiny_vlm
 
@@ -29,6 +27,9 @@ from hapticvlm.vlm.limits import TRUST
 from hapticvlm.vlm.local import PASSIVE, LocalVlm, load_local, load_vlm
 from hapticvlm.vlm.numbers import CANDIDATES_C, number_beliefs
 from hapticvlm.vlm.weights import Precision
+
+if TYPE_CHECKING:
+    import torch
 
 pytestmark = pytest.mark.torch
 
@@ -113,6 +114,8 @@ def test_the_answer_hangs_on_picture_and_wording(vlm: LocalVlm) -> None:
 
 
 def test_a_plain_pass_is_the_librarys_own(vlm: LocalVlm) -> None:
+    import torch
+
     prompt = vlm.chat.prompt(contract.about_ambient(), [picture()])
     ids = torch.tensor([[*prompt.head, *prompt.body, *prompt.tails[0]]])
     kinds = (ids == vlm.network.model.config.image_token_id).int()
@@ -164,6 +167,8 @@ def test_what_a_sentence_leaves_to_numbers_is_not_read(vlm: LocalVlm) -> None:
 
 
 def test_bfloat16_gives_nearly_the_same(folder: Path, vlm: LocalVlm) -> None:
+    import torch
+
     half = load(folder, "bfloat16")
     assert half.network.model.dtype == torch.bfloat16
     assert abs(expected_c(half) - expected_c(vlm)) < 3.0
@@ -240,6 +245,9 @@ def broken_weights(folder: Path) -> None:
 
 
 def pickled_weights(folder: Path) -> None:
+    import torch
+    from safetensors.torch import load_file
+
     file = folder / "model.safetensors"
     torch.save(load_file(file), folder / "pytorch_model.bin")
     file.unlink()
@@ -323,6 +331,8 @@ def test_an_encoder_is_not_a_vision_language_model(tmp_path: Path) -> None:
 def test_settings_that_do_not_fit_are_refused(
     folder: Path, options: dict[str, Any], complaint: str
 ) -> None:
+    import torch
+
     if options.get("device") == "cuda" and torch.cuda.is_available():
         pytest.skip("there is a CUDA device here")
     with pytest.raises(VlmError, match=complaint):
@@ -339,17 +349,26 @@ def test_a_model_larger_than_the_free_memory_is_refused(
         load(folder)
 
 
+def of_a_gpu() -> Exception:
+    import torch
+
+    return torch.OutOfMemoryError("CUDA out of memory")
+
+
 @pytest.mark.parametrize(
     "error",
     [
-        MemoryError("no more"),
-        torch.OutOfMemoryError("CUDA out of memory"),
-        RuntimeError("DefaultCPUAllocator: can't allocate memory: you tried to allocate 9 bytes"),
+        lambda: MemoryError("no more"),
+        of_a_gpu,
+        lambda: RuntimeError("DefaultCPUAllocator: can't allocate memory: you tried to allocate 9"),
     ],
+    ids=["python", "gpu", "processor"],
 )
-def test_lack_of_memory_during_a_question_is_reported(vlm: LocalVlm, error: Exception) -> None:
+def test_lack_of_memory_during_a_question_is_reported(
+    vlm: LocalVlm, error: Callable[[], Exception]
+) -> None:
     def fail(*_: object) -> None:
-        raise error
+        raise error()
 
     hook = vlm.network.model.lm_head.register_forward_pre_hook(fail)
     try:

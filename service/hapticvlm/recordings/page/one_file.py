@@ -13,7 +13,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import resample_poly
 
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 
@@ -56,6 +55,7 @@ def encoded(data: bytes) -> str:
 def sound(wave: NDArray[np.float32]) -> bytes:
     """Return a vibration (N,) at RATE_HZ as a WAV file at SOUND_HZ."""
     import soundfile
+    from scipy.signal import resample_poly
 
     slowed = resample_poly(wave, SOUND_HZ, RATE_HZ) if wave.size else np.zeros(1, np.float32)
     file = io.BytesIO()
