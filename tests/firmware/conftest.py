@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
+from shared_build import built_once
 from toolchains import require
 
 from . import build
@@ -17,7 +18,7 @@ from .rawhost import RawHost
 def chip(tmp_path_factory: pytest.TempPathFactory) -> Chip:
     """The firmware and the host of the simulated chip, compiled once."""
     require("simavr", "make")
-    return build.build(tmp_path_factory.mktemp("firmware"))
+    return build.opened(built_once(tmp_path_factory, "firmware", build.build))
 
 
 @pytest.fixture

@@ -19,8 +19,8 @@ SIDE = 128
 
 
 @pytest.fixture
-def play(build, tmp_path):
-    """Runs one program of components/ against a service of its own and returns its output."""
+def play(build, service, tmp_path):
+    """Runs one program of components/ and returns its output."""
     random = np.random.default_rng(1)
     picture = random.integers(0, 255, (SIDE, SIDE, 3), dtype=np.uint8)
     Image.fromarray(picture).save(tmp_path / "picture.jpg")
@@ -28,11 +28,10 @@ def play(build, tmp_path):
     mask[30:90, 30:90] = 255
     Image.fromarray(mask).save(tmp_path / "mask.png")
 
-    def run(program):
-        with running() as service:
-            files = str(tmp_path / "picture.jpg"), str(tmp_path / "mask.png")
-            samples = str(build.folder / "samples.dll")
-            return build.run("components.exe", program, service.url, *files, samples)
+    def run(program, url=service.url):
+        files = str(tmp_path / "picture.jpg"), str(tmp_path / "mask.png")
+        samples = str(build.folder / "samples.dll")
+        return build.run("components.exe", program, url, *files, samples)
 
     return run
 
@@ -82,6 +81,7 @@ def test_streaming_allocates_nothing_on_the_main_thread_and_survives_a_lost_devi
     assert "threads left 0" in output
 
 
+@pytest.mark.nightly
 def test_100_enable_cycles_and_a_reload_leave_nothing_behind(play):
     output = play("cycles")
     assert "works after 100 cycles" in output
@@ -101,7 +101,8 @@ def test_only_objects_without_a_sure_material_are_scanned(play):
 
 
 def test_the_editor_window_shows_decisions_and_the_plate_and_stops(play):
-    output = play("window")
+    with running() as stoppable:  # a stop holds until the hand lets go, here in no scene
+        output = play("window", stoppable.url)
     assert "Connection: up" in output
     assert re.search(r"Plate: [\d.]+ degC \(simulated\), setpoint", output)
     assert "OakPlanks: wood" in output
@@ -114,5 +115,6 @@ def test_the_sample_that_asks_for_an_address_links_to_what_is_typed_and_remember
     assert "linked and remembered True typed-token" in play("type-address")
 
 
+@pytest.mark.nightly
 def test_the_sample_of_object_ids_logs_what_is_felt(play):
     assert "OakTable feels like wood, by Name" in play("sample")

@@ -7,6 +7,7 @@ import sys
 
 import engine_members
 import mono
+import pytest
 
 pytest_plugins = ("mono_build",)
 PACKAGE = mono.PACKAGE
@@ -35,19 +36,23 @@ def test_the_package_s_own_play_mode_tests_pass_in_the_stub_player(build):
     assert "play mode tests passed 4" in output
 
 
-def test_the_parts_for_other_packages_compile_and_are_left_out_without_them(build):
-    for name, folders, using in mono.OPTIONAL:
+@pytest.fixture(scope="module")
+def optional(build):
+    """The parts that need other packages, compiled against stand-ins of these."""
+    for name, folders, using in (*mono.OPTIONAL, mono.STREAMS):
         build.compile(name, mono.sources(*folders), mono.QUIET, using=using)
+    return build
+
+
+def test_the_parts_for_other_packages_compile_and_are_left_out_without_them(optional):
     for name, folders, _ in mono.OPTIONAL[1:]:
         definition = json.loads((folders[0] / name.replace(".dll", ".asmdef")).read_text())
         defines = {each["define"] for each in definition["versionDefines"]}
         assert defines == set(definition["defineConstraints"])
 
 
-def test_meta_s_parametric_haptics_are_streamed_as_its_page_asks(build):
-    for name, folders, using in (*mono.OPTIONAL, mono.STREAMS):
-        build.compile(name, mono.sources(*folders), mono.QUIET, using=using)
-    sent = build.run("streams.exe").split("\n")
+def test_meta_s_parametric_haptics_are_streamed_as_its_page_asks(optional):
+    sent = optional.run("streams.exe").split("\n")
     first, *later = [re.findall(r"[\d.]+", line) for line in sent if line]
     assert (first[0], first[1], first[3]) == ("1", "0", "0.60")
     assert int(first[2]) >= 30  # ms, as the controller requires

@@ -21,17 +21,11 @@ from hapticvlm.client.local_service import running
 pytest_plugins = ("mono_build",)
 ANSWERS = Path(__file__).parents[2] / "schemas" / "vectors" / "answers.json"
 TOUCHES = 250
-KILLS = int(os.environ.get("HAPTICVLM_KILLS", "3"))  # 10 in long_run.py
+KILLS = int(os.environ.get("HAPTICVLM_KILLS", "1"))  # 10 in long_run.py
 MAIN_LOOP_MS = 2.0
 SOAK_S = 1200.0
 SOAK_FRAMES = int(os.environ.get("HAPTICVLM_FRAMES", "450"))  # 3000 in long_run.py
 SOAK_RATE = int(os.environ.get("HAPTICVLM_RATE", "90"))
-
-
-@pytest.fixture(scope="module")
-def service():
-    with running() as service:
-        yield service
 
 
 def figures(line):

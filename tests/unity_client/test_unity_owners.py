@@ -11,15 +11,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 from websockets.sync.server import serve
 
-from hapticvlm.client.local_service import running
-
 pytest_plugins = ("mono_build",)
-
-
-@pytest.fixture(scope="module")
-def service():
-    with running() as service:
-        yield service
 
 
 @pytest.fixture
@@ -39,6 +31,7 @@ def test_a_scene_that_waits_takes_the_outputs_when_they_are_free_and_is_felt(pla
     assert "threads left 0" in output
 
 
+@pytest.mark.nightly
 def test_100_of_100_scene_changes_own_the_outputs(play, capsys):
     output = play("scene-changes")
     with capsys.disabled():

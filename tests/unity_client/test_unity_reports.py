@@ -11,12 +11,6 @@ pytest_plugins = ("mono_build",)
 NOBODY = "ws://127.0.0.1:9/"
 
 
-@pytest.fixture(scope="module")
-def service():
-    with running() as service:
-        yield service
-
-
 @pytest.fixture
 def play(build, service):
     return lambda program, url=service.url: build.run("components.exe", program, url)
@@ -99,6 +93,7 @@ def test_a_message_that_cannot_be_written_is_one_error_and_the_link_goes_on(play
     ]
 
 
+@pytest.mark.nightly
 def test_in_a_webgl_player_the_package_compiles_and_does_nothing(tmp_path):
     mono.require()
     own = mono.Build(tmp_path)

@@ -4,17 +4,9 @@ import re
 
 import pytest
 
-from hapticvlm.client.local_service import running
-
 pytest_plugins = ("mono_build",)
 RATES = (45, 60, 72, 90, 120)
 NOBODY = "ws://127.0.0.1:9/"
-
-
-@pytest.fixture(scope="module")
-def service():
-    with running() as service:
-        yield service
 
 
 @pytest.fixture
