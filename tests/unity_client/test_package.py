@@ -44,7 +44,8 @@ def optional(build):
     return build
 
 
-def test_the_parts_for_other_packages_compile_and_are_left_out_without_them(optional):
+@pytest.mark.usefixtures("optional")
+def test_the_parts_for_other_packages_compile_and_are_left_out_without_them():
     for name, folders, _ in mono.OPTIONAL[1:]:
         definition = json.loads((folders[0] / name.replace(".dll", ".asmdef")).read_text())
         defines = {each["define"] for each in definition["versionDefines"]}
