@@ -31,6 +31,7 @@ settings.load_profile("project")
 
 Message = dict[str, Any]
 ANSWER_S = 10.0 * PACE  # telemetry comes ten times a second: silence this long is a failure
+EVENT_S = 60.0 * PACE  # telemetry goes on while an event never comes
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -97,12 +98,13 @@ class Peer:
 
     async def event(self, type: str, **wanted: Any) -> Message:
         """Return the next event of this type with these values."""
-        while True:
-            for event in self.events:
-                if event["type"] == type and wanted.items() <= event.items():
-                    self.events.remove(event)
-                    return event
-            self.events.append(await self.read())
+        async with asyncio.timeout(EVENT_S):
+            while True:
+                for event in self.events:
+                    if event["type"] == type and wanted.items() <= event.items():
+                        self.events.remove(event)
+                        return event
+                self.events.append(await self.read())
 
     async def hello(self, role: str = "scene", **fields: Any) -> Message:
         client = {"name": "test", "version": "1"}

@@ -1,5 +1,6 @@
 """Who watches costs little: a view is small and encoded once, whatever the scene sends."""
 
+import asyncio
 import io
 import time
 
@@ -37,9 +38,12 @@ async def test_a_watched_view_is_small_and_delays_no_touch(service, size, commen
         await watching.hello("observer")
         await watching.ask(type="set", watch=["frames"])
         shape = {"width": size[0], "height": size[1], "origin": "top", "format": "jpeg"}
-        await client.send(
-            type="frame", captured_at=time.monotonic(), object_id="thing", image=image, **shape
-        )
+        frame = {"type": "frame", "object_id": "thing", "image": image, **shape}
+        while (answer := await client.ask(captured_at=time.monotonic(), **frame)).get(
+            "code"
+        ) == "model":  # a recogniser that a busy machine starts late is started again
+            await asyncio.sleep(0.5)
+        assert answer["type"] == "decision"
         view = await watching.event("view", kind="frames", object_id="thing")
     assert len(view["image"]) < 1.4 * SHOWN_BYTES  # base64
     assert max(size) > SHOWN_PX or comments
