@@ -66,11 +66,8 @@ def test_a_file_is_read_up_to_its_limit_and_no_byte_beyond(tmp_path):
 def test_a_gallery_that_unfolds_to_gigabytes_is_refused_before_it_does(tmp_path):
     path = tmp_path / "bomb.npz"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-        for number in range(9):
-            with archive.open(f"{number}.npy", "w", force_zip64=True) as entry:
-                for _ in range(128):
-                    entry.write(bytes(1024 * 1024))
-    assert path.stat().st_size < 3_000_000
+        archive.writestr("encoder.npy", bytes(1000))
+        archive.filelist[0].file_size = 9 * 2**27  # as the directory of a real one states it
     with pytest.raises(storage.GalleryError, match="unpacks to"):
         storage.read_gallery(path)
 

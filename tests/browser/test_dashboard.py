@@ -288,7 +288,7 @@ def test_the_ring_keeps_the_newest_and_quantiles_are_numpys(
     ]
 
 
-@pytest.mark.parametrize("size", [DESKTOP, PHONE])
+@pytest.mark.parametrize("size", [PHONE, pytest.param(DESKTOP, marks=pytest.mark.nightly)])
 def test_nothing_scrolls_sideways_and_the_stop_is_always_in_view(
     service: Service, browser: Browser, size: tuple[int, int]
 ) -> None:

@@ -408,6 +408,7 @@ def test_the_lines_to_begin_with_run_as_they_are_copied(browser: Browser, tmp_pa
         expect(page.locator("#material")).to_have_text("glass")
 
 
+@pytest.mark.nightly
 def test_a_service_that_is_gone_is_said_in_a_banner_and_covers_nothing(browser: Browser) -> None:
     with running() as service, dashboard(browser, service.page, SCREEN) as page:
         page.keyboard.press("Escape")

@@ -325,7 +325,8 @@ def test_another_scene_that_owns_the_outputs_is_named_and_left_in_peace(browser,
 SIZES = {"screen": (1280, 900), "phone": (390, 844)}
 
 
-@pytest.mark.parametrize("screen", nightly_except(2, SIZES))
+@pytest.mark.nightly
+@pytest.mark.parametrize("screen", SIZES)
 def test_it_is_open_to_everybody_and_fits_a_phone(browser, service, screen):
     with visit(browser, service, SIZES[screen]) as page:
         sample(page)

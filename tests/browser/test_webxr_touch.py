@@ -81,6 +81,7 @@ def press(page: Page, key: str, hold_ms: int = 400) -> Any:
 
 
 @pytest.mark.realtime
+@pytest.mark.nightly
 def test_the_first_picture_after_a_touch_shows_it_and_comes_as_fast_as_a_picture_can(
     page: Page,
 ) -> None:
@@ -137,7 +138,8 @@ def test_a_touch_draws_only_the_part_that_changes_where_the_processor_draws(page
     assert median(shares) < MOST_DRAWN
 
 
-@pytest.mark.parametrize("key", nightly_except(2, ["kettle", "table"]))
+@pytest.mark.nightly
+@pytest.mark.parametrize("key", ["kettle", "table"])
 def test_a_picture_drawn_in_parts_is_the_whole_picture(page: Page, key: str) -> None:
     pictures = page.evaluate(PARTS, key)
     assert min(one["share"] for one in pictures) < 1

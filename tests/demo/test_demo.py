@@ -15,6 +15,8 @@ from hapticvlm.captures import read
 from hapticvlm.captures.contacts import contacts
 from hapticvlm.demo.run import CAPTURE
 
+pytestmark = pytest.mark.slow
+
 LONGEST_SILENCE_S = 3.0  # of a machine that is not busy; SLACK_S more on one that is
 SLACK_S = 7.0
 COLUMNS = 80

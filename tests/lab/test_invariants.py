@@ -31,6 +31,7 @@ def client(name="anybody"):
     return RandomClient(name, "scene", Open())  # type: ignore[arg-type]
 
 
+@pytest.mark.nightly
 def test_what_must_hold_holds_beside_random_clients(capsys):
     code = invariants.run(minutes=SECONDS / 60.0, seed=7, flood_seconds=0.0, as_json=True)
     told = json.loads(capsys.readouterr().out)
@@ -77,6 +78,7 @@ def test_a_seed_gives_the_same_requests_again():
     assert set(kinds(3)) >= {"touch", "scene", "frame", "set", "stop"}
 
 
+@pytest.mark.nightly
 def test_touches_beside_a_hostile_client_are_as_fast_as_an_echo_allows(capsys, monkeypatch):
     monkeypatch.setattr(invariants, "KINDS", {"pings": flood_clients.KINDS["pings"]})
     invariants.run(minutes=0.0, seed=0, flood_seconds=1.0, as_json=True)

@@ -109,6 +109,7 @@ def test_a_fault_switches_off_and_is_named(core, injection) -> None:
 
 
 @needs_compiler
+@pytest.mark.nightly
 def test_a_shorter_window_and_a_lower_cap_keep_a_blind_plate_cooler(core) -> None:
     plate = draw_plates(1)[0]
     short, long = try_out([core(500, FULL_MA), core(4000, FULL_MA)], plate, STUCK)

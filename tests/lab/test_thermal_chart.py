@@ -55,6 +55,7 @@ def test_both_yardsticks_agree_on_one_contact():
     assert off[good].max() < 0.03
 
 
+@pytest.mark.nightly
 def test_the_default_is_below_a_tenth_of_a_degree_everywhere():
     (default,) = [method for method in METHODS if method.is_default]
     assert worst_c(default) < 1e-6

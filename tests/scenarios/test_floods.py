@@ -12,6 +12,7 @@ import msgpack
 import pytest
 from conftest import peer, status
 from test_server import owner_of
+from tiers import nightly_except
 from websockets.exceptions import ConnectionClosed
 from websockets.frames import Frame, Opcode
 
@@ -98,7 +99,7 @@ async def latencies(client, seconds):
     return took
 
 
-@pytest.mark.parametrize("kind", FLOODS)
+@pytest.mark.parametrize("kind", nightly_except(3, FLOODS))
 async def test_a_flood_is_closed_with_1008_and_delays_no_touch_of_another(service, kind):
     data, reason = FLOODS[kind]
     async with peer(service) as client:

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import peer, status
+from pace import PACE
 from test_robustness import touching_client
 from test_server import is_silent, owner_of, until
 
@@ -19,8 +20,6 @@ from hapticvlm.client.local_service import Service, running
 from hapticvlm.devices.plate.peltier import Peltier
 from hapticvlm.devices.plate.protocol import State
 from hapticvlm.devices.simulated.simulated_board import SimulatedBoard, SimulatedPort
-
-pytestmark = pytest.mark.realtime
 
 LEASE_S = 0.25
 
@@ -61,6 +60,7 @@ def is_state(board, state):
     return board.plate.state is state
 
 
+@pytest.mark.realtime
 def test_the_bridge_opens_within_50_ms_of_stop_at_p99_while_the_plate_is_driven():
     board = SimulatedBoard()
     plate = Peltier("simulated", open_port=lambda _: SimulatedPort(board), simulated=True)
@@ -91,8 +91,8 @@ def test_a_closed_terminal_ends_the_service_as_a_stop_does():
     with running() as service:
         client = touching_client(service)
         service.process.send_signal(signal.SIGHUP)
-        assert service.process.wait(60.0) == 0
-        client.wait(10.0)
+        assert service.process.wait(60.0 * PACE) == 0
+        client.wait(10.0 * PACE)
     assert any("outputs at rest" in line for line in service.printed)
 
 
@@ -101,6 +101,7 @@ def logging_into(descriptor):
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=descriptor, text=True)
 
 
+@pytest.mark.realtime
 async def test_a_log_that_nobody_reads_holds_up_no_touch_and_no_stop():
     reading, writing = os.pipe()
     process = logging_into(writing)
@@ -151,7 +152,7 @@ async def test_a_child_that_dies_while_no_descriptor_is_left_ends_nobody_and_com
             assert (await client.touch("contact", "table"))["type"] == "ok"
             resource.prlimit(pid, resource.RLIMIT_NOFILE, limits)
             await until(
-                service, lambda found: found["recogniser"]["pid"] not in (None, before), 60.0
+                service, lambda found: found["recogniser"]["pid"] not in (None, before), 60.0 * PACE
             )
             await client.touch("contact", "table")
             await until(service, lambda found: not is_silent(found))

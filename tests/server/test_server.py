@@ -60,7 +60,7 @@ async def owner_of(client: Peer) -> None:
     await client.touch("release")  # a stop of an earlier test holds until then
 
 
-async def until(service, claim, seconds=15.0):
+async def until(service, claim, seconds=15.0 * PACE):
     """Poll the status until `claim` holds; return how long it took."""
     started = time.monotonic()
     while not claim(status(service)):

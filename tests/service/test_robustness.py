@@ -25,8 +25,6 @@ from test_server import OBJECTS, frame, is_silent, owner_of, quickest, rests, un
 from hapticvlm.client.local_service import running
 from hapticvlm.vision.worker import LIMIT_S
 
-pytestmark = pytest.mark.realtime
-
 LEASE_S = 0.25
 RESTART_S = 20.0 * PACE  # a second failure within ten seconds waits a second
 SCHEMA = json.loads((Path(__file__).parents[2] / "schemas/messages.schema.json").read_text())
@@ -74,6 +72,7 @@ def touching_client(service):
     return process
 
 
+@pytest.mark.realtime
 @pytest.mark.parametrize(
     ("name", "kill"), [("killed", signal.SIGKILL), ("frozen, its socket half-open", signal.SIGSTOP)]
 )
@@ -137,6 +136,7 @@ async def test_a_killed_recogniser_is_restarted_reported_and_decides_again(servi
             assert (await client.ask(**frame(77, object_id="thing")))["type"] == "decision"
 
 
+@pytest.mark.realtime
 async def test_a_frozen_recogniser_is_ended_after_its_limit_and_its_frame_is_answered(service):
     async with peer(service) as client:
         await owner_of(client)
@@ -161,8 +161,8 @@ async def test_a_signal_rests_the_outputs_before_the_service_exits(tmp_path, num
         client = touching_client(service)
         engine = status(service)["speaker"]["pid"]
         service.process.send_signal(number)
-        assert service.process.wait(10.0) == 0
-        client.wait(10.0)
+        assert service.process.wait(10.0 * PACE) == 0
+        client.wait(10.0 * PACE)
     assert any("outputs at rest" in line for line in service.printed)
     with pytest.raises(ProcessLookupError):
         os.kill(engine, 0)
@@ -320,6 +320,7 @@ async def fill_the_buffers(client):
         assert answer["type"] == "decision"
 
 
+@pytest.mark.realtime
 async def test_the_service_stops_at_once_although_a_client_does_not_read():
     small = socket.socket()
     small.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
@@ -340,6 +341,7 @@ async def test_the_service_stops_at_once_although_a_client_does_not_read():
             lazy.socket.transport.abort()
 
 
+@pytest.mark.realtime
 async def test_a_region_touch_is_decided_while_frames_stream(service):
     async with peer(service) as client:
         await owner_of(client)

@@ -65,7 +65,7 @@ class Script:
 
     @staticmethod
     def play(link):
-        for _ in range(30):
+        for _ in range(15):
             link.send(msgpack.packb(PLAN))
             time.sleep(0.033)
 

@@ -20,7 +20,7 @@ from tiny_llava import write_llava
 
 from hapticvlm.client.local_service import running
 
-pytestmark = pytest.mark.process
+pytestmark = [pytest.mark.process, pytest.mark.slow]
 
 PATIENCE_S = 180.0 * PACE  # loading takes seconds, on a busy machine many
 WARM = {"3": 0.97, "2": 0.03}, {"1": 0.9, "0": 0.1}

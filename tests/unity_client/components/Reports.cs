@@ -30,7 +30,7 @@ public static class Reports
     static void States(string url)
     {
         HapticClient client = Components.Client(url);
-        double until = Clock.Now + 6.0;
+        double until = Clock.Now + 3.0;
         while (Clock.Now < until) Components.RunFor(10);
         Components.Say("status " + client.Status);
         End(client);
