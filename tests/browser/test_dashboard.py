@@ -245,40 +245,43 @@ def test_a_missing_reading_is_never_shown_as_a_number(service: Service, browser:
     assert shown == ["no reading", "no reading"]
 
 
-def test_the_spectrum_shows_a_tone_at_its_frequency_and_amplitude(
-    service: Service, browser: Browser
-) -> None:
-    with dashboard(browser, service.page) as page:
-        amplitudes, strongest = page.evaluate(
-            """async () => {
-              const { spectrum, strongestHz } = await import("./spectrum.js");
-              const tone = (n) => 0.3 * Math.sin((2 * Math.PI * 250 * n) / 3000);
-              const found = spectrum(Array.from({ length: 300 }, (_, n) => tone(n)), 3000);
-              return [[...found], strongestHz(found)];
-            }"""
-        )
+@pytest.fixture(scope="module")
+def modules(service: Service, browser: Browser) -> Iterator[Page]:
+    """A page that may import the dashboard's modules and draws nothing."""
+    page = browser.new_page()
+    page.goto(f"{service.page}ring.js")
+    yield page
+    page.close()
+
+
+def test_the_spectrum_shows_a_tone_at_its_frequency_and_amplitude(modules: Page) -> None:
+    amplitudes, strongest = modules.evaluate(
+        """async () => {
+          const { spectrum, strongestHz } = await import("./spectrum.js");
+          const tone = (n) => 0.3 * Math.sin((2 * Math.PI * 250 * n) / 3000);
+          const found = spectrum(Array.from({ length: 300 }, (_, n) => tone(n)), 3000);
+          return [[...found], strongestHz(found)];
+        }"""
+    )
     assert strongest == 250
     assert amplitudes[25] == pytest.approx(0.3, abs=1e-6)
     assert max(amplitudes[:23] + amplitudes[28:]) < 1e-6
 
 
-def test_the_ring_keeps_the_newest_and_quantiles_are_numpys(
-    service: Service, browser: Browser
-) -> None:
+def test_the_ring_keeps_the_newest_and_quantiles_are_numpys(modules: Page) -> None:
     values = np.random.default_rng(1).normal(size=150).tolist()
-    with dashboard(browser, service.page) as page:
-        found = page.evaluate(
-            """async (values) => {
-              const { Ring, quantile } = await import("./ring.js");
-              const ring = new Ring(100, 1);
-              for (const value of values) ring.push(value);
-              ring.push(null);
-              const sorted = ring.sorted(0);
-              const shares = [0.5, 0.99].map((share) => quantile(sorted, share));
-              return [sorted.length, ...shares, quantile([], 0.5)];
-            }""",
-            values,
-        )
+    found = modules.evaluate(
+        """async (values) => {
+          const { Ring, quantile } = await import("./ring.js");
+          const ring = new Ring(100, 1);
+          for (const value of values) ring.push(value);
+          ring.push(null);
+          const sorted = ring.sorted(0);
+          const shares = [0.5, 0.99].map((share) => quantile(sorted, share));
+          return [sorted.length, ...shares, quantile([], 0.5)];
+        }""",
+        values,
+    )
     kept = values[51:]
     assert found == [
         99,
@@ -288,7 +291,8 @@ def test_the_ring_keeps_the_newest_and_quantiles_are_numpys(
     ]
 
 
-@pytest.mark.parametrize("size", [PHONE, pytest.param(DESKTOP, marks=pytest.mark.nightly)])
+@pytest.mark.nightly
+@pytest.mark.parametrize("size", [PHONE, DESKTOP])
 def test_nothing_scrolls_sideways_and_the_stop_is_always_in_view(
     service: Service, browser: Browser, size: tuple[int, int]
 ) -> None:

@@ -158,6 +158,7 @@ def test_a_pressed_test_touch_moves_both_outputs_and_gives_them_back(
         expect(page.locator("#owner")).to_contain_text("Nobody owns", timeout=LET_GO_S * 1000)
 
 
+@pytest.mark.nightly
 def test_the_first_test_touch_after_a_stop_is_felt(service: Service, browser: Browser) -> None:
     with dashboard(browser, service.page, SCREEN) as page:
         stroke = page.locator(".interaction[data-interaction=slide]")
@@ -245,6 +246,7 @@ def test_while_a_scene_owns_the_outputs_a_test_touch_says_so_and_moves_nothing(
         expect(page.locator("#trial-told")).to_contain_text("Another scene owns the outputs")
 
 
+@pytest.mark.nightly
 def test_a_frame_stands_beside_its_own_decision_outlined_by_its_mask(
     service: Service, browser: Browser
 ) -> None:
@@ -386,6 +388,7 @@ class masked_frame:
                 pass
 
 
+@pytest.mark.nightly
 def test_idle_it_says_how_to_connect(service: Service, browser: Browser) -> None:
     with dashboard(browser, service.page, SCREEN) as page:
         expect(page.locator("#address")).to_have_text(service.url)

@@ -20,7 +20,6 @@ import pytest
 from dashboard_scene import AXE, PATIENCE_MS, WATCH_POLICY
 from PIL import Image
 from playwright.sync_api import Browser, Page, ViewportSize, expect
-from tiers import nightly_except
 
 import hapticvlm
 from hapticvlm.client.local_service import Service, running
@@ -131,7 +130,8 @@ def test_a_picture_is_looked_at_when_it_comes_and_felt_when_it_is_pressed(browse
         let_go(page)
 
 
-@pytest.mark.parametrize("name", nightly_except(4, ["table", "carafe", "cloth", "kettle"]))
+@pytest.mark.nightly
+@pytest.mark.parametrize("name", ["table", "carafe", "cloth", "kettle"])
 def test_before_anybody_points_it_says_what_recognise_says(browser, service, name):
     picture = str(PAGES / f"try.{name}.jpg")
     told = json.loads(said_by("recognise", "--json", picture))
@@ -159,6 +159,7 @@ def test_a_picture_that_is_corrected_before_anybody_points_is_so_all_over(browse
         expect(page.locator("#material")).not_to_have_text("rubber")
 
 
+@pytest.mark.nightly
 def test_a_dropped_picture_is_taken_and_what_is_none_is_said(browser, service):
     with visit(browser, service) as page:
         file = io.BytesIO()
@@ -228,7 +229,8 @@ def test_a_phones_camera_reads_the_address_of_this_very_page(browser):
         assert f"ws://{read[7:].removesuffix('try')} with" in page.inner_text("#reach-said")
 
 
-@pytest.mark.parametrize("source", nightly_except(2, ["screen", "camera"]))
+@pytest.mark.nightly
+@pytest.mark.parametrize("source", ["screen", "camera"])
 def test_a_live_source_is_looked_at_and_felt_until_it_is_ended(browser, service, source):
     with visit(browser, service) as page:
         page.locator(f"#{source}").click()
@@ -303,6 +305,7 @@ def test_escape_stops_and_a_new_press_is_felt_again(browser, service):
         rub(page, service)
 
 
+@pytest.mark.nightly
 def test_the_keyboard_alone_is_enough(browser, service):
     with visit(browser, service) as page:
         page.locator("#samples button").first.focus()

@@ -104,6 +104,7 @@ def test_low_frequencies_a_fifth_apart_differ_by_more_than_a_step():
 
 @given(st.floats(-8.0, 8.0))
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_equal_gain_far_above_threshold_moves_a_distance_by_less_than_one_step(gain_db):
     first, second = tone(100.0, 0.3, 0.6), tone(220.0, 0.25, 0.6)
     gain = 10.0 ** (gain_db / 20.0)
@@ -324,6 +325,7 @@ def test_a_guess_has_the_paper_s_five_vibrations_hot_and_cold_with_one_lead():
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_features_in_units_of_their_noise_are_told_apart_as_with_that_noise():
     some = percepts(patterns.ours())
     halved = weighed(some, Noise(2.0, 4.0))
