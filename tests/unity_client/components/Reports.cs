@@ -26,11 +26,12 @@ public static class Reports
         foreach (string line in Debug.Lines) Components.Say(line);
     }
 
-    // Runs for some seconds, with or without a service.
+    // Runs until something is reported and for some attempts to connect more, with or without a service.
     static void States(string url)
     {
         HapticClient client = Components.Client(url);
-        double until = Clock.Now + 3.0;
+        Components.Run(() => Debug.Lines.Count > 0, "nothing is reported");
+        double until = Clock.Now + 2.5;
         while (Clock.Now < until) Components.RunFor(10);
         Components.Say("status " + client.Status);
         End(client);
