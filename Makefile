@@ -14,11 +14,11 @@ demo: $(VENV)/.demo
 
 # Three tiers, by the markers of the tests: .ci/tests says what each of them is.
 test: $(VENV)/.dev toolchains
-	@echo "About 4,450 tests follow: some eight minutes on two cores. \`make nightly\` runs the rest."
+	@echo "About 4,600 tests follow: some eight minutes on two cores. \`make nightly\` runs the rest."
 	$(BIN)/python .ci/tests test
 
 nightly: $(VENV)/.dev toolchains
-	@echo "About 640 long tests follow: some twenty minutes on two cores."
+	@echo "About 1,300 long tests follow: some twenty minutes on two cores."
 	$(BIN)/python .ci/tests nightly
 
 # The loop of a developer. Where everything is installed already, that is taken; else a third of it
