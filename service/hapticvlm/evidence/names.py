@@ -65,6 +65,8 @@ GROUNDS: tuple[Ground, ...] = (
 
 _CAMEL = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+|[A-Z]+")
 _SLASH = re.compile(r"(?<!\bw)/")  # "Cup w/ lid" is one name
+_SIDE = re.compile(r"[\W_]([LRlr])$")
+_SIDES = {"l": frozenset(("left",)), "r": frozenset(("right",))}
 _GAP = re.compile(r"[\W\d_]+")
 # Scripts without spaces between words: kana, Chinese characters, Hangul.
 _UNSPACED = re.compile(r"[\u3040-\u30ff\u3400-\u9fff\uac00-\ud7a3]")
@@ -148,7 +150,9 @@ def read(name: str, lexicon: Lexicon) -> Reading | None:
     above = [words_of(parent) for parent in parents]
     if any(_silences(words, lexicon) for words in above):
         return None
-    context = frozenset(singular_of(word, lexicon.vocabulary) for words in above for word in words)
+    context = _sides_of(leaf) | {
+        singular_of(word, lexicon.vocabulary) for words in above for word in words
+    }
     items = _lookup(words_of(leaf), lexicon, context)
     factor = 1.0
     while above and not any(_is_noun(item) for item in items):
@@ -158,6 +162,12 @@ def read(name: str, lexicon: Lexicon) -> Reading | None:
     if reading is None or factor == 1.0:
         return reading
     return replace(reading, beliefs={m: factor * p for m, p in reading.beliefs.items()})
+
+
+def _sides_of(name: str) -> frozenset[str]:
+    """Return {"left"} for "Palm_L", as rigs mark a side; {"right"} for R; else nothing."""
+    side = _SIDE.search(name)
+    return _SIDES[side.group(1).lower()] if side else frozenset()
 
 
 def head_words(name: str, lexicon: Lexicon) -> tuple[str, ...]:
