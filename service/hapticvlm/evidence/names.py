@@ -358,6 +358,8 @@ def _read_items(items: Sequence[_Item]) -> Reading | None:
     beliefs = _mix([_meaning(each) for each in groups], weights)
     if is_bare and not any(item.head_first for item in group):
         ground: Ground = "stuff_before_unknown" if is_stuff else "thing_before_unknown"
+        total = sum(beliefs.values())  # how surely a modifier is of its material matters little
+        beliefs = {material: p / total for material, p in beliefs.items()}
     else:
         ground = _ground(group)
     return Reading(beliefs, ground, tuple(word for item in group for word in item.words))
@@ -376,10 +378,10 @@ def _head_item(items: Sequence[_Item]) -> _Item | None:
 
 
 def _is_modified(items: Sequence[_Item], last: _Item) -> bool:
-    """Whether an unknown or another thing's word precedes: "BuggyController" is a script."""
+    """Whether an unknown word or another thing precedes: "BuggyController" is a script."""
     before = items[: next(at for at, item in enumerate(items) if item is last)]
     return any(
-        item.kind == "" or (item.kind in _THINGS and item.beliefs.keys() != last.beliefs.keys())
+        item.kind in ("", "void") or (item.kind in _THINGS and item.beliefs.keys() != last.beliefs.keys())
         for item in before
     )
 

@@ -34,8 +34,8 @@ from hapticvlm.evidence.names import GROUNDS, Ground, Lexicon
 from hapticvlm.statistics import wilson
 
 COLUMNS = ("scene", "name", "expected")
-# A ground that no scene shows is believed this much; real names move it.
-PRIOR_RIGHT, PRIOR_COUNT = 1.0, 2.0
+# Beliefs start as if 3 names of 4 were right, which counts as many names as PRIOR_COUNT.
+PRIOR_SHARE, PRIOR_COUNT = 0.75, 2.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,7 +142,10 @@ def score(answers: Iterable[tuple[SceneName, str | None, float]]) -> SceneScore:
 
 
 def fit(rows: Sequence[SceneName], lexicon: Lexicon) -> dict[Ground, float]:
-    """Return each ground's factor: the share of right names over the mean belief before scaling."""
+    """Return each ground's factor: the share of right names over the mean belief before scaling.
+
+    At most 1: what is usual in a few scenes must not make "Table" so sure that no picture is asked.
+    """
     right: dict[Ground, float] = defaultdict(float)
     believed: dict[Ground, list[float]] = defaultdict(list)
     for row in rows:
@@ -158,8 +161,8 @@ def fit(rows: Sequence[SceneName], lexicon: Lexicon) -> dict[Ground, float]:
 def _factor(right: float, believed: Sequence[float]) -> float:
     if not believed:
         return 1.0
-    share = (right + PRIOR_RIGHT) / (len(believed) + PRIOR_COUNT)
-    return round(share / (sum(believed) / len(believed)), 3)
+    share = (right + PRIOR_SHARE * PRIOR_COUNT) / (len(believed) + PRIOR_COUNT)
+    return round(min(1.0, share / (sum(believed) / len(believed))), 2)
 
 
 def _left_out(
