@@ -325,18 +325,29 @@ def _split(word: str, lexicon: Lexicon) -> tuple[str, ...]:
         return ("non", word[3:])
     for cut in range(len(word) - LEAST_PART, LEAST_PART - 1, -1):
         first, last = word[:cut], singular_of(word[cut:], lexicon.vocabulary)
-        if _joins(first, last, lexicon.items, LEAST_PART):
+        if _is_part(lexicon.items.get(first)) and _is_part(lexicon.items.get(last)):
             return (first, last)
-        if _joins(first, last, lexicon.foreign, LEAST_FOREIGN_PART):
+    return (word,) if word in lexicon.foreign else _split_german(word, lexicon)
+
+
+def _is_part(item: _Item | None) -> bool:
+    return item is not None and (item.kind in _STUFFS or item.kind == "thing")
+
+
+def _split_german(word: str, lexicon: Lexicon) -> tuple[str, ...]:
+    """Split a German compound ("Eichentisch"); its last word decides, the first may be unknown."""
+    for cut in range(LEAST_FOREIGN_PART, len(word) - LEAST_FOREIGN_PART + 1):
+        last = word[cut:]
+        item = lexicon.foreign.get(last) or lexicon.items.get(last)
+        if item is None or item.head_first or not item.beliefs:
+            continue
+        stems = (word[:cut].removesuffix(link) for link in ("", "n", "en", "s", "es"))
+        first = next((stem for stem in stems if stem in lexicon.foreign), "")
+        if first:
             return (first, last)
+        if last in lexicon.foreign and len(last) > LEAST_FOREIGN_PART:
+            return (word[:cut], last)
     return (word,)
-
-
-def _joins(first: str, last: str, items: Mapping[str, _Item], least: int) -> bool:
-    if min(len(first), len(last)) < least or first not in items or last not in items:
-        return False
-    kinds = (items[first].kind, items[last].kind)
-    return all(kind in _STUFFS or kind == "thing" for kind in kinds)
 
 
 def _read_items(items: Sequence[_Item]) -> Reading | None:
