@@ -162,6 +162,13 @@ class Vibrates(Wire, frozen=True):
     """False: switched off, even if the object's name implies a hum."""
 
 
+class ObjectSurface(Wire, frozen=True):
+    """A surface of an object: a primitive of glTF, a sub-mesh of Unity, a surface of Godot."""
+
+    name: Label
+    """Name of its material, or file of its texture, such as Oak_Varnished or T_Planks_D.png."""
+
+
 class SceneObject(Wire, frozen=True):
     """One object of the scene; all fields except the id are optional.
 
@@ -173,7 +180,9 @@ class SceneObject(Wire, frozen=True):
     object_id: ObjectId
     """The client's id of the object; touches and frames use the same."""
     name: Label | None = None
-    """Name in the scene, in any language, such as Oak_Table_02."""
+    """Name in the scene, such as Oak_Table_02. Names of parents may precede it, as in
+    Rifle/Magazine. English, and common words of German, French, Spanish, Italian, Portuguese,
+    Japanese, Chinese and Korean are read."""
     material: MaterialName | None = None
     """One of the materials in `welcome`; the object is then not recognised from pictures."""
     temperature_c: Celsius | None = None
@@ -188,6 +197,8 @@ class SceneObject(Wire, frozen=True):
     """Vibration, if the object hums by itself."""
     stands_on: Annotated[list[ObjectId], Meta(max_length=16)] | None = None
     """Ids of the objects that carry it."""
+    surfaces: Annotated[list[ObjectSurface], Meta(max_length=64)] | None = None
+    """Its surfaces, the largest first, which a touch feels; their names say more than its own."""
 
 
 class Hello(Wire, frozen=True, tag="hello", tag_field="type"):

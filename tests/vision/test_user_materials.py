@@ -15,7 +15,8 @@ from PIL import Image
 from hapticvlm.client.local_service import ServiceError, running
 from hapticvlm.devices.speaker.engine import AudioSettings, Engine
 from hapticvlm.devices.speaker.ring import Ring
-from hapticvlm.evidence.names import from_name, read_lexicon
+from hapticvlm.evidence.lexicon import read_lexicon
+from hapticvlm.evidence.names import from_name
 from hapticvlm.materials import LIMITS, MATERIALS, MaterialError, Mode, derive
 from hapticvlm.messages import Scene, SceneObject, Touch
 from hapticvlm.rendering.heat import contact as thermal

@@ -17,7 +17,7 @@ from types import MappingProxyType
 from typing import Any
 
 from hapticvlm.evidence import names
-from hapticvlm.evidence.names import Lexicon
+from hapticvlm.evidence.lexicon import Lexicon
 from hapticvlm.materials import Material, Thermal
 
 TABLE = Path(__file__).with_name("sub_materials.toml")
@@ -72,12 +72,22 @@ class MaterialDetail:
 PLAIN = MaterialDetail(MappingProxyType({}), MappingProxyType({}))
 
 
-def from_name(name: str, lexicon: Lexicon) -> MaterialDetail:
-    """Return a name's details; PLAIN if it gives none.
+def from_name(name: str, lexicon: Lexicon, surface: str | None = None) -> MaterialDetail:
+    """Return the details of a name and of its surface's name; PLAIN if they give none.
 
-    Of several sub-materials of a material the first named counts: "brick concrete" is brick.
+    Of several sub-materials of a material the first named counts: "brick concrete" is brick. What
+    the surface's name says counts before what the object's says.
     """
-    words = names.head_words(name, lexicon)
+    own = _of_words(names.head_words(name, lexicon))
+    if not surface:
+        return own
+    over = _of_words(names.head_words(surface, lexicon))
+    return MaterialDetail(
+        {**own.sub_materials, **over.sub_materials}, {**own.thickness_m, **over.thickness_m}
+    )
+
+
+def _of_words(words: tuple[str, ...]) -> MaterialDetail:
     kinds: dict[str, SubMaterial] = {}
     for run in _runs(words):
         kind = SUB_MATERIALS.get(run)

@@ -21,7 +21,7 @@ from typing import Any, Literal, cast
 
 from hapticvlm import materials
 from hapticvlm.evidence import names
-from hapticvlm.evidence.names import Lexicon
+from hapticvlm.evidence.lexicon import Lexicon, read_lexicon
 
 State = Literal["", "on", "hot", "boiling", "warm", "cold", "frozen", "inside", "off"]
 Run = tuple[str, ...]
@@ -193,7 +193,7 @@ def _without_colours(tokens: Sequence[_Token]) -> list[_Token]:
 
 def _tokens(name: str) -> list[_Token]:
     """Split a name into known runs of words, the longest first; drops noise and mute words."""
-    lexicon = names.read_lexicon(materials.MATERIALS)
+    lexicon = read_lexicon(materials.MATERIALS)
     words = [names.singular_of(word, VOCABULARY) for word in names.words_of(name)]
     tokens = []
     at = 0

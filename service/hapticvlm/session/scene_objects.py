@@ -18,7 +18,7 @@ import msgspec
 from hapticvlm import materials
 from hapticvlm.evidence import ladder, names, shader, sub_materials
 from hapticvlm.evidence.ladder import Evidence, Fused, Verdict
-from hapticvlm.evidence.names import Lexicon
+from hapticvlm.evidence.lexicon import Lexicon, read_lexicon
 from hapticvlm.evidence.sub_materials import MaterialDetail
 from hapticvlm.materials import UNKNOWN, Material
 from hapticvlm.messages import Decision, MessageError, Scene, SceneObject
@@ -42,8 +42,7 @@ def from_declaration(
     if facts and facts.material and facts.material != UNKNOWN:
         return (Evidence("scene", ((facts.material, 1.0),)),)
     found: list[Evidence] = []
-    name = name_of(target, facts)
-    named = names.from_name(name, lexicon) if name else None
+    named = names.from_name(name_of(target, facts) or "", lexicon, surface_of(facts))
     if named:
         found.append(named)
     if facts and facts.shader and not ladder.is_sure(found):
@@ -61,6 +60,11 @@ def name_of(target: Target, facts: SceneObject | None) -> str | None:
     return (facts.name if facts else None) or (
         target.object_id if isinstance(target, ObjectTarget) else None
     )
+
+
+def surface_of(facts: SceneObject | None) -> str | None:
+    """Return the name of the object's largest surface, if the scene gives one."""
+    return facts.surfaces[0].name or None if facts and facts.surfaces else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +115,7 @@ class SceneObjects:
     ) -> None:
         self._table = table
         self._overrides = overrides
-        self._lexicon = names.read_lexicon(table)
+        self._lexicon = read_lexicon(table)
         self.known: dict[ThingTarget, ObjectState] = {}
         self._declared: set[ThingTarget] = set()  # those that the scene declared; the rest were met
         self._among: frozenset[str] | None = None
@@ -298,8 +302,7 @@ class SceneObjects:
     def _given(self, target: ThingTarget, known: ObjectState) -> tuple[Evidence, ...]:
         if known.declared is None:
             known.declared = from_declaration(target, known.facts, self._lexicon)
-            name = name_of(target, known.facts)
-            if name is not None:
-                known.detail = sub_materials.from_name(name, self._lexicon)
+            name, surface = name_of(target, known.facts), surface_of(known.facts)
+            known.detail = sub_materials.from_name(name or "", self._lexicon, surface)
             known.table = known.detail.refine(self._table)
         return known.declared

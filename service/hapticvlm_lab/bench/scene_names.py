@@ -30,11 +30,11 @@ from pathlib import Path
 from hapticvlm import materials
 from hapticvlm.evidence import names
 from hapticvlm.evidence.ladder import KNOWN, SURE
-from hapticvlm.evidence.names import GROUNDS, Ground, Lexicon
+from hapticvlm.evidence.lexicon import GROUNDS, Ground, Lexicon, read_lexicon
 from hapticvlm.statistics import wilson
 
 COLUMNS = ("scene", "name", "expected")
-# Beliefs start as if 3 names of 4 were right, which counts as many names as PRIOR_COUNT.
+# Before any name was seen, a ground counts as right on 3 names of 4; this weighs PRIOR_COUNT names.
 PRIOR_SHARE, PRIOR_COUNT = 0.75, 2.0
 
 
@@ -83,7 +83,7 @@ def run(path: Path, as_json: bool) -> int:
     except (OSError, ValueError) as error:
         print(f"{path}: {error}")
         return 2
-    lexicon = names.read_lexicon(materials.MATERIALS)
+    lexicon = read_lexicon(materials.MATERIALS)
     scenes = sorted({row.scene for row in rows})
     answers = {scene: _left_out(rows, scene, lexicon) for scene in scenes}
     report = {

@@ -55,6 +55,12 @@ def _add_latency(kinds: Commands) -> None:
 def _add_recognition(kinds: Commands) -> None:
     names = _kind(kinds, "names", _names, "material from names and shaders: confusion matrix")
     labelled_pictures(names)
+    names.add_argument(
+        "--csv",
+        type=Path,
+        metavar="FILE",
+        help="names of real scenes instead, with the columns scene, name, expected",
+    )
     beliefs = _kind(
         kinds,
         "beliefs",
@@ -186,6 +192,10 @@ def _marks(options: argparse.Namespace) -> int:
 
 
 def _names(options: argparse.Namespace) -> int:
+    if options.csv is not None:
+        from hapticvlm_lab.bench.scene_names import run as run_scenes
+
+        return run_scenes(options.csv, options.json)
     from hapticvlm_lab.bench.names import run
 
     return run(options.data, options.json)

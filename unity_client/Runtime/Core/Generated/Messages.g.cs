@@ -1208,6 +1208,51 @@ namespace HapticVLM.Wire
         public static readonly byte[] Vlm = MsgPackWriter.Encoded("vlm");
     }
 
+    /// <summary>A surface of an object: a primitive of glTF, a sub-mesh of Unity, a surface of Godot.</summary>
+    public struct ObjectSurface
+    {
+        public string Name;
+        public const int NameMaxLength = 256;
+
+        /// <summary>Appends this one; throws WireException if a field is missing.</summary>
+        public void Write(MsgPackWriter w)
+        {
+            int count = 1;
+            w.MapHeader(count);
+            if (Name == null) throw new WireException("objectsurface: name is missing");
+            w.Raw(ObjectSurfaceKeys.Name);
+            w.Str(Name);
+        }
+
+        /// <summary>Reads one; fields it does not know are passed over.</summary>
+        public static ObjectSurface Read(ref MsgPackReader r, StringPool pool)
+        {
+            long seen = 0;
+            var it = default(ObjectSurface);
+            for (int left = r.MapHeader(); left > 0; left--)
+            {
+                if (r.TryKey(ObjectSurfaceKeys.Name))
+                {
+                    it.Name = r.Str(pool);
+                    seen |= 1L;
+                }
+                else
+                {
+                    r.Skip();
+                    r.Skip();
+                }
+            }
+            if ((seen & 1L) != 1L)
+                throw new WireException("objectsurface: a required field is missing");
+            return it;
+        }
+    }
+
+    internal static class ObjectSurfaceKeys
+    {
+        public static readonly byte[] Name = MsgPackWriter.Encoded("name");
+    }
+
     /// <summary>The reply to a request that succeeded.</summary>
     public sealed class Ok
     {
@@ -1728,6 +1773,7 @@ namespace HapticVLM.Wire
         public bool? Sunlit;
         public Vibrates? Vibrates;
         public List<string> StandsOn;
+        public List<ObjectSurface> Surfaces;
 
         /// <summary>Appends this one; throws WireException if a field is missing.</summary>
         public void Write(MsgPackWriter w)
@@ -1741,6 +1787,7 @@ namespace HapticVLM.Wire
             if (Sunlit != null) count++;
             if (Vibrates != null) count++;
             if (StandsOn != null) count++;
+            if (Surfaces != null) count++;
             w.MapHeader(count);
             if (ObjectId == null) throw new WireException("sceneobject: object_id is missing");
             w.Raw(SceneObjectKeys.ObjectId);
@@ -1785,6 +1832,12 @@ namespace HapticVLM.Wire
                 w.Raw(SceneObjectKeys.StandsOn);
                 w.ArrayHeader(StandsOn.Count);
                 for (int i = 0; i < StandsOn.Count; i++) w.Str(StandsOn[i]);
+            }
+            if (Surfaces != null)
+            {
+                w.Raw(SceneObjectKeys.Surfaces);
+                w.ArrayHeader(Surfaces.Count);
+                for (int i = 0; i < Surfaces.Count; i++) Surfaces[i].Write(w);
             }
         }
 
@@ -1858,6 +1911,15 @@ namespace HapticVLM.Wire
                             it.StandsOn.Add(r.Str(pool));
                     }
                 }
+                else if (r.TryKey(SceneObjectKeys.Surfaces))
+                {
+                    if (!r.TryNil())
+                    {
+                        it.Surfaces = new List<ObjectSurface>();
+                        for (int items = r.ArrayHeader(); items > 0; items--)
+                            it.Surfaces.Add(HapticVLM.Wire.ObjectSurface.Read(ref r, pool));
+                    }
+                }
                 else
                 {
                     r.Skip();
@@ -1881,6 +1943,7 @@ namespace HapticVLM.Wire
         public static readonly byte[] Sunlit = MsgPackWriter.Encoded("sunlit");
         public static readonly byte[] Vibrates = MsgPackWriter.Encoded("vibrates");
         public static readonly byte[] StandsOn = MsgPackWriter.Encoded("stands_on");
+        public static readonly byte[] Surfaces = MsgPackWriter.Encoded("surfaces");
     }
 
     /// <summary>Settings of this connection's session.
