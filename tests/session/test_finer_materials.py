@@ -6,7 +6,7 @@ import pytest
 
 from hapticvlm.evidence.sub_materials import SUB_MATERIALS
 from hapticvlm.materials import MATERIALS, derive
-from hapticvlm.messages import Decision, Scene, SceneObject, Touch
+from hapticvlm.messages import Decision, ObjectSurface, Scene, SceneObject, Touch
 from hapticvlm.rendering.heat.contact import contact_temperature_c, thermal_contact
 from hapticvlm.rendering.heat.limits import AT_REST
 from hapticvlm.session.actions import Reply
@@ -81,3 +81,34 @@ def test_a_users_own_material_is_felt_as_the_user_says():
 
     assert (found.material, found.sub_material) == ("corkboard", None)
     assert found.contact_c == pytest.approx(met_c(own.thermal))
+
+
+def surfaces(*labels: str) -> list[ObjectSurface]:
+    return [ObjectSurface(name=label) for label in labels]
+
+
+def test_the_largest_surfaces_name_decides_over_the_objects():
+    table = decided(name="OakTable_02", surfaces=surfaces("M_BrushedSteel", "Rubber_Feet"))
+
+    assert (table.material, table.source) == ("metal", "name")
+    assert decided(name="OakTable_02", surfaces=[]).material == "wood"
+    assert decided(name="OakTable_02", surfaces=surfaces("mat14")).material == "wood"
+    assert decided(surfaces=surfaces("T_Leather_D.png")).material == "leather"
+
+
+def test_a_surface_names_the_finer_material():
+    wall = decided(name="Wall_03", surfaces=surfaces("Brick_Red"))
+
+    assert (wall.material, wall.sub_material) == ("stone", "brick")
+    assert decided(name="BrickWall_02", surfaces=surfaces("mat3")).sub_material == "brick"
+
+
+def test_the_parents_in_a_name_choose_its_sense():
+    assert decided(name="Rifle/Magazine").material == "metal"
+    assert decided(name="Avatar/Hand/Nail").material == "unknown"
+    assert decided(object_id="Kitchen/SteelKettle").material == "metal"
+
+
+def test_the_parents_in_a_name_give_no_temperature_and_no_finer_material():
+    assert decided(name="IceCube/Tray_Plastic").surface_source == "ambient"
+    assert decided(name="BrickWall/Door_Oak").sub_material is None

@@ -88,7 +88,11 @@ def from_name(
         return None
     lead = min(readings, key=lambda reading: GROUNDS.index(reading.ground))
     weights = [1.0 if reading is lead else MINOR for reading in readings]
-    return ladder.ranked("name", mix([_scaled_by(r, lexicon) for r in readings], weights))
+    beliefs = [_scaled_by(reading, lexicon) for reading in readings]
+    said = [ladder.ranked("name", each) for each in beliefs]
+    if len({each.material for each in said}) == 1:
+        return max(said, key=lambda each: each.confidence)
+    return ladder.ranked("name", mix(beliefs, weights))
 
 
 def read(name: str, lexicon: Lexicon) -> Reading | None:
