@@ -66,6 +66,13 @@ def test_a_hand_approaches_touches_changes_target_and_lets_go(play):
     assert figure(output, "longest_ms") < 10.0 * MAIN_LOOP_MS
 
 
+def test_parents_and_materials_that_say_nothing_leave_an_object_its_name(play):
+    output = play("hierarchy")
+    assert "Magazine is metal by Name" in output
+    assert "WoodenChest is wood by Name" in output
+    assert "Vase is metal by Name" in output
+
+
 @pytest.mark.nightly
 def test_streaming_allocates_nothing_on_the_main_thread_and_survives_a_lost_device(play, capsys):
     output = play("stream")

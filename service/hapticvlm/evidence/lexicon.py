@@ -83,6 +83,7 @@ class Lexicon:
     senses: Mapping[str, tuple[Sense, ...]] = field(repr=False)
     suffixes: tuple[str, ...]
     silences: frozenset[str]
+    plain: frozenset[str]
     scale: Mapping[Ground, float]
 
 
@@ -126,6 +127,7 @@ def _lexicon(known: tuple[Material, ...]) -> Lexicon:
         senses=_senses(table["senses"]),
         suffixes=tuple(engine["suffixes"].split()),
         silences=frozenset(engine["silences"].split()),
+        plain=frozenset(word for word, item in items.items() if item.kind == "plain"),
         scale=table["belief"],
     )
 

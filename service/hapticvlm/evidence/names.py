@@ -188,7 +188,9 @@ def _scaled_by(reading: Reading, lexicon: Lexicon) -> dict[str, float]:
 
 
 def _silences(words: Sequence[str], lexicon: Lexicon) -> bool:
-    return any(word in lexicon.silences for word in words)
+    """Whether a parent is an engine's: "PauseMenu", "UI Root", but not "MenuRoom"."""
+    nouns = [word for word in words if word not in lexicon.plain]
+    return bool(nouns) and nouns[-1] in lexicon.silences
 
 
 def _is_noun(item: Item) -> bool:

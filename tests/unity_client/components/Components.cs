@@ -26,6 +26,7 @@ public static class Components
         switch (arguments[0])
         {
             case "touch": Touching(arguments[1]); break;
+            case "hierarchy": Hierarchy(arguments[1]); break;
             case "stream": Streaming(arguments[1]); break;
             case "sample": Sample(arguments[1], arguments[4]); break;
             case "type-address": TypeAddress(arguments[1], arguments[4]); break;
@@ -143,6 +144,42 @@ public static class Components
         PauseAndResume(client);
         Object.Destroy(client.gameObject);
         EndOfThreads();
+    }
+
+    // Names in a hierarchy, with materials whose names say nothing: what each is decided to be.
+    static void Hierarchy(string url)
+    {
+        HapticClient client = Client(url);
+        var rifle = new GameObject("Rifle");
+        var far = new GameObject(new string('x', 250));
+        rifle.transform.SetParent(far.transform, false);
+        HapticObject magazine = Child(rifle, "Magazine", "Dungeon_Set_Foobar");
+        HapticObject chest = Child(null, "WoodenChest", "Dungeon_Set_Foobar");
+        HapticObject vase = Child(null, "Vase", "BrushedSteel");
+        var hand = Moves.Hand(new Vector3(0f, 0f, 9f));
+        Run(() => client.State == LinkState.Ready, "no welcome");
+        foreach (var each in new[] { magazine, chest, vase })
+        {
+            Player.Send(hand.gameObject, "OnTriggerEnter", each.gameObject.GetComponent<Collider>());
+            Run(() => each.Material != null, "no decision of " + each.name);
+            Say(each.name + " is " + each.Material + " by " + each.Source);
+            Player.Send(hand.gameObject, "OnTriggerExit", each.gameObject.GetComponent<Collider>());
+        }
+        Object.Destroy(client.gameObject);
+        EndOfThreads();
+    }
+
+    static HapticObject Child(GameObject parent, string name, string material)
+    {
+        var thing = new GameObject(name);
+        thing.SetActive(false);
+        if (parent != null) thing.transform.SetParent(parent.transform, false);
+        thing.AddComponent<MeshFilter>().sharedMesh = new Mesh();
+        thing.AddComponent<MeshRenderer>().sharedMaterial = new Material { name = material };
+        Physics.World.Add(thing.AddComponent<BoxCollider>());
+        var felt = thing.AddComponent<HapticObject>();
+        thing.SetActive(true);
+        return felt;
     }
 
     static void PauseAndResume(HapticClient client)

@@ -26,14 +26,20 @@ namespace HapticVLM
             if (material != null) stated.Shader = Parameters(material);
         }
 
-        /// <summary>Joins the names of object, collider material and renderer material; the service weighs the last word most.</summary>
+        /// <summary>Joins the names of renderer material, collider material and object, which is the noun, behind those of its parents.</summary>
         static string Name(GameObject of, Material material)
         {
             string name = of.name;
             var collider = of.GetComponentInChildren<Collider>();
             var surface = collider == null ? null : collider.sharedMaterial;
-            if (surface != null) name += " " + surface.name;
-            if (material != null) name += " " + material.name;
+            if (surface != null) name = surface.name + " " + name;
+            if (material != null) name = material.name + " " + name;
+            for (Transform parent = of.transform.parent; parent != null; parent = parent.parent)
+            {
+                string path = parent.name + "/" + name;
+                if (path.Length > SceneObject.NameMaxLength) break;
+                name = path;
+            }
             return WireText.Within(name, SceneObject.NameMaxLength);
         }
 

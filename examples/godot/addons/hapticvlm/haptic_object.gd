@@ -8,7 +8,7 @@ extends Node
 ## All objects, by their body.
 static var by_body := {}
 
-## The name from which the service derives the material; empty: the parent's name.
+## The name from which the service derives the material; empty: the parent's name, with its own parents.
 @export var label := ""
 ## A material of the service (wood, glass, steel ...); empty: the service decides.
 @export var material := ""
@@ -76,8 +76,7 @@ func meshes() -> Array[MeshInstance3D]:
 
 
 func _described() -> Dictionary:
-	var name_said := str(get_parent().name) if label.is_empty() else label
-	var object := {"object_id": object_id, "name": name_said.left(256)}
+	var object := {"object_id": object_id, "name": _path() if label.is_empty() else label.left(256)}
 	if not material.is_empty():
 		object["material"] = material
 	if states_temperature:
@@ -95,6 +94,19 @@ func _described() -> Dictionary:
 	if not shader.is_empty():
 		object["shader"] = shader
 	return object
+
+
+## Returns the parent's name behind those of its own parents below the scene's root, which give it its sense.
+func _path() -> String:
+	var path := str(get_parent().name).left(256)
+	var node := get_parent().get_parent()
+	while node != null and node != get_tree().current_scene and node != get_tree().root:
+		var longer := str(node.name) + "/" + path
+		if longer.length() > 256:
+			break
+		path = longer
+		node = node.get_parent()
+	return path
 
 
 ## Returns the ids of its carriers; the protocol allows 16.
