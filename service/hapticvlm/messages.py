@@ -198,7 +198,8 @@ class SceneObject(Wire, frozen=True):
     stands_on: Annotated[list[ObjectId], Meta(max_length=16)] | None = None
     """Ids of the objects that carry it."""
     surfaces: Annotated[list[ObjectSurface], Meta(max_length=64)] | None = None
-    """Its surfaces, the largest first, which a touch feels; their names say more than its own."""
+    """Its surfaces, the largest first, which a touch feels; their names say more than its own.
+    Since 1.2."""
 
 
 class Hello(Wire, frozen=True, tag="hello", tag_field="type"):

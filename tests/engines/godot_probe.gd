@@ -49,10 +49,23 @@ func _process(_delta: float) -> void:
 	)
 
 
-## The tests' hand on the scene: F takes the ball away, as a game does with what breaks.
+## The tests' hand on the scene: F takes the ball away, as a game does with what breaks; R brings a rifle.
 func _unhandled_key_input(event: InputEvent) -> void:
-	if event.is_pressed() and (event as InputEventKey).keycode == KEY_F:
+	if not event.is_pressed():
+		return
+	if (event as InputEventKey).keycode == KEY_F:
 		get_tree().current_scene.get_node("RubberBall").queue_free()
+	if (event as InputEventKey).keycode == KEY_R:
+		var rifle := _named(Node3D.new(), "Rifle")
+		var magazine := _named(StaticBody3D.new(), "Magazine")
+		magazine.add_child(HapticObject.new())
+		rifle.add_child(magazine)
+		get_tree().current_scene.add_child(rifle)
+
+
+func _named(node: Node, name_given: String) -> Node:
+	node.name = name_given
+	return node
 
 
 func _count(vibration: Dictionary) -> void:

@@ -74,6 +74,18 @@ def test_what_hums_and_what_carries_it_is_said_of_an_object(game: Game) -> None:
     assert not any("vibrates" in one or "stands_on" in one for one in others)
 
 
+def test_an_object_is_named_behind_its_parents_below_the_scenes_root(
+    game: Game, decided: dict[str, Any]
+) -> None:
+    assert decided
+    began = game.wait_to_tell(0, type="scene", replace=True)
+    assert "OakTable" in [each["name"] for each in began["objects"]]
+    since = len(game.told)
+    game.page.keyboard.press("r")
+    news = game.wait_to_tell(since, type="scene")
+    assert [each["name"] for each in news["objects"]] == ["Rifle/Magazine"]
+
+
 def test_an_object_whose_name_says_nothing_is_recognised_from_pictures(
     game: Game, decided: dict[str, Any]
 ) -> None:

@@ -111,7 +111,7 @@ export interface SceneObject {
    */
   'object_id': string;
   /**
-   * Name in the scene, in any language, such as Oak_Table_02.
+   * Name in the scene, such as Oak_Table_02. Names of parents may precede it, as in Rifle/Magazine. English, and common words of German, French, Spanish, Italian, Portuguese, Japanese, Chinese and Korean are read.
    */
   'name'?: string | null;
   /**
@@ -142,6 +142,10 @@ export interface SceneObject {
    * Ids of the objects that carry it.
    */
   'stands_on'?: string[] | null;
+  /**
+   * Its surfaces, the largest first, which a touch feels; their names say more than its own. Since 1.2.
+   */
+  'surfaces'?: ObjectSurface[] | null;
 }
 
 /**
@@ -182,6 +186,16 @@ export interface Vibrates {
    * False: switched off, even if the object's name implies a hum.
    */
   'on'?: boolean;
+}
+
+/**
+ * A surface of an object: a primitive of glTF, a sub-mesh of Unity, a surface of Godot.
+ */
+export interface ObjectSurface {
+  /**
+   * Name of its material, or file of its texture, such as Oak_Varnished or T_Planks_D.png.
+   */
+  'name': string;
 }
 
 /**
