@@ -142,7 +142,8 @@ def test_a_name_of_256_characters_is_read_in_milliseconds() -> None:
         "WoodDebugLine",
         "MetalScrollView",
         "gamemanager",
-        "boxspawner",
+        "steel_boxspawner",
+        "Chair_uicanvas",
         "Kettle_Tooltip",
         "HingeJoint_Door",
         "CSGCombiner_Brick",
@@ -256,7 +257,9 @@ def test_a_class_word_before_an_unknown_word_is_believed_but_not_sure(
         ("House/Chair_02/Legs", "wood"),
         ("Room/GlassVase", "glass"),
         ("/Room//GlassVase/", "glass"),
-        ("Jar w/ Lid", "glass"),
+        ("Vase w/ Steel Rim", "ceramic"),
+        ("AudioStudio/Guitar", "wood"),
+        ("MenuRoom/OakTable", "wood"),
     ],
 )
 def test_parents_give_the_sense_or_the_thing(path: str, material: str) -> None:
