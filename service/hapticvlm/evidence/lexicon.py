@@ -183,10 +183,10 @@ def _foreign_items(world: Mapping[str, Any], english: Mapping[str, Item]) -> dic
     columns, head_first = world["columns"].split(), world["head_first"].split()
     shared: dict[str, list[Item]] = {}
     for key, row in (*world["materials"].items(), *world["things"].items()):
+        items = [replace(english[key], head_first=first) for first in (False, True)]
         for language, words in zip(columns, row.split(), strict=True):
-            item = replace(english[key], head_first=language in head_first)
             for word in words.split("|"):
-                shared.setdefault(word, []).append(item)
+                shared.setdefault(word, []).append(items[language in head_first])
     del shared["-"]
     words = {word: _shared_item(same) for word, same in shared.items() if word not in english}
     grammar = world["grammar"]
@@ -194,7 +194,9 @@ def _foreign_items(world: Mapping[str, Any], english: Mapping[str, Item]) -> dic
 
 
 def _shared_item(same: Sequence[Item]) -> Item:
-    """Return one item for a word of several languages, with the mean of their beliefs."""
+    """Return one item for a word of several classes or languages, with the mean of beliefs."""
+    if len(same) == 1:
+        return same[0]
     beliefs = mix([item.beliefs for item in same], [1.0] * len(same))
     return Item(same[0].kind, beliefs, head_first=any(item.head_first for item in same))
 
@@ -207,11 +209,12 @@ def _belief_of(key: str) -> dict[str, float]:
 
 def _entries(kind: Kind, table: Mapping[str, str], comma: str | None = None) -> dict[str, Item]:
     """Read items of a table "class:probability" -> words; a word under two classes is shared."""
-    beliefs: dict[str, list[Distribution]] = {}
+    items: dict[str, list[Item]] = {}
     for key, words in table.items():
+        item = Item(kind, _belief_of(key))
         for word in words.split(comma):
-            beliefs.setdefault(word.strip(), []).append(_belief_of(key))
-    return {word: Item(kind, mix(parts, [1.0] * len(parts))) for word, parts in beliefs.items()}
+            items.setdefault(word.strip(), []).append(item)
+    return {word: _shared_item(same) for word, same in items.items()}
 
 
 def mix(parts: Sequence[Distribution], weights: Sequence[float]) -> dict[str, float]:

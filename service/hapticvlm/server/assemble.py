@@ -22,6 +22,7 @@ from hapticvlm.devices.speaker.channels import (
 from hapticvlm.devices.speaker.engine import AudioSettings
 from hapticvlm.devices.speaker.speaker import Speaker
 from hapticvlm.devices.speaker.speaker_files import read_speaker_files
+from hapticvlm.evidence.lexicon import read_lexicon
 from hapticvlm.materials import Material
 from hapticvlm.recordings.recorder import Recorder
 from hapticvlm.server.settings import ServeOptions
@@ -71,6 +72,7 @@ def build_service(options: ServeOptions) -> ServiceParts:
     vlm = _vlm_worker(options)  # first: what is refused here leaves nothing half made
     user_materials = read_folder(options.gallery)
     table = table_with(user_materials)
+    read_lexicon(table)  # now, so that no scene waits for its words
     saved = {} if options.stated is None else overrides_file.read(options.stated, table)
     if user_materials or options.patterns is not None:
         import scipy.signal  # noqa: F401 - may filter them; no touch waits until it is loaded
