@@ -90,6 +90,11 @@ def client_messages() -> Iterator[tuple[str, Json]]:
     hums = {"frequency_hz": 50.0, "level": 0.5, "on": False}
     fridge = {"object_id": "fridge", "vibrates": hums, "stands_on": ["floor"]}
     yield "scene with a thing that hums", {**SCENE, "objects": [fridge]}
+    chair = {
+        "object_id": "chair",
+        "surfaces": [{"name": "Oak_Varnished"}, {"name": "T_Felt_D.png"}],
+    }
+    yield "scene with surfaces", {**SCENE, "objects": [chair]}
     yield "scene that forgets", {**SCENE, "replace": False, "objects": [], "forget": ["a", "b"]}
     yield "scene of four materials", {**SCENE, "materials": ["wood", "glass", "fabric", "metal"]}
     yield "frame", FRAME
