@@ -264,8 +264,8 @@ class Frame(Wire, frozen=True, tag="frame", tag_field="type"):
     region: Region | None = None
     """Position of the object in the upright picture."""
     mask: Picture | None = None
-    """Pixels of the object, more precise than a region: an 8-bit PNG of the frame's size, nonzero =
-    object."""
+    """Pixels of the object, more precise than a region: a PNG of the frame's size with 1 to 8 bits
+    a channel, nonzero = object."""
     max_age_ms: Annotated[float, Meta(ge=0.0, le=60_000.0)] | None = None
     """An older frame is skipped; absent: no age limit."""
 

@@ -1,6 +1,7 @@
 """Frames to crops: hostile bytes are refused by name, honest ones come out upright and masked."""
 
 import io
+import math
 import struct
 import zlib
 
@@ -199,6 +200,83 @@ def test_a_coloured_mask_marks_what_is_not_black() -> None:
     mask[100:300, 100:300, 2] = 1
     result = crop(frame(jpeg(quadrants()), mask=png(mask)), 64)
     assert result.mask[32, 32] == 255
+
+
+GREY = 0  # colour types of PNG
+PALETTE = 3
+
+
+def packed(inside: NDArray[np.bool_], bits: int, colour_type: int) -> bytes:
+    """Write a mask by hand as a PNG of grey levels, or of the palette black, white, black..."""
+    height, width = inside.shape
+    shifts = np.arange(bits)[::-1]
+    values = np.where(inside, 1, 0)
+    rows = np.packbits((values[..., None] >> shifts & 1).reshape(height, -1), axis=1)
+    header = struct.pack(">IIBBBBB", width, height, bits, colour_type, 0, 0, 0)
+    data = zlib.compress(np.pad(rows, ((0, 0), (1, 0))).tobytes())
+    chunks = [(b"IHDR", header), (b"IDAT", data), (b"IEND", b"")]
+    colours = (bytes(3) + b"\xff" * 3 + bytes(3 * (2**bits - 2)))[: 3 * 2**bits]
+    return _png_of(chunks if colour_type == GREY else [chunks[0], (b"PLTE", colours), *chunks[1:]])
+
+
+def an_ellipse(height: int = 448, width: int = 448) -> NDArray[np.bool_]:
+    y, x = np.mgrid[:height, :width]
+    inside: NDArray[np.bool_] = ((x - 150) / 90) ** 2 + ((y - 200) / 130) ** 2 < 1
+    return inside
+
+
+@pytest.mark.parametrize("colour_type", [GREY, PALETTE])
+@pytest.mark.parametrize("bits", [1, 2, 4, 8])
+def test_a_mask_of_any_depth_marks_what_one_of_eight_bits_marks(
+    bits: int, colour_type: int
+) -> None:
+    inside = an_ellipse(449, 451)  # rows that end within a byte
+    image = jpeg(weave(3, 460)[:449, :451])
+    expected = crop(
+        frame(image, (449, 451), mask=png(np.where(inside, 255, 0).astype(np.uint8))), 64
+    )
+    result = crop(frame(image, (449, 451), mask=packed(inside, bits, colour_type)), 64)
+    assert (result.mask == expected.mask).all()
+    assert (result.image == expected.image).all()
+
+
+def test_a_colour_of_a_palette_marks_what_is_not_black() -> None:
+    drawn = Image.fromarray(np.where(an_ellipse(), 1, 2).astype(np.uint8), "P")
+    drawn.putpalette([9, 9, 9, 0, 0, 1, 0, 0, 0])  # 1: nearly black, 2: black
+    file = io.BytesIO()
+    drawn.save(file, "PNG")
+    result = crop(frame(jpeg(quadrants()), mask=file.getvalue()), 64)
+    expected = crop(frame(jpeg(quadrants()), mask=packed(an_ellipse(), 1, GREY)), 64)
+    assert (result.mask == expected.mask).all()
+
+
+def test_a_picture_of_one_bit_is_black_and_white() -> None:
+    result = crop(frame(packed(an_ellipse(), 1, GREY), format="png", region=WHOLE), 448)
+    assert (result.image == np.where(an_ellipse(), 255, 0)[..., None]).all()
+
+
+def test_a_cut_is_what_pillow_makes_of_the_whole_picture() -> None:
+    rng = np.random.default_rng(2)
+    pixels = weave(5, 500)
+    for _ in range(30):
+        x, y = rng.uniform(0, 0.6, 2)
+        region = messages.Region(x=x, y=y, w=rng.uniform(0.01, 0.6), h=rng.uniform(0.01, 0.6))
+        left, top = round(x * 500), round(y * 500)
+        right, bottom = (
+            min(500, math.ceil((at + length) * 500))
+            for at, length in ((x, region.w), (y, region.h))
+        )
+        whole = Image.fromarray(pixels).resize(
+            (64, 64), Image.Resampling.BILINEAR, box=(left, top, right, bottom)
+        )
+        cut = crop(frame(pixels.tobytes(), (500, 500), "rgb8", region=region), 64)
+        difference = np.abs(cut.image.astype(int) - np.asarray(whole))
+        assert difference.max() <= 1  # grey levels, of rounding
+
+
+def test_the_shared_mask_of_the_centre_cannot_be_changed() -> None:
+    with pytest.raises(ValueError, match="read-only"):
+        central_mask(64)[0, 0] = 255
 
 
 def test_without_region_and_mask_the_centre_is_cut() -> None:

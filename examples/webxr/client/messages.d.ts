@@ -244,7 +244,7 @@ export interface Frame {
    */
   'region'?: Region | null;
   /**
-   * Pixels of the object, more precise than a region: an 8-bit PNG of the frame's size, nonzero = object.
+   * Pixels of the object, more precise than a region: a PNG of the frame's size with 1 to 8 bits a channel, nonzero = object.
    */
   'mask'?: Uint8Array | null;
   /**

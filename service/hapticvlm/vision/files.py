@@ -155,7 +155,7 @@ def _without_alpha(image: Image.Image) -> Image.Image:
 
 
 def _mask(path: Path, upright: tuple[int, int], size: tuple[int, int]) -> bytes:
-    """Read a mask of the picture's upright size as an 8-bit PNG of `size`, 0 or 255."""
+    """Read a mask of the picture's upright size as a 1-bit PNG of `size`."""
     with _open(path, _read(path)) as image:
         if image.size != upright:
             problem = (
@@ -170,6 +170,6 @@ def _mask(path: Path, upright: tuple[int, int], size: tuple[int, int]) -> bytes:
     if not inside.any():
         raise FileError(f"{path}: no pixel is nonzero; mark the object or leave the mask out")
     data = BytesIO()
-    marked = Image.fromarray(np.where(inside, 255, 0).astype(np.uint8))
+    marked = Image.fromarray(inside)
     marked.resize(size, Image.Resampling.NEAREST).save(data, "PNG", compress_level=1)
     return data.getvalue()

@@ -2,8 +2,9 @@
 
 A frame's declared size is compared with its picture's header before anything is decoded, so a small
 file cannot unfold into gigabytes. A JPEG is decoded at the largest power-of-two reduction that
-leaves the required side in the region, which is exact and cheap; then it is cut and resized. Knows
-no material.
+leaves the required side in the region, which is exact and cheap; then it is cut and resized. Of a
+mask only the bounding box is searched at full size, in its one channel of 1 or 8 bits; everything
+else happens to the part that is cut. Knows no material.
 """
 
 from __future__ import annotations
@@ -11,14 +12,19 @@ from __future__ import annotations
 import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from io import BytesIO
-from math import ceil
+from math import ceil, floor
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm import messages
 from hapticvlm.errors import HapticVLMError
+
+if TYPE_CHECKING:
+    from PIL import Image
 
 Pixels = NDArray[np.uint8]
 REDUCTIONS = (8, 4, 2)  # of JPEG's DCT; other scales are slower than full size
@@ -27,6 +33,7 @@ MAX_SCANS = 32  # of a JPEG; common are up to 10, and thousands keep a decoder b
 _CHANNELS = {"rgb8": 3, "rgba8": 4}
 _PNG_MAGIC = b"\x89PNG\r\n\x1a\n"
 _CHUNK_FRAME = 12  # bytes of a chunk beside its data: length, kind, checksum
+_PNG_BITS = (1, 2, 4, 8)  # of a channel, or of an index into a palette
 _PNG_HEADER = struct.Struct(">8s4x4sIIB")  # signature, IHDR, width, height, bits per channel
 # left, top, right, bottom in px of the frame, the last two exclusive
 Box = tuple[int, int, int, int]
@@ -76,7 +83,7 @@ def _decode(frame: messages.Frame, reduction: int) -> Pixels:
     if frame.format == "jpeg":
         return _decode_jpeg(frame, reduction)
     if frame.format == "png":
-        return _decode_png("$.image", frame.image, frame, "RGB")
+        return np.asarray(_decode_png("$.image", frame.image, frame).convert("RGB"))
     raw = np.frombuffer(frame.image, np.uint8)
     return raw.reshape(frame.height, frame.width, _CHANNELS[frame.format])[..., :3]
 
@@ -99,25 +106,39 @@ def _decode_jpeg(frame: messages.Frame, reduction: int) -> Pixels:
     return pixels
 
 
-def _decode_png(path: str, data: bytes, frame: messages.Frame, mode: str) -> Pixels:
-    """Decode a PNG of that Pillow mode as it is, any other as (H, W, 3) RGB."""
+def _decode_png(path: str, data: bytes, frame: messages.Frame) -> Image.Image:
+    """Decode a PNG to mode 1, L, P or RGB, which any other mode is converted to."""
     from PIL import Image
 
     try:
         with Image.open(BytesIO(data), formats=("PNG",)) as image:
             # A second header chunk would override the one that was checked.
             _require_size(path, image.size, frame)
-            return np.asarray(image.convert(mode if image.mode == mode else "RGB"))
+            image.load()
+            return image if image.mode in ("1", "L", "P") else image.convert("RGB")
     except PictureError:
         raise
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
         raise PictureError(path, f"broken PNG ({error}); send it again") from None
 
 
-def decode_mask(frame: messages.Frame) -> Pixels:
-    """Decode the mask to (H, W) of 0 or 255, upright. Raises PictureError."""
-    levels = _decode_png("$.mask", frame.mask or b"", frame, "L")
-    return np.where(levels if levels.ndim == 2 else levels.any(axis=2), 255, 0).astype(np.uint8)
+def decode_mask(frame: messages.Frame) -> Image.Image:
+    """Decode the mask, upright, to mode 1 or L: nonzero where any channel is. Raises PictureError.
+
+    A palette's index counts as its colour: what is not black is the object.
+    """
+    from PIL import ImageChops
+
+    image = _decode_png("$.mask", frame.mask or b"", frame)
+    if image.mode == "P":
+        colours = np.array(image.getpalette() or [], np.uint8).reshape(-1, 3)
+        levels = np.zeros(256, np.uint8)
+        levels[: len(colours)] = colours.max(axis=1, initial=0)
+        return image.point(levels.tolist(), "L")
+    if image.mode == "RGB":
+        red, green, blue = image.split()
+        return ImageChops.lighter(ImageChops.lighter(red, green), blue)
+    return image
 
 
 def _require_size(path: str, actual: tuple[int, int], frame: messages.Frame) -> None:
@@ -153,8 +174,8 @@ def _png_size(path: str, data: bytes) -> tuple[int, int]:
     magic, chunk, width, height, bits = _PNG_HEADER.unpack_from(data)
     if magic != _PNG_MAGIC or chunk != b"IHDR":
         raise PictureError(path, "not a PNG: its signature is missing; check `format`")
-    if bits != 8:
-        raise PictureError(path, f"a PNG of {bits} bits a channel; send 8")
+    if bits not in _PNG_BITS:
+        raise PictureError(path, f"a PNG of {bits} bits a channel; send 8 or fewer")
     _require_few_chunks(path, data)
     return width, height
 
@@ -251,30 +272,34 @@ def thumbnail(frame: messages.Frame, side: int) -> Thumbnail:
     jpeg = simplejpeg.encode_jpeg(np.asarray(image), quality=80)
     if frame.mask is None:
         return Thumbnail(jpeg, None)
-    mask = Image.fromarray(np.ascontiguousarray(decode_mask(frame)))
+    mask = decode_mask(frame).point([0] + [255] * 255).convert("L")
     mask.thumbnail((side, side), Image.Resampling.NEAREST)
     file = BytesIO()
     mask.save(file, "PNG")
     return Thumbnail(jpeg, file.getvalue())
 
 
+@cache
 def central_mask(side: int) -> Pixels:
-    """Draw the disc that counts as the object without a mask: (side, side) uint8, 0 or 255."""
+    """Draw the disc that counts as the object without a mask: (side, side) uint8, 0 or 255.
+
+    The array is shared and read-only.
+    """
     axis = (np.arange(side) + 0.5) / side - 0.5
     inside = axis[:, None] ** 2 + axis[None, :] ** 2 <= (CENTRAL_DISC / 2) ** 2
-    return np.where(inside, 255, 0).astype(np.uint8)
+    disc = _levels(inside)
+    disc.setflags(write=False)
+    return disc
 
 
 def signature(crop: Crop) -> NDArray[np.float32]:
     """Average a crop over CELLS x CELLS cells: (4 CELLS^2,) float32 of RGB and mask, 0..255."""
-    planes = np.dstack([crop.image, crop.mask]).astype(np.float32)
-    edges = np.linspace(0, planes.shape[0], CELLS + 1).astype(int)[:-1]
-    # Cells are summed in two passes, first over rows, then over columns. Means of cells hardly
-    # change with JPEG noise or a pixel of jitter, either of which would change a hash.
-    sums = np.add.reduceat(np.add.reduceat(planes, edges, axis=0), edges, axis=1)
-    size = np.diff(np.append(edges, planes.shape[0])).astype(np.float32)
-    cells: NDArray[np.float32] = sums / (size[:, None] * size[None, :])[..., None]
-    return cells.ravel()
+    # JPEG noise or a pixel of jitter hardly changes a cell's mean, but would change a hash.
+    cells = np.dstack([_cells(crop.image), _cells(crop.mask)])
+    edges = _cell_edges(crop.mask.shape[0])
+    size = np.diff(np.append(edges, crop.mask.shape[0])).astype(np.float32)
+    means: NDArray[np.float32] = cells / (size[:, None] * size[None, :])[..., None]
+    return means.ravel()
 
 
 def has_changed(before: NDArray[np.float32], after: NDArray[np.float32]) -> bool:
@@ -284,18 +309,46 @@ def has_changed(before: NDArray[np.float32], after: NDArray[np.float32]) -> bool
     return mean > MEAN_CHANGE or float(moved.max()) > CELL_CHANGE
 
 
+def _cells(plane: Pixels) -> NDArray[np.float32]:
+    """Sum (S, S) or (S, S, C) over its cells: (CELLS, CELLS, C or 1) float32."""
+    side = plane.shape[0]
+    edges = _cell_edges(side)
+    # Two passes, first over rows, then over columns. The first adds whole rows, pixel by pixel and
+    # colour by colour alike, so it runs over contiguous memory.
+    rows = np.add.reduceat(plane.reshape(side, -1).astype(np.float32), edges, axis=0)
+    cells: NDArray[np.float32] = np.add.reduceat(rows.reshape(CELLS, side, -1), edges, axis=1)
+    return cells
+
+
+def _cell_edges(side: int) -> NDArray[np.int64]:
+    return np.linspace(0, side, CELLS + 1).astype(int)[:-1]
+
+
 def _cut(
-    frame: messages.Frame, region: messages.Region | None, mask: Pixels | None
+    frame: messages.Frame, region: messages.Region | None, mask: Image.Image | None
 ) -> tuple[Box, Pixels | None]:
-    """Find the box to cut, and the part of the mask that counts: with a region, the part inside."""
+    """Find the box to cut, and the mask in it, 0 or 255; with a region, what is inside counts."""
     if mask is None:
         return _region_box(frame, region), None
+    left, top = 0, 0
     if region is not None:
-        left, top, right, bottom = _region_box(frame, region)
-        within = np.zeros_like(mask)
-        within[top:bottom, left:right] = mask[top:bottom, left:right]
-        mask = within
-    return _mask_box(mask), mask
+        box = _region_box(frame, region)
+        mask = mask.crop(box)
+        left, top = box[:2]
+    bounds = mask.getbbox()
+    if bounds is None:
+        raise PictureError("$.mask", "no pixel is nonzero; mark the object or leave the mask out")
+    x = ceil((bounds[2] - bounds[0]) * MARGIN)
+    y = ceil((bounds[3] - bounds[1]) * MARGIN)
+    box = (
+        max(0, left + bounds[0] - x),
+        max(0, top + bounds[1] - y),
+        min(frame.width, left + bounds[2] + x),
+        min(frame.height, top + bounds[3] + y),
+    )
+    # A margin that leaves the region is cut beyond the image's edge, where Pillow puts zeros.
+    part = mask.crop((box[0] - left, box[1] - top, box[2] - left, box[3] - top))
+    return box, _levels(np.asarray(part) > 0)
 
 
 def _reduction(frame: messages.Frame, box: Box, side: int) -> int:
@@ -307,12 +360,19 @@ def _reduction(frame: messages.Frame, box: Box, side: int) -> int:
 
 def _crop(frame: messages.Frame, pixels: Pixels, cut: tuple[Box, Pixels | None], side: int) -> Crop:
     box, mask = cut
-    image = _resize(pixels, box, frame, side)
+    x = pixels.shape[1] / frame.width
+    y = pixels.shape[0] / frame.height
+    image = _resize(pixels, (box[0] * x, box[1] * y, box[2] * x, box[3] * y), side)
     if mask is None:
         return Crop(image, central_mask(side))
-    inside = _resize(mask, box, frame, side)
+    inside = _resize(mask, (0.0, 0.0, float(mask.shape[1]), float(mask.shape[0])), side)
     half = min(128, int(inside.max()))  # in a mask of thin lines no cell is half covered
-    return Crop(image, np.where(inside >= half, 255, 0).astype(np.uint8))
+    return Crop(image, _levels(inside >= half))
+
+
+def _levels(inside: NDArray[np.bool_]) -> Pixels:
+    """Return 255 where a mask is true, 0 elsewhere."""
+    return np.multiply(inside, np.uint8(255), dtype=np.uint8)
 
 
 def _region_box(frame: messages.Frame, region: messages.Region | None) -> Box:
@@ -327,38 +387,20 @@ def _region_box(frame: messages.Frame, region: messages.Region | None) -> Box:
     return left, top, right, bottom
 
 
-def _mask_box(mask: Pixels) -> Box:
-    rows = np.flatnonzero(mask.any(axis=1))
-    columns = np.flatnonzero(mask.any(axis=0))
-    if rows.size == 0:
-        raise PictureError("$.mask", "no pixel is nonzero; mark the object or leave the mask out")
-    top = rows[0]
-    bottom = rows[-1] + 1
-    left = columns[0]
-    right = columns[-1] + 1
-    y = ceil((bottom - top) * MARGIN)
-    x = ceil((right - left) * MARGIN)
-    height, width = mask.shape
-    return (
-        max(0, int(left) - x),
-        max(0, int(top) - y),
-        min(width, right + x),
-        min(height, bottom + y),
-    )
-
-
-def _resize(pixels: Pixels, box: Box, frame: messages.Frame, side: int) -> Pixels:
-    """Cut a box, given in px of the frame, out of its decoded picture and resize it to a square."""
+def _resize(pixels: Pixels, box: tuple[float, float, float, float], side: int) -> Pixels:
+    """Cut a box, in px, out of pixels and resize it to a square."""
     from PIL import Image
 
-    x = pixels.shape[1] / frame.width
-    y = pixels.shape[0] / frame.height
-    left = box[0] * x
-    top = box[1] * y
-    right = box[2] * x
-    bottom = box[3] * y
+    left, top, right, bottom = box
     if (right - left, bottom - top) == (side, side) and left.is_integer() and top.is_integer():
         return np.ascontiguousarray(pixels[int(top) : int(bottom), int(left) : int(right)])
-    image = Image.fromarray(np.ascontiguousarray(pixels))
-    small = image.resize((side, side), Image.Resampling.BILINEAR, box=(left, top, right, bottom))
+    # Pillow copies all that it is given, so it is given the box and the pixels around it that the
+    # filter reaches: the length of one pixel of the result, or of one source pixel if that is more.
+    reach = ceil(max(right - left, bottom - top, side) / side) + 1
+    x = max(0, floor(left) - reach)
+    y = max(0, floor(top) - reach)
+    part = np.ascontiguousarray(pixels[y : ceil(bottom) + reach, x : ceil(right) + reach])
+    small = Image.fromarray(part).resize(
+        (side, side), Image.Resampling.BILINEAR, box=(left - x, top - y, right - x, bottom - y)
+    )
     return np.asarray(small)
