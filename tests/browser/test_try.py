@@ -18,11 +18,13 @@ import cv2
 import numpy as np
 import pytest
 from dashboard_scene import AXE, PATIENCE_MS, WATCH_POLICY
+from grounds import GROUNDS, drawn
 from PIL import Image
 from playwright.sync_api import Browser, Page, ViewportSize, expect
 
 import hapticvlm
 from hapticvlm.client.local_service import Service, running
+from hapticvlm.vision import plain_ground
 
 pytestmark = pytest.mark.browser
 NOTHING = "—"
@@ -34,6 +36,16 @@ DROP = """([name, data]) => {
     document.getElementById("stage").dispatchEvent(
       new DragEvent(type, {dataTransfer: transfer, bubbles: true, cancelable: true}));
   }
+}"""
+
+# The page's share of certainty comes within a margin of a figure, percent.
+SURE = """([expected, margin]) =>
+  Math.abs(parseInt(document.getElementById("sure").textContent) - expected) <= margin"""
+OUTLINE = """async ([data, width, height]) => {
+  const { outline } = await import("./try.outline.js");
+  const pixels = Uint8ClampedArray.from(atob(data), (letter) => letter.charCodeAt(0));
+  const thing = outline(pixels, width, height);
+  return thing && [...thing];
 }"""
 
 # All that the service sends of what its speaker plays.
@@ -143,6 +155,34 @@ def test_before_anybody_points_it_says_what_recognise_says(browser, service, nam
         expect(page.locator("#material")).to_have_text(f"{perhaps}{material}")
         sure = int(page.locator("#sure").inner_text().split()[0])
         assert sure == pytest.approx(100 * told["confidence"], abs=6)  # it was encoded anew
+
+
+def test_a_thing_on_a_plain_ground_is_outlined_as_recognise_outlines_it(browser, service, tmp_path):
+    picture = tmp_path / "thing.png"
+    Image.fromarray(drawn("thing")[0]).save(picture)
+    with visit(browser, service) as page:
+        page.locator("#file").set_input_files(str(picture))
+        for options, words in (([], "outlined"), (["--no-outline"], "The whole picture")):
+            told = json.loads(said_by("recognise", "--json", *options, str(picture)))
+            assert told["outlined"] == (not options)
+            if options:
+                page.locator("#outline").uncheck()
+            expect(page.locator("#object")).to_contain_text(words)
+            material = told["runner_up"] if told["material"] == "unknown" else told["material"]
+            expect(page.locator("#material")).to_contain_text(material)
+            page.wait_for_function(SURE, arg=[100 * told["confidence"], 6])  # encoded as JPEG
+        expect(page.locator("#object")).to_have_text("The whole picture")
+
+
+def test_the_page_outlines_what_the_service_outlines(browser, service):
+    side = plain_ground.SIDE
+    with visit(browser, service) as page:
+        for name in GROUNDS:
+            small = Image.fromarray(drawn(name)[0]).resize((side, side * 3 // 4))
+            pixels = base64.b64encode(small.convert("RGBA").tobytes()).decode()
+            there = page.evaluate(OUTLINE, [pixels, *small.size])
+            here = plain_ground.outline(np.asarray(small))
+            assert there == (None if here is None else here.astype(int).ravel().tolist()), name
 
 
 @pytest.mark.nightly

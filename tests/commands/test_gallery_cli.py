@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from grounds import drawn
 from PIL import Image
 from tiny_encoders import Graph, write_onnx
 
@@ -163,8 +164,32 @@ def test_a_mask_says_where_the_object_is(tmp_path: Path, tiny: Path) -> None:
         seen = enrol([found], encoder).embeddings
         assert len(seen) == VIEWS
         assert np.allclose(seen @ seen[0], 1.0, atol=1e-3)  # all of the views show red
-        plain = enrol([Picture("wood", found.path)], encoder).embeddings
+        plain = enrol([Picture("wood", found.path)], encoder, outline=False).embeddings
         assert float(plain[0] @ seen[0]) < 0.9
+
+
+def test_a_thing_on_a_plain_ground_is_enrolled_as_if_it_had_a_mask(
+    tmp_path: Path, tiny: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pixels, truth = drawn("thing")
+    for name in ("wood", "metal"):
+        (tmp_path / "in" / name).mkdir(parents=True)
+        turned = Image.fromarray(np.roll(pixels, len(name), axis=2))  # another colour
+        turned.save(tmp_path / "in" / name / "it.png")
+        turned.transpose(Image.Transpose.ROTATE_90).save(tmp_path / "in" / name / "turned.png")
+    Image.fromarray(truth).save(tmp_path / "mask.png")
+    encoder = load_encoder(str(tiny))
+    picture = Picture("wood", tmp_path / "in" / "wood" / "it.png")
+    masked = enrol([Picture("wood", picture.path, tmp_path / "mask.png")], encoder)
+    outlined, whole = (enrol([picture], encoder, outline=outline) for outline in (True, False))
+    assert (masked.outlined, outlined.outlined, whole.outlined) == (0, 1, 0)
+    nearness = [float(seen.embeddings[0] @ masked.embeddings[0]) for seen in (outlined, whole)]
+    assert nearness[0] > 0.999 > nearness[1]
+
+    options = ("--encoder", tiny, "-o", tmp_path / "my.npz", "--base", "none")
+    for switched_off in ([], ["--no-outline"]):
+        assert gallery("build", tmp_path / "in", *options, *switched_off) == 0
+        assert ("4 of 4 pictures show" in capsys.readouterr().out) == (not switched_off)
 
 
 def test_a_ring_has_no_closer_views_and_is_enrolled_without(tmp_path: Path, tiny: Path) -> None:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from grounds import drawn
 from in_process import Outcome, hapticvlm
 from numpy.typing import NDArray
 from PIL import Image
@@ -95,7 +96,8 @@ def test_each_picture_has_a_line_of_json_in_the_order_given(folder: Path) -> Non
     assert (outcome.code, outcome.err) == (0, "")
     assert [row["path"] for row in outcome.rows] == [str(path) for path in paths]
     for row in outcome.rows:
-        assert list(row) == ["path", "material", "confidence", "runner_up", "source", "beliefs"]
+        names = ["path", "material", "confidence", "runner_up", "source", "outlined", "beliefs"]
+        assert list(row) == names
         assert sum(row["beliefs"].values()) <= 1.0 + 1e-3
         assert list(row["beliefs"].values()) == sorted(row["beliefs"].values(), reverse=True)
         assert row["material"] in (*materials.MATERIALS, materials.UNKNOWN)
@@ -132,6 +134,40 @@ def test_the_answer_is_the_one_the_service_gives_to_the_whole_frame(folder: Path
     (row,) = recognise("--json", path).rows
     assert row["confidence"] == pytest.approx(expected.confidence, abs=1e-3)
     assert (row["material"], row["runner_up"]) == (expected.material, expected.runner_up)
+
+
+@pytest.fixture(scope="module")
+def catalogue(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A drawn thing on a plain ground, and its mask."""
+    root = tmp_path_factory.mktemp("catalogue")
+    pixels, truth = drawn("thing")
+    save(root / "mask.png", np.where(truth, 255, 0).astype(np.uint8))
+    return save(root / "thing.png", pixels)
+
+
+def test_a_thing_on_a_plain_ground_counts_by_itself_beside_the_whole_picture(
+    catalogue: Path, folder: Path
+) -> None:
+    whole, masked = (
+        recognise("--json", catalogue, *options).rows[0]
+        for options in (["--no-outline"], ["--mask", catalogue.parent / "mask.png"])
+    )
+    (row, other) = recognise("--json", catalogue, folder / "halves.png").rows
+    assert (whole["outlined"], masked["outlined"]) == (False, False)
+    assert (row["outlined"], other["outlined"]) == (True, False)
+    for name, belief in row["beliefs"].items():
+        views = whole["beliefs"].get(name, 0.0), masked["beliefs"].get(name, 0.0)
+        assert belief == pytest.approx(sum(views) / 2, abs=0.05)
+    assert row["beliefs"] != whole["beliefs"]
+    assert recognise(catalogue).out.splitlines()[1].endswith(", outlined")
+
+
+def test_a_picture_of_only_ground_or_only_texture_is_not_outlined(tmp_path: Path) -> None:
+    for name in ("empty", "weave that fills the frame"):
+        (row,) = recognise("--json", save(tmp_path / "one.png", drawn(name)[0])).rows
+        assert row["outlined"] is False
+    (row,) = recognise("--json", save(tmp_path / "one.jpg", drawn("thing")[0])).rows
+    assert row["outlined"] is True
 
 
 def test_the_name_of_a_file_is_no_evidence(folder: Path, tmp_path: Path) -> None:

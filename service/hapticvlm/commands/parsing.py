@@ -81,6 +81,16 @@ def suggest(message: str) -> str:
     return f"{message}; did you mean {near[0]}?" if near else message
 
 
+def add_outline(parser: argparse.ArgumentParser) -> None:
+    """Declare --no-outline, which leaves things on a plain ground as they are."""
+    parser.add_argument(
+        "--no-outline",
+        dest="outline",
+        action="store_false",
+        help="do not outline a thing on a plain ground, such as a catalogue photograph's",
+    )
+
+
 def add_json(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:
     """Declare --json, which means the same for every command."""
     summary = 'print JSON for programs, and no text for people; an error is {"error": TEXT}'

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hapticvlm.commands.parsing import add_json
+from hapticvlm.commands.parsing import add_json, add_outline
 from hapticvlm.errors import UsageError
 
 if TYPE_CHECKING:
@@ -24,7 +24,8 @@ WIDEST = 60  # characters of a path, before the columns move
 _DESCRIPTION = """
 Print the material that each picture shows, one line for each. Only the pixels are used, never the
 name of a file. Pictures are JPEG, PNG or WebP. A folder stands for the pictures in it, but not in
-its sub-folders. Without a mask the whole picture is recognised: crop it to the object. If the best
+its sub-folders. Without a mask the whole picture is recognised: crop it to the object. A thing on a
+plain ground is outlined and recognised by itself, too; the mean of both counts. If the best
 guess is more likely wrong than right, the material is `unknown` and the guess is the runner-up.
 Exit code 1: a picture could not be read; 2: no picture was found, or an option is wrong.
 """
@@ -37,6 +38,7 @@ class Answer:
     path: Path
     verdict: Verdict | None = None
     beliefs: tuple[tuple[str, float], ...] = ()
+    is_outlined: bool = False
     error: str | None = None
 
 
@@ -63,6 +65,7 @@ def add(commands: Commands) -> None:
         help="mask of the same size, nonzero where the object is: one file for all pictures, or "
         "a folder with NAME.png for NAME.jpg",
     )
+    add_outline(recognise)
     add_json(recognise)
     recognise.add_argument(
         "--top", type=_count, metavar="N", help="also print the N most probable materials"
@@ -107,7 +110,7 @@ def _recognise(options: argparse.Namespace) -> int:
     if not options.json:
         print(_row("picture", ("material", "confidence", "runner-up", "source"), width), flush=True)
     failed = False
-    for answer in _answers(paths, options.mask, recogniser, among):
+    for answer in _answers(paths, options, recogniser, among):
         failed |= answer.error is not None
         _print(answer, None if options.json else width, options.top)
     return 1 if failed else 0
@@ -152,21 +155,23 @@ def _find(paths: Sequence[Path]) -> list[Path]:
 
 def _answers(
     paths: Sequence[Path],
-    masks: Path | None,
+    options: argparse.Namespace,
     recogniser: FrameRecogniser,
     among: frozenset[str] | None,
 ) -> Iterator[Answer]:
     """Recognise one picture after the other: in a batch, one could change the result of another."""
-    from hapticvlm.evidence.ladder import decide, restrict
+    from hapticvlm.evidence.ladder import decide, fuse, restrict
     from hapticvlm.vision.files import FileError, read_frame
     from hapticvlm.vision.pictures import PictureError
+    from hapticvlm.vision.plain_ground import views
 
     for path in paths:
         try:
-            frame = read_frame(path, _mask_of(path, masks))
-            (evidence,) = recogniser.compare(frame, [frame.region])
+            frame = read_frame(path, _mask_of(path, options.mask))
+            frames = views(frame) if options.outline else [frame]
+            evidence = fuse([recogniser.compare(shown, [shown.region])[0] for shown in frames])
             evidence = restrict(evidence, among)
-            yield Answer(path, decide([evidence]), evidence.beliefs)
+            yield Answer(path, decide([evidence]), evidence.beliefs, len(frames) > 1)
         except FileError as error:
             yield Answer(path, error=str(error))
         except PictureError as error:
@@ -193,7 +198,8 @@ def _print(answer: Answer, width: int | None, top: int | None) -> None:
     elif verdict is not None:
         runner_up = verdict.runner_up or "-"
         confidence = f"{verdict.confidence:.2f}"
-        cells = (verdict.material, confidence, runner_up, verdict.source)
+        source = f"{verdict.source}, outlined" if answer.is_outlined else verdict.source
+        cells = (verdict.material, confidence, runner_up, source)
         beliefs = ", ".join(f"{name} {belief:.2f}" for name, belief in answer.beliefs[: top or 0])
         print(f"{_row(str(answer.path), cells, width)}  {beliefs}".rstrip(), flush=True)
 
@@ -208,6 +214,7 @@ def _fields(answer: Answer, top: int | None) -> dict[str, object]:
         "confidence": round(verdict.confidence, DIGITS),
         "runner_up": verdict.runner_up,
         "source": verdict.source,
+        "outlined": answer.is_outlined,
         "beliefs": {name: round(belief, DIGITS) for name, belief in answer.beliefs[:top]},
     }
 

@@ -14,6 +14,7 @@ const SHOWN_PX = 720; // longest side on the page of a smaller picture
 const MAX_LIKELY = 3;
 const FOUR = ["wood", "glass", "fabric", "metal"];
 const HERE = { path: "try", code: "connect-try.svg" }; // the page that a phone opens
+const WHOLE = { picture: "The whole picture", thing: "The whole picture, and the thing outlined on its plain ground" };
 const TOKEN_KEY = "hapticvlm-token"; // stored until this tab is closed
 const SOURCES = {
   scene: "stated by you", name: "by its name", shader: "by its shader", encoder: "by how it looks",
@@ -75,7 +76,7 @@ function show() {
   if (!decision) return;
   const { material, confidence, runner_up: next, source } = decision;
   byId("answer").style.setProperty("--body", materialColour(material));
-  setText(byId("object"), scene.isWhole ? "The whole picture" : "Under your hand");
+  setText(byId("object"), scene.isWhole ? WHOLE[scene.thing ? "thing" : "picture"] : "Under your hand");
   setText(byId("material"), material === "unknown" ? `perhaps ${next ?? "anything"}` : material);
   setText(byId("sure"), `${percent(confidence)} sure, ${SOURCES[source]}${material !== "unknown" && next ? `; next ${next}` : ""}`);
   list(byId("because"), because(decision));
@@ -112,6 +113,10 @@ function outline() {
   const context = canvas.getContext("2d");
   context.drawImage(picture.canvas, 0, 0, canvas.width, canvas.height);
   const decision = scene.decision();
+  if (scene.isWhole && scene.thing) {
+    darkenGround(context);
+    return;
+  }
   if (!hand.over && !decision) return;
   const { x, y, w, h } = scene.target().region;
   context.lineWidth = Math.max(2, canvas.width / 250);
@@ -120,6 +125,14 @@ function outline() {
   context.setLineDash(decision ? [] : [6, 6]);
   context.fillRect(x * canvas.width, y * canvas.height, w * canvas.width, h * canvas.height);
   context.strokeRect(x * canvas.width, y * canvas.height, w * canvas.width, h * canvas.height);
+}
+
+function darkenGround(context) {
+  context.globalCompositeOperation = "multiply";
+  context.globalAlpha = 0.6;
+  context.drawImage(scene.thing.canvas, 0, 0, canvas.width, canvas.height);
+  context.globalCompositeOperation = "source-over";
+  context.globalAlpha = 1;
 }
 
 offerSound();
@@ -151,6 +164,10 @@ byId("keep").addEventListener("click", async () => {
   setText(byId("corrected"), answer.type === "decision" ? `Kept for this session, where it helps to recognise similar objects. ${lasting}` : (answer.text ?? "The service did not answer."));
 });
 byId("among").addEventListener("change", ({ target }) => scene.among(target.value === "four" ? FOUR : null));
+byId("outline").addEventListener("change", ({ target }) => {
+  scene.outlining(target.checked);
+  outline();
+});
 byId("take").addEventListener("click", async () => {
   const answer = await scene.take();
   if (answer.type === "ok") scene.owner = true;

@@ -4,7 +4,8 @@
 // material. Once pointed at, it is a grid of patches, each a separate object. The decision about a patch is
 // stored, so that a returning hand feels it at once, and a slide to the next patch is not felt as an impact. A part
 // of an object carries less information than the whole. So an uncertain patch in a picture with a certain
-// material is also sent with the whole picture, and the service fuses both. A live picture changes
+// material is also sent with the whole picture, and the service fuses both. A whole picture of a thing on a plain ground
+// is sent with the thing's outline as a mask, too, and the service averages both. A live picture changes
 // under the hand, so there the hand's region itself is touched, and every newer frame is sent.
 import { Link } from "./link.js";
 import { hand, region, speed } from "./try.hand.js";
@@ -23,6 +24,7 @@ export class TryScene {
   #isLooking = false;
   #wanted = null;
   #among = null;
+  #isOutlining = true;
   #one = null; // id of the picture that was stated to be of one material
   #known = new Set(); // ids of targets whose pictures have all been answered
   decisions = new Map(); // by object id; "" is a live region
@@ -46,6 +48,16 @@ export class TryScene {
     this.#forget();
     this.#want();
   }
+
+  // Sets whether a thing on a plain ground is recognised by its outline, too.
+  outlining(isOn) {
+    this.#isOutlining = isOn;
+    this.#forget();
+    this.#want();
+  }
+
+  // Returns the outline in use ({canvas, png}); null if there is none.
+  get thing() { return this.#isOutlining ? (this.#picture?.thing ?? null) : null; }
 
   #forget() {
     this.decisions.clear();
@@ -144,10 +156,11 @@ export class TryScene {
     let answer = null;
     for (const shown of this.#looks(target)) {
       answer = await this.#look(shown, "live");
-      if (answer.type !== "decision") break; // superseded: the target is requested again
-      this.#decided(answer);
+      if (answer.type === "decision") this.#decided(answer);
+      else if (answer.reason !== "unchanged") break; // superseded: the target is requested again
     }
-    if (target.id && answer.type === "decision") this.#known.add(target.id); // a live target is never known
+    const isAnswered = answer.type === "decision" || answer.reason === "unchanged";
+    if (target.id && isAnswered) this.#known.add(target.id); // a live target is never known
     this.#isLooking = false;
     this.#pump();
   }
@@ -157,17 +170,22 @@ export class TryScene {
   *#looks(target) {
     const isPatch = target.id && target.region !== WHOLE;
     const whole = this.#whole();
-    if (isPatch && !this.decisions.has(whole.id)) yield whole;
-    yield target;
+    if (isPatch && !this.decisions.has(whole.id)) yield* this.#views(whole);
+    yield* this.#views(target);
     if (isPatch && this.#isSure(whole.id) && !this.#isSure(target.id)) yield { ...target, region: WHOLE };
+  }
+
+  *#views(target) {
+    yield target;
+    if (target.region === WHOLE && this.thing) yield { ...target, mask: this.thing.png };
   }
 
   #isSure(id) { return (this.decisions.get(id)?.material ?? "unknown") !== "unknown"; }
 
-  #look({ id, region: spot }, purpose) {
+  #look({ id, region: spot, mask }, purpose) {
     const { canvas, jpeg } = this.#picture;
     const shape = { format: "jpeg", width: canvas.width, height: canvas.height, origin: "top", purpose };
-    const fields = { type: "frame", captured_at: performance.now() / 1000, image: jpeg, region: spot, ...shape };
+    const fields = { type: "frame", captured_at: performance.now() / 1000, image: jpeg, ...(mask ? { mask } : { region: spot }), ...shape };
     return this.#link.ask(id ? { ...fields, object_id: id } : fields, pack);
   }
 

@@ -1,8 +1,9 @@
 // Provides the picture: from a file, the clipboard, a drop, a sample, a camera or a shared screen.
 //
-// `onPicture` receives each new picture: {number, canvas, jpeg, live}. A live source
-// is read ten times a second, and an unchanged picture is not passed on.
+// `onPicture` receives each new picture: {number, canvas, jpeg, live, thing}; `thing` is the outline of what lies on a
+// plain ground in a still picture, or null. A live source is read ten times a second, and an unchanged picture is not passed on.
 import { byId, make, setText } from "./dom.js";
+import { outlined } from "./try.outline.js";
 
 const LONGEST_PX = 1024; // longest side of a sent picture; more would not help the encoder
 const QUALITY = 0.9;
@@ -117,5 +118,6 @@ async function give(image, live) {
   const mine = ++number;
   const blob = await new Promise((resolve) => canvas.toBlob(resolve, "image/jpeg", QUALITY));
   const jpeg = new Uint8Array(await blob.arrayBuffer());
-  if (mine === number) onPicture({ number: mine, canvas, jpeg, live });
+  const thing = live ? null : await outlined(canvas);
+  if (mine === number) onPicture({ number: mine, canvas, jpeg, live, thing });
 }

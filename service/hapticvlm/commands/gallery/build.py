@@ -59,7 +59,7 @@ def build(options: argparse.Namespace) -> int:
         if entry.encoder is not None:
             require_encoder(file.parent / f"{entry.material.name}.toml", entry.encoder, encoder)
     base = _require_shipped(encoder) if options.base == "shipped" else None
-    enrolled = enrol(pictures, encoder)
+    enrolled = enrol(pictures, encoder, outline=options.outline)
     gallery, origin = _gallery_of(enrolled, encoder, base)
     file.parent.mkdir(parents=True, exist_ok=True)
     save_gallery(gallery, file)
@@ -82,7 +82,7 @@ def add(options: argparse.Namespace) -> int:
     base = _base_of(folder, encoder)
     pictures = list_pictures(material.name, options.pictures)
     with working("reading the pictures"):
-        enrolled = enrol(pictures, encoder)
+        enrolled = enrol(pictures, encoder, outline=options.outline)
     folder.mkdir(parents=True, exist_ok=True)
     views = tuple(np.bincount(enrolled.places).tolist())
     user_material = UserMaterial(
@@ -218,6 +218,11 @@ def _print_enrolled(enrolled: Enrolled, checked: LeaveOneOut, total: int) -> Non
     """Print what was read of `total` pictures, and how often each is right when left out."""
     if total > len(enrolled.pictures):
         print(f"{total - len(enrolled.pictures)} of {total} pictures are copies and count once")
+    if enrolled.outlined:
+        note = (
+            "show a thing on a plain ground and are cut to its outline (--no-outline: as they are)"
+        )
+        print(f"{enrolled.outlined} of {len(enrolled.pictures)} pictures {note}")
     print(f"{'material':<20} {'pictures':>8} {'references':>10}  nearest is right when left out")
     for name in enrolled.materials:
         right, count = checked.counts(name)

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hapticvlm.commands.parsing import add_former, add_json
+from hapticvlm.commands.parsing import add_former, add_json, add_outline
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
@@ -64,6 +64,7 @@ def _add_build(kinds: Commands) -> None:
         default="none",
         help="references to keep: `shipped` adds yours to the shipped ones (%(default)s)",
     )
+    add_outline(build)
 
 
 def _add_add(kinds: Commands) -> None:
@@ -109,6 +110,7 @@ def _add_add(kinds: Commands) -> None:
         help="gallery folder (%(default)s)",
     )
     add_former(adding, "--into", "out")
+    add_outline(adding)
     adding.add_argument("--encoder", metavar="NAME_OR_FILE", help=ENCODER_HELP)
 
 
@@ -126,6 +128,7 @@ def _add_test(kinds: Commands) -> None:
         "pictures", type=Path, metavar="FOLDER", help="folder with a sub-folder for each material"
     )
     test.add_argument("--encoder", metavar="NAME_OR_FILE", help=ENCODER_HELP)
+    add_outline(test)
     add_json(test)
 
 
@@ -140,6 +143,4 @@ def _run(options: argparse.Namespace) -> int:
         case "list":
             return build.show(options.gallery, as_json=options.json)
         case _:
-            path = options.gallery
-            pictures = options.pictures
-            return test.run(path, pictures, options.encoder, as_json=options.json)
+            return test.run(options)

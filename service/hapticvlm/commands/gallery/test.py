@@ -1,12 +1,13 @@
 """Measures how often a gallery is right about labelled pictures, and what it confuses.
 
-Each picture is judged as the service would judge a single frame: by the gallery alone, and as
-unknown when the gallery is not sure enough. Pictures in a folder `unknown` show none of the
-materials: for them unknown is right.
+Each picture is judged as `recognise` judges it: by the gallery alone, the outlined thing on a plain
+ground along with the whole picture, and as unknown when the gallery is not sure enough. Pictures in
+a folder `unknown` show none of the materials: for them unknown is right.
 """
 
 from __future__ import annotations
 
+import argparse
 import json
 from collections import Counter
 from collections.abc import Iterable
@@ -22,7 +23,13 @@ from hapticvlm.statistics import wilson
 from hapticvlm.vision import pictures
 from hapticvlm.vision.encoders.encoder import Encoder
 from hapticvlm.vision.encoders.loading import load_encoder
-from hapticvlm.vision.galleries.enrol import EnrolError, Picture, find_pictures, read_frame
+from hapticvlm.vision.galleries.enrol import (
+    EnrolError,
+    Picture,
+    find_pictures,
+    frames_of,
+    read_frame,
+)
 from hapticvlm.vision.galleries.storage import load_gallery
 from hapticvlm.vision.galleries.user_materials import read_folder, table_with
 from hapticvlm.vision.pictures import PictureError
@@ -32,39 +39,52 @@ SAME = 0.9999  # similarity from which a picture is a reference itself; rounding
 Confusion = dict[str, Counter[str]]  # truth -> guess -> how often
 
 
-def run(path: Path, folder: Path, encoder_name: str | None, *, as_json: bool) -> int:
+def run(options: argparse.Namespace) -> int:
     """Print a table, or JSON.
 
     Raises EnrolError, GalleryError, MaterialError, EncoderError.
     """
-    encoder = load_encoder(encoder_name)
+    path: Path = options.gallery
+    encoder = load_encoder(options.encoder)
     user_materials = read_folder(path)
     gallery = load_gallery(path, encoder=encoder, user_materials=user_materials)
-    labelled = find_pictures(folder, [*table_with(user_materials), UNKNOWN])
-    embeddings = embed(track(labelled, "reading the pictures"), encoder)
+    labelled = find_pictures(options.pictures, [*table_with(user_materials), UNKNOWN])
+    views = embed(track(labelled, "reading the pictures"), encoder, outline=options.outline)
     confusion: Confusion = {}
-    for picture, embedding in zip(labelled, embeddings, strict=True):
-        verdict = ladder.decide([gallery.match(embedding)])
+    for picture, rows in zip(labelled, views, strict=True):
+        verdict = ladder.decide([ladder.fuse([gallery.match(row) for row in rows])])
         confusion.setdefault(picture.material, Counter())[verdict.material] += 1
-    enrolled = int(((embeddings @ gallery.references.T).max(axis=1) >= SAME).sum())
-    names = {"gallery": str(path), "encoder": encoder.name, "enrolled": enrolled}
+    names = {
+        "gallery": str(path),
+        "encoder": encoder.name,
+        "enrolled": sum(bool((rows @ gallery.references.T >= SAME).any()) for rows in views),
+        "outlined": sum(len(rows) > 1 for rows in views),
+    }
     figures = names | figures_of(confusion)
-    if as_json:
+    if options.json:
         print(json.dumps(figures))
     else:
         _print_table(figures)
     return 0
 
 
-def embed(labelled: Iterable[Picture], encoder: Encoder) -> NDArray[np.float32]:
-    """Embed each picture as the service would crop it: (N, D). Raises EnrolError."""
-    rows = []
+def embed(
+    labelled: Iterable[Picture], encoder: Encoder, *, outline: bool
+) -> list[NDArray[np.float32]]:
+    """Embed each picture, and the thing on its plain ground, if any: (1 or 2, D) for each.
+
+    Raises EnrolError.
+    """
+    views = []
     for picture in labelled:
+        frame = read_frame(picture)
+        frames = frames_of(picture, frame) if outline else [frame]
         try:
-            rows.append(encoder.embed([pictures.crop(read_frame(picture), encoder.side)]))
+            rows = [encoder.embed([pictures.crop(shown, encoder.side)]) for shown in frames]
         except PictureError as error:
             raise EnrolError(f"{picture.path}: {error}") from None
-    return np.concatenate(rows)
+        views.append(np.concatenate(rows))
+    return views
 
 
 def figures_of(confusion: Confusion) -> dict[str, object]:
@@ -108,6 +128,10 @@ def _print_table(figures: dict[str, object]) -> None:
         unknown = f"{row['unknown_rate']:.0%}"
         interval = f"{low:.0%} to {high:.0%}"
         print(f"{name:<20} {row['pictures']:>8} {share:>7}  {interval:<15} {unknown:>7}  {guesses}")
+    if figures["outlined"]:
+        print(
+            f"{figures['outlined']} pictures show a thing on a plain ground: its outline counts too"
+        )
     if figures["enrolled"]:
         warning = "are references of the gallery themselves: test with others"
         print(f"WARNING: {figures['enrolled']} of {figures['pictures']} pictures {warning}")

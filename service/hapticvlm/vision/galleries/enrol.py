@@ -1,7 +1,8 @@
 """Turns a user's pictures into references: finds them in folders, cuts, varies, embeds them.
 
 Each picture gives several references, because users have few pictures: the object as a frame would
-show it, its mirror image, and two closer views. Copies of a picture count once. Knows no gallery
+show it, its mirror image, and two closer views. A thing on a plain ground is outlined, as if it had
+a mask, since a scene sends its objects with one. Copies of a picture count once. Knows no gallery
 and no calibration.
 """
 
@@ -19,7 +20,7 @@ from numpy.typing import NDArray
 from hapticvlm import messages
 from hapticvlm.errors import HapticVLMError
 from hapticvlm.materials import nearest
-from hapticvlm.vision import files, pictures
+from hapticvlm.vision import files, pictures, plain_ground
 from hapticvlm.vision.encoders.encoder import Encoder
 from hapticvlm.vision.pictures import Crop, PictureError
 
@@ -49,12 +50,14 @@ class Enrolled:
     """References of P pictures: embeddings (N, D) float32 of unit norm.
 
     places: (N,), the index in `pictures` of each row. A picture's first row is the object as a
-    frame would show it, the others are its variations.
+    frame would show it, the others are its variations. outlined: the pictures of a thing on a plain
+    ground.
     """
 
     pictures: tuple[Picture, ...]
     embeddings: Floats
     places: NDArray[np.int64]
+    outlined: int = 0
 
     @property
     def materials(self) -> tuple[str, ...]:
@@ -110,13 +113,19 @@ def with_masks(material: str, files: Sequence[Path]) -> list[Picture]:
     return pictures
 
 
-def enrol(chosen: Sequence[Picture], encoder: Encoder) -> Enrolled:
-    """Cut, vary and embed pictures; copies of one count once. Raises EnrolError."""
+def enrol(chosen: Sequence[Picture], encoder: Encoder, *, outline: bool = True) -> Enrolled:
+    """Cut, vary and embed pictures; copies of one count once. Raises EnrolError.
+
+    `outline`: a thing on a plain ground is cut out as if it had a mask.
+    """
     kept: list[Picture] = []
     rows: list[Floats] = []
     places: list[int] = []
-    for picture, frame in _without_copies(chosen):
-        crops = views(picture, frame, encoder.side)
+    outlined = 0
+    for picture, whole in _without_copies(chosen):
+        thing = frames_of(picture, whole)[-1] if outline else whole
+        outlined += thing is not whole
+        crops = views(picture, thing, encoder.side)
         places += [len(kept)] * len(crops)
         kept.append(picture)
         # One at a time, as the service does: an int8 network's scale depends on the whole batch.
@@ -125,7 +134,7 @@ def enrol(chosen: Sequence[Picture], encoder: Encoder) -> Enrolled:
             problem = f"`{encoder.name}` gives it no usable embedding; remove it"
             raise EnrolError(f"{picture.path}: {problem}")
     stack = np.concatenate(rows) if rows else np.zeros((0, encoder.dimension), np.float32)
-    return Enrolled(tuple(kept), stack, np.array(places, np.int64))
+    return Enrolled(tuple(kept), stack, np.array(places, np.int64), outlined)
 
 
 def views(picture: Picture, frame: messages.Frame, side: int) -> list[Crop]:
@@ -154,6 +163,14 @@ def read_frame(picture: Picture) -> messages.Frame:
         return files.read_frame(picture.path, picture.mask)
     except files.FileError as error:
         raise EnrolError(f"{error}; replace it or remove it") from None
+
+
+def frames_of(picture: Picture, frame: messages.Frame) -> list[messages.Frame]:
+    """Return a picture's frame, then the outlined one if any (plain_ground). Raises EnrolError."""
+    try:
+        return plain_ground.views(frame)
+    except PictureError as error:
+        raise EnrolError(f"{_culprit(picture, error)}: {_reason(error)}") from None
 
 
 def _without_copies(chosen: Sequence[Picture]) -> Iterator[tuple[Picture, messages.Frame]]:
