@@ -10,7 +10,6 @@ const AGREEING = 0.9; // least share of the border that has the ground's colour
 const GAP = 3; // px; contours with gaps up to twice as wide are closed
 const SHARE = { least: 0.04, most: 0.75 }; // of the picture that the thing covers
 const IN_ONE = 0.8; // least share of all that is not ground that the largest piece has
-const TOUCHING = 0.1; // greatest share of the border that the thing covers
 
 // Returns the thing of a canvas as {canvas, png}: a small picture of it, white on black, and a mask of the canvas's size.
 // Returns null if there is none.
@@ -44,12 +43,10 @@ export function outline(pixels, width, height) {
     const y = Math.floor(at / width);
     return x < rim || x >= width - rim || y < rim || y >= height - rim;
   };
-  const borderShare = (grid) => share(grid.filter((_, at) => isBorder(at)));
   const far = unlikeGround(pixels, width, height, rim);
-  if (borderShare(far) > 1 - AGREEING) return null;
+  if (share(far.filter((_, at) => isBorder(at))) > 1 - AGREEING) return null;
   const thing = largest(withoutGround(far, width, height), width, height);
-  if (!thing || share(thing) < SHARE.least || share(thing) > SHARE.most) return null;
-  return borderShare(thing) <= TOUCHING ? thing : null;
+  return thing && share(thing) >= SHARE.least && share(thing) <= SHARE.most ? thing : null;
 }
 
 const share = (grid) => grid.reduce((sum, inside) => sum + inside, 0) / grid.length;

@@ -5,10 +5,10 @@ follows light that falls off to one side. Pixels near the plane that are connect
 are ground too; the rest is the thing, with all that the ground does not reach inside of it. Narrow
 gaps in its contour are closed first, since a highlight on white glass would let the ground in.
 
-Most pictures have no such ground, so an outline must be plausible: the border agrees with the
-plane, the thing is in one piece, neither tiny nor nearly the whole picture, and hardly touches the
-border. `pages/try.outline.js` does the same in a browser, with the same constants. Knows no
-material.
+Most pictures have no such ground, so an outline must be plausible: nearly all of the border agrees
+with the plane, so that the thing hardly touches it, and the thing is in one piece, neither tiny nor
+nearly the whole picture. `pages/try.outline.js` does the same in a browser, with the same
+constants. Knows no material.
 """
 
 from __future__ import annotations
@@ -32,7 +32,6 @@ AGREEING = 0.9  # least share of the border that has the ground's colour
 GAP = 3  # px at SIDE; contours with gaps up to twice as wide are closed
 SHARE = (0.04, 0.75)  # of the picture that the thing covers
 IN_ONE = 0.8  # least share of all that is not ground that the largest piece has
-TOUCHING = 0.1  # greatest share of the border that the thing covers
 
 _Grid = NDArray[np.bool_]
 
@@ -56,8 +55,8 @@ def outlined(frame: Frame) -> Frame | None:
 def views(frame: Frame) -> list[Frame]:
     """Return the frame, then the outlined one if it has no mask and shows a thing on plain ground.
 
-    The mean of both recognitions is right more often than either: the whole picture shows the
-    thing in its shape, the outlined one its surface. Raises PictureError.
+    The mean of both recognitions counts: the whole picture shows the thing in its proportions, the
+    outlined one is squashed to the crop but shows more of its surface. Raises PictureError.
     """
     thing = outlined(frame) if frame.mask is None else None
     return [frame] if thing is None else [frame, thing]
@@ -78,9 +77,7 @@ def outline(pixels: Pixels) -> _Grid | None:
     if far[border].mean() > 1.0 - AGREEING:
         return None
     thing = _largest(_without_ground(far))
-    if thing is None or not SHARE[0] <= thing.mean() <= SHARE[1]:
-        return None
-    return thing if thing[border].mean() <= TOUCHING else None
+    return thing if thing is not None and SHARE[0] <= thing.mean() <= SHARE[1] else None
 
 
 def _shrunk(pixels: Pixels) -> NDArray[np.float32]:
