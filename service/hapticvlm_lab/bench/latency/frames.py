@@ -82,7 +82,12 @@ def run(*, seconds: float, as_json: bool) -> int:
     if as_json:
         print(json.dumps(result))
     for name, value in result.items():
-        console.print(f"{name:<16} {value}", highlight=False)
+        if value is not alone:
+            console.print(f"{name:<16} {value}", highlight=False)
+    console.print(f"{'recognition alone, ms':<28} {'median':>7} {'p99':>7} {'networks':>8}")
+    for name, took in alone.items():
+        row = f"{name:<28} {took['median']:>7.2f} {took['p99']:>7.2f} {took['networks']:>8.2f}"
+        console.print(row, highlight=False)
     return 0 if result["all_answered"] else 1
 
 
