@@ -52,7 +52,8 @@ def _thing(ground: NDArray[np.float64], where: Grid, period: float = 5.0) -> Pic
 def _gradient(fall: float) -> NDArray[np.float64]:
     """Light that falls off from the left to the right, and half as much downwards."""
     v, u = np.mgrid[:HEIGHT, :WIDTH]
-    return _plain() - fall * (u / WIDTH + v / HEIGHT / 2)[..., None]
+    ground: NDArray[np.float64] = _plain() - fall * (u / WIDTH + v / HEIGHT / 2)[..., None]
+    return ground
 
 
 def _shadowed(depth: float) -> Picture:
@@ -91,7 +92,9 @@ def _clouds() -> Picture:
         )
         for side in sides
     ]
-    return _plain((128, 128, 128)) + sum(spots)[..., None], np.ones((HEIGHT, WIDTH), bool)
+    return _plain((128, 128, 128)) + np.sum(spots, axis=0)[..., None], np.ones(
+        (HEIGHT, WIDTH), bool
+    )
 
 
 def _half() -> Picture:
