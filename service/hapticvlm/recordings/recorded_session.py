@@ -124,8 +124,11 @@ class RecordedSession(SceneSession):
         super().rest()
 
     def on_stop(self, scope: Scope) -> None:
-        """Note that outputs were stopped."""
-        self._known_hold = self._hold.state
+        """Note that outputs were stopped; the shared hold already has the stop.
+
+        Another session may have lifted part of the hold since this one's last line. So the whole
+        hold is written first, as after any change that did not come through this session.
+        """
         self._write_line({Key.IN: Input.STOP, Key.SCOPE: scope}, None)
         super().on_stop(scope)
 
