@@ -12,6 +12,9 @@ def run() -> int:
     handler = signal.getsignal(signal.SIGINT)
     if handler is signal.default_int_handler:  # a background job of a shell ignores SIGINT: keep it
         signal.signal(signal.SIGINT, signal.SIG_DFL)
+    from hapticvlm.standard_streams import open_missing
+
+    open_missing()
     from hapticvlm.commands.main import main
 
     signal.signal(signal.SIGINT, handler)
