@@ -9,13 +9,14 @@ since a hostile program cannot be told from `hapticvlm stop` before it has spoke
 from __future__ import annotations
 
 import asyncio
+import errno
 import http
 import logging
 import os
 import socket as socket_
 import time
 from collections import Counter, OrderedDict
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterable
 from contextlib import asynccontextmanager, suppress
 from functools import partial
 from ssl import SSLContext
@@ -42,6 +43,8 @@ from hapticvlm.server.edge.socket import ClientSocket
 BACKLOG = 128  # connections that wait in the kernel
 ADDRESSES = 256  # whose rates are remembered
 PAUSE_S = 0.01
+PORT_TRIES = 10  # to find a port that is free at every address
+NOT_HERE = (errno.EADDRNOTAVAIL, errno.EAFNOSUPPORT)  # this machine does not have the address
 NO_FILES_S = 0.5  # until the next try when the system has no descriptor left
 
 Answer = Callable[[ClientSocket, HttpRequest], Awaitable[Response | None]]
@@ -179,13 +182,41 @@ class ConnectRates:
 
 
 async def bind(host: str, port: int) -> list[socket_.socket]:
-    """Return sockets that listen at every address of a host. Raises OSError."""
+    """Return sockets that listen at every address of a host, all at one port. Raises OSError."""
     loop = asyncio.get_running_loop()
-    rows = await loop.getaddrinfo(host, port, type=socket_.SOCK_STREAM, flags=socket_.AI_PASSIVE)
+    tries = PORT_TRIES if port == 0 else 1
+    while True:
+        rows = await loop.getaddrinfo(
+            host, port, type=socket_.SOCK_STREAM, flags=socket_.AI_PASSIVE
+        )
+        tries -= 1
+        try:
+            return _listening_at(dict.fromkeys((row[0], row[4]) for row in rows))
+        except OSError as error:
+            # The system chose a port for the first address that is taken at another one.
+            if error.errno != errno.EADDRINUSE or not tries:
+                raise
+
+
+def _listening_at(addresses: Iterable[tuple[int, Any]]) -> list[socket_.socket]:
+    """Listen at these addresses; those after the first take its port where they name none.
+
+    `localhost` often has an address of a family that is switched off. An address that this machine
+    does not have is left out, unless it has none of them.
+    """
     sockets: list[socket_.socket] = []
+    missing = OSError(errno.EADDRNOTAVAIL, "the host has no address")
     try:
-        for family, address in dict.fromkeys((row[0], row[4]) for row in rows):
-            sockets.append(_listening(family, address))
+        for family, (address, port, *rest) in addresses:
+            common_port = port or (sockets[0].getsockname()[1] if sockets else 0)
+            try:
+                sockets.append(_listening(family, (address, common_port, *rest)))
+            except OSError as error:
+                if error.errno not in NOT_HERE:
+                    raise
+                missing = error
+        if not sockets:
+            raise missing
     except OSError:
         for each in sockets:
             each.close()
