@@ -4,16 +4,31 @@ import asyncio
 import errno
 import socket
 import sys
+from collections import Counter
 
 import pytest
 
-from hapticvlm.server.edge.listener import bind
+from hapticvlm.server.edge.limiter import SocketLimiter
+from hapticvlm.server.edge.limits import Rate
+from hapticvlm.server.edge.listener import Listener, bind
+from hapticvlm.server.web.http import response
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="only Linux has 127.0.0.2 at once")
 
 TWO = [(socket.AF_INET, ("127.0.0.1", 0)), (socket.AF_INET, ("127.0.0.2", 0))]
 FOREIGN = (socket.AF_INET, ("203.0.113.1", 0))  # for documents; no machine has it
 NO_FAMILY = (12, ("127.0.0.1", 0))  # DECnet, which no system has
+
+
+def has_ipv6():
+    try:
+        socket.create_server(("::1", 0), family=socket.AF_INET6).close()
+    except OSError:
+        return False
+    return True
+
+
+needs_ipv6 = pytest.mark.skipif(not has_ipv6(), reason="IPv6 is switched off")
 
 
 @pytest.fixture
@@ -74,3 +89,44 @@ async def test_a_port_in_use_at_one_address_is_refused_and_nothing_stays_bound(r
         with pytest.raises(OSError, match="in use"):
             await bind("name", port)
         socket.create_server(("127.0.0.1", port)).close()
+
+
+async def page(*_):
+    return response(200, "here", "text/plain")
+
+
+async def get(host, port):
+    reader, writer = await asyncio.open_connection(host, port)
+    try:
+        writer.write(b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n")
+        return await reader.read()
+    finally:
+        writer.close()
+
+
+@needs_ipv6
+async def test_the_usual_address_is_listened_on_in_both_families():
+    async with Listener(SocketLimiter(Counter()), page, page, 1000).listen("127.0.0.1", 0) as port:
+        assert (await get("127.0.0.1", port)).endswith(b"here")
+        assert (await get("::1", port)).endswith(b"here")
+
+
+@needs_ipv6
+async def test_another_program_at_the_same_port_of_ipv6_is_left_alone():
+    with socket.create_server(("::1", 0), family=socket.AF_INET6) as other:
+        port = other.getsockname()[1]
+        (only,) = await bind("127.0.0.1", port)
+        assert only.getsockname() == ("127.0.0.1", port)
+        only.close()
+
+
+async def test_this_machine_has_one_rate_of_connects_at_all_its_addresses(resolve, monkeypatch):
+    monkeypatch.setattr("hapticvlm.server.edge.listener.CONNECTS", Rate(per_s=0.001, burst=4))
+    resolve(TWO)
+    hosts = [address for _, (address, _) in TWO]
+    async with Listener(SocketLimiter(Counter()), page, page, 1000).listen("name", 0) as port:
+        for host in hosts * 2:
+            assert (await get(host, port)).endswith(b"here")
+        for host in hosts:
+            with pytest.raises(TimeoutError):
+                await asyncio.wait_for(get(host, port), 0.3)

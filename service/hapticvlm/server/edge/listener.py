@@ -84,8 +84,9 @@ class Listener:
             }
         admit = partial(self._admit, encrypted)
         sockets = await bind(host, port)
+        rates = ConnectRates()
         tasks = [
-            asyncio.create_task(accept(each, admit, self._has_room, self.limiter.counts))
+            asyncio.create_task(accept(each, admit, self._has_room, rates, self.limiter.counts))
             for each in sockets
         ]
         try:
@@ -182,7 +183,19 @@ class ConnectRates:
 
 
 async def bind(host: str, port: int) -> list[socket_.socket]:
-    """Return sockets that listen at every address of a host, all at one port. Raises OSError."""
+    """Return sockets that listen at every address of a host, all at one port. Raises OSError.
+
+    At 127.0.0.1 they include ::1 where that is free. `localhost` means either of them, and there
+    are clients that try only one.
+    """
+    sockets = await _bind_host(host, port)
+    if host == "127.0.0.1":
+        with suppress(OSError):
+            sockets.append(_listening(socket_.AF_INET6, ("::1", sockets[0].getsockname()[1])))
+    return sockets
+
+
+async def _bind_host(host: str, port: int) -> list[socket_.socket]:
     loop = asyncio.get_running_loop()
     tries = PORT_TRIES if port == 0 else 1
     while True:
@@ -246,11 +259,11 @@ async def accept(
     listening: socket_.socket,
     admit: Callable[[socket_.socket], None],
     has_room: Callable[[], bool],
+    rates: ConnectRates,
     counts: Counter[Count],
 ) -> None:
     """Admit connections, one a turn of the loop, until cancelled."""
     loop = asyncio.get_running_loop()
-    rates = ConnectRates()
     while True:
         try:
             accepted, address = await loop.sock_accept(listening)
@@ -259,8 +272,12 @@ async def accept(
             await asyncio.sleep(NO_FILES_S)
             continue
         if is_loopback(address[0]):
-            while not (has_room() and rates.spend(address[0], time.monotonic())):  # noqa: ASYNC110
-                await asyncio.sleep(PAUSE_S)
+            try:
+                while not (has_room() and rates.spend(address[0], time.monotonic())):  # noqa: ASYNC110
+                    await asyncio.sleep(PAUSE_S)
+            except asyncio.CancelledError:
+                accepted.close()
+                raise
             admit(accepted)
         elif rates.spend(address[0], time.monotonic()):
             admit(accepted)
