@@ -18,6 +18,11 @@ from hapticvlm_recogniser_app import replies
 from hapticvlm_recogniser_app.replies import Embedded, Refusal, load_galleries
 
 HANG_S = 3.0
+# Beliefs in place of those of the gallery, by fault.
+KNOWING_NOTHING: dict[str | None, list[tuple[str, float]]] = {
+    "no beliefs": [],
+    "beliefs of zero": [("wood", 0.0), ("glass", 0.0)],
+}
 
 
 class Shared(http.server.ThreadingHTTPServer):
@@ -45,7 +50,13 @@ class Shared(http.server.ThreadingHTTPServer):
     def answer(self, body: bytes) -> bytes:
         job = replies.read_job(body, self.galleries, time.monotonic())
         embedded = [Embedded(row, 1, 0.0, 1.0) for row in self.encoder.embed(job.crops)]
-        return replies.write_answer(job, embedded)
+        data = replies.write_answer(job, embedded)
+        if self.fault not in KNOWING_NOTHING:
+            return data
+        answer = msgspec.msgpack.decode(data, type=contract.Answer)
+        beliefs = KNOWING_NOTHING[self.fault]
+        results = [msgspec.structs.replace(result, beliefs=beliefs) for result in answer.results]
+        return msgspec.msgpack.encode(msgspec.structs.replace(answer, results=results))
 
 
 class _Handler(http.server.BaseHTTPRequestHandler):

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from pace import PACE
-from shared_recogniser import Shared, shared_recogniser
+from shared_recogniser import KNOWING_NOTHING, Shared, shared_recogniser
 
 from hapticvlm import materials
 from hapticvlm.http_client import HttpError
@@ -34,6 +34,19 @@ def shared() -> Iterator[Shared]:
 def crop(seed: int = 0) -> Crop:
     pixels = np.random.default_rng(seed).integers(0, 255, (SIDE, SIDE, 3), np.uint8)
     return Crop(pixels, central_mask(SIDE))
+
+
+def view(seed: int) -> Frame:
+    """Return the same pixels as a frame."""
+    return Frame(
+        id=1,
+        captured_at=0.0,
+        format="rgb8",
+        width=SIDE,
+        height=SIDE,
+        origin="top",
+        image=crop(seed).image.tobytes(),
+    )
 
 
 def remote(served: Shared, **settings: object) -> RemoteRecogniser:
@@ -139,22 +152,33 @@ def test_a_token_is_sent_and_never_logged(shared: Shared) -> None:
 def test_a_view_of_the_whole_scene_is_never_sent(shared: Shared) -> None:
     asked = tried(remote(shared))
     recogniser = FrameRecogniser(shared.encoder, shared.galleries["shipped"].gallery, asked)
-    pixels = crop(2).image
-    frame = Frame(
-        id=1,
-        captured_at=0.0,
-        format="rgb8",
-        width=SIDE,
-        height=SIDE,
-        origin="top",
-        image=pixels.tobytes(),
-    )
+    frame = view(2)
     before = len(shared.asked)
     assert recogniser.recognise(frame, "scene", 0.0, force=True).scene_view is not None
     assert len(shared.asked) == before
     shown = SceneContext("scene", "cup")
     assert recogniser.recognise(frame, "cup", 0.0, force=True, shown=shown).evidence is not None
     assert len(shared.asked) == before + 1
+
+
+@pytest.mark.parametrize("fault", KNOWING_NOTHING)
+def test_a_crop_of_which_it_believes_nothing_is_recognised_locally(
+    shared: Shared, fault: str
+) -> None:
+    recogniser = FrameRecogniser(
+        shared.encoder, shared.galleries["shipped"].gallery, asked := tried(remote(shared))
+    )
+    shared.fault = fault
+    try:
+        shown = SceneContext("scene", "cup")
+        recognition = recogniser.recognise(view(3), "cup", 0.0, force=True, shown=shown)
+    finally:
+        shared.fault = None
+    assert recognition.evidence is not None
+    assert recognition.evidence.confidence > 0.0
+    assert {"remote", "encode"} <= recognition.stages_ms.keys()
+    assert (asked.state.is_used, asked.state.answered, asked.state.local) == (True, 0, 1)
+    assert asked.recognise(crop(4)) is not None, "the recogniser itself is well"
 
 
 @pytest.mark.parametrize(

@@ -112,10 +112,12 @@ class RemoteRecogniser:
         else:  # the thread may still wait for a name lookup
             outcome = _Outcome(error=f"no answer within {1000.0 * self._settings.remote_s:.0f} ms")
         self._judge(outcome)
-        if outcome.match is None:
+        # A recogniser that believes nothing of a crop may be well: its gallery has nothing like it.
+        # Taking that for the answer would leave the object unknown where this machine may know it.
+        if outcome.match is None or outcome.match.evidence.confidence <= 0.0:
             self._local += 1
-        else:
-            self._answered += 1
+            return None
+        self._answered += 1
         return outcome.match
 
     def _submit(self, crop: Crop | None, until: float) -> _Job:

@@ -85,7 +85,10 @@ class Identity(msgspec.Struct, frozen=True):
 
 
 class Result(msgspec.Struct, frozen=True):
-    """The result for one crop: (material, belief), best first; the unit embedding as <f4 bytes."""
+    """The result for one crop: (material, belief), best first; the unit embedding as <f4 bytes.
+
+    Without a belief above 0 it counts as no answer, and the caller recognises the crop itself.
+    """
 
     beliefs: list[tuple[str, float]]
     embedding: bytes
