@@ -73,6 +73,6 @@ def test_it_fits_a_phone_and_is_open_to_everybody(page):
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
     assert page.locator(".play").count() == 6
     assert "rgb" in page.locator(".bar").first.evaluate("it => it.style.background")
-    page.add_script_tag(path=str(AXE))
+    page.evaluate(AXE.read_text())  # the page's policy lets no script tag in
     found = page.evaluate("async () => (await axe.run()).violations.map((v) => v.id)")
     assert found == []

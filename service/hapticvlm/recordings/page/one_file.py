@@ -1,13 +1,17 @@
 """Assembles a page into one file: styles, scripts, data and sound are written into it.
 
-The page then opens from a disk, without a service and without a network, and can be sent on.
+The page then opens from a disk, without a service and without a network, and can be sent on. Names
+in it may come from somebody else. So its policy lets a browser run the page's own script, known by
+its hash, and load nothing but what is in the file.
 """
 
 from __future__ import annotations
 
 import base64
+import hashlib
 import io
 import json
+import re
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -17,6 +21,13 @@ from numpy.typing import NDArray
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 
 PAGES = Path(__file__).parents[2] / "pages"
+CHARSET = '<meta charset="utf-8">'  # which the policy follows, before anything that it governs
+POLICY = (
+    "default-src 'none'; img-src data:; media-src data:; connect-src data:; "
+    "style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'; script-src 'sha256-{hash}'"
+)
+_EXPORT = re.compile(r"^export (?=(?:const|function) (\w+))", re.MULTILINE)
+_IMPORT = re.compile(r'^import (\{[^}]*\}) from "hapticvlm/(\w+)";$', re.MULTILINE)
 SOUND_HZ = 8000  # the lowest rate that browsers play; the vibration ends at 1 kHz
 
 
@@ -27,13 +38,33 @@ def assembled(
     for file in styles:
         style = f"<style>\n{file.read_text(encoding='utf-8')}</style>"
         markup = put(markup, f'<link rel="stylesheet" href="{file.name}">', style)
-    for file in modules:
-        markup = put(markup, f'"{file.name}"', f'"{address("text/javascript", file.read_bytes())}"')
+    code = f"\n{bundled(modules, script)}"
+    policy = POLICY.format(hash=encoded(hashlib.sha256(code.encode()).digest()))
+    tag = f'<meta http-equiv="Content-Security-Policy" content="{policy}">'
+    markup = put(markup, CHARSET, f"{CHARSET}\n{tag}")
     tag = f'<script type="module" src="{script.name}"></script>'
-    code = script.read_text(encoding="utf-8")
-    markup = put(markup, tag, f'<script type="module">\n{code}</script>')
+    markup = put(markup, tag, f'<script type="module">{code}</script>')
     content = json.dumps(data, allow_nan=False).replace("<", "\\u003c")
     return put(markup, ">null</script>", f">{content}</script>")
+
+
+def bundled(modules: Iterable[Path], script: Path) -> str:
+    """Return one script: each module as an object of its exports, then the script that uses them.
+
+    A script of its own cannot be a module of its own in the same file without a data address,
+    and a policy that lets those run lets anybody's run. Modules export constants and functions only
+    and import nothing; each has its own scope, so their names do not meet.
+    """
+    parts = []
+    for file in modules:
+        code = file.read_text(encoding="utf-8")
+        exports = ", ".join(_EXPORT.findall(code))
+        body = _EXPORT.sub("", code)
+        parts.append(
+            f"const module_{file.stem} = (() => {{\n{body}return {{ {exports} }};\n}})();\n"
+        )
+    code = _IMPORT.sub(r"const \1 = module_\2;", script.read_text(encoding="utf-8"))
+    return "".join([*parts, code])
 
 
 def put(markup: str, place: str, new: str) -> str:
