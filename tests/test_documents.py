@@ -1,11 +1,14 @@
 """Tests that files that are too large, too deep or missing give errors that can be shown."""
 
+import io
 import os
 import sys
 import tomllib
 import zipfile
+from pathlib import Path
 
 import pytest
+from PIL import Image
 
 from hapticvlm import documents
 from hapticvlm.captures.lines import CaptureError, read_lines
@@ -82,3 +85,24 @@ def test_a_zip_of_an_unknown_method_is_no_gallery(tmp_path):
     path.write_bytes(data)
     with pytest.raises(storage.GalleryError):
         storage.read_gallery(path)
+
+
+@pytest.mark.parametrize(
+    ("fault", "words"),
+    [
+        (lambda: {}["materials"], "`materials` is missing"),
+        (lambda: None < "x", "a value is of the wrong kind"),
+        (lambda: None.items(), "a value is of the wrong kind"),
+        (lambda: int(float("inf")), "a number is too large"),
+        (lambda: b"a\xff".decode(), "byte 2 is not UTF-8 text; save it as UTF-8"),
+        (lambda: Path("/no/such/file").read_bytes(), "No such file or directory"),
+        (lambda: Image.open(io.BytesIO(b"x")), "cannot identify image file"),
+        (lambda: documents.parse_json("[" * 100_000), "nested too deep"),
+    ],
+)
+def test_a_fault_of_a_file_is_said_in_plain_words(fault, words):
+    try:
+        fault()
+    except Exception as error:  # noqa: BLE001 - each row another
+        caught = error
+    assert documents.reason(caught) == words

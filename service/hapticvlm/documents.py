@@ -11,9 +11,12 @@ from __future__ import annotations
 import errno
 import json
 import os
+import re
 import stat
 import time
 import tomllib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from io import BufferedReader
 from pathlib import Path
 from typing import Any
@@ -23,6 +26,7 @@ MAX_BYTES = 16 * MIB
 READ_TIMEOUT_S = 10.0
 PIECE_BYTES = 4 * MIB
 MAX_KEY_PARTS = 16  # of a dotted TOML key; a key of thousands of parts unfolds to gigabytes
+_ADDRESS = re.compile(r" <[^<>]* object at 0x[0-9a-f]+>")
 _TOO_DEEP = "nested too deep"
 
 
@@ -59,13 +63,46 @@ def read_bytes(path: Path, max_bytes: int = MAX_BYTES, timeout_s: float = READ_T
 
 
 def read_text(path: Path, max_bytes: int = MAX_BYTES) -> str:
-    """Read a regular UTF-8 file. Raises OSError, ValueError (which includes UnicodeDecodeError)."""
-    return read_bytes(path, max_bytes).decode("utf-8")
+    """Read a regular UTF-8 file. Raises OSError, ValueError."""
+    try:
+        return read_bytes(path, max_bytes).decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise ValueError(reason(error)) from None
 
 
-def reason(error: OSError | ValueError) -> str:
-    """Return the reason why a file could not be read, without its name."""
-    return getattr(error, "strerror", None) or str(error)
+def reason(error: Exception) -> str:
+    """Return why a file could not be read or understood, in plain words and without its name.
+
+    An exception of Python's own has a message for programmers, which is not shown.
+    """
+    match error:
+        case OSError():
+            return error.strerror or _ADDRESS.sub("", str(error))  # Pillow names its buffer
+        case UnicodeDecodeError():
+            return f"byte {error.start + 1} is not UTF-8 text; save it as UTF-8"
+        case KeyError():
+            return f"`{error.args[0]}` is missing"
+        case RecursionError():
+            return _TOO_DEEP
+        case MemoryError():
+            return "larger than this machine's memory"
+        case ArithmeticError():
+            return "a number is too large"
+        case AttributeError() | LookupError() | TypeError():
+            return "a value is of the wrong kind"
+        case _:
+            return str(error) or "incomplete"  # of this program, or of a library that reads files
+
+
+@contextmanager
+def naming(path: Path) -> Iterator[None]:
+    """Add this name to an OSError that has none: that of a write, on a disk that is full."""
+    try:
+        yield
+    except OSError as error:
+        if error.filename is not None or error.errno is None:
+            raise
+        raise OSError(error.errno, error.strerror, str(path)) from None
 
 
 def parse_toml(content: str) -> dict[str, Any]:

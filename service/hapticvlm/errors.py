@@ -6,6 +6,7 @@ other exception is a bug of this program and shows its traceback.
 
 from __future__ import annotations
 
+import errno
 import importlib.util
 import shutil
 import sys
@@ -14,6 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 CURE = "free the place or name another"  # what to do about an error of the file system
+FULL = (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC))
 LONGEST = 600  # characters of the line; the message of a third-party library may have any length
 
 
@@ -70,4 +72,6 @@ def one_line(error: BaseException) -> str:
     text = str(error)
     if isinstance(error, OSError) and error.filename is not None:
         text = f"{error.filename2 or error.filename}: {error.strerror}; {CURE}"
+    elif isinstance(error, OSError) and error.strerror:  # of a write, which knows no name
+        text = f"{error.strerror}; {CURE}" if error.errno in FULL else error.strerror
     return printable(text) or type(error).__name__

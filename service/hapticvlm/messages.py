@@ -16,6 +16,7 @@ from typing import Annotated, Literal, get_args, get_origin
 import msgspec
 from msgspec import Meta, Struct
 
+from hapticvlm import documents
 from hapticvlm.errors import HapticVLMError
 
 PROTOCOL_MAJOR = 1
@@ -688,7 +689,8 @@ def decode(data: bytes | str) -> ClientMessage:
         raise _explain(str(error), _id_of(data)) from None
     except (msgspec.DecodeError, ValueError, RecursionError) as error:
         kind = "JSON" if isinstance(data, str) else "MessagePack"
-        text = f"not a {kind} map: {error}; send one {kind} map per WebSocket message"
+        reason = documents.reason(error)
+        text = f"not a {kind} map: {reason}; send one {kind} map per WebSocket message"
         raise MessageError("message", text) from None
     if isinstance(data, str) and isinstance(message, Frame):
         text = "$.image: text messages carry no images; send frames as MessagePack"

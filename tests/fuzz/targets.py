@@ -8,10 +8,12 @@ from __future__ import annotations
 import contextlib
 import itertools
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+from plain_words import require_plain
 
 from hapticvlm.captures.lines import CaptureError, read_lines
 from hapticvlm.commands import config_file
@@ -32,6 +34,15 @@ from hapticvlm.session.settings import SessionSettings
 from hapticvlm.vision import pictures
 from hapticvlm.vision.galleries.storage import GalleryError, read_gallery
 from hapticvlm.vision.galleries.user_materials import read_material
+
+
+@contextlib.contextmanager
+def refusing(*errors: type[Exception]) -> Iterator[None]:
+    """Accept these errors, in plain words."""
+    try:
+        yield
+    except errors as error:
+        require_plain(str(error))
 
 
 @dataclass(frozen=True)
@@ -65,6 +76,7 @@ class _Sessions:
             actions = self._session.receive(message, now)
         except MessageError as error:
             is_refused = bool(error.text)
+            require_plain(error.text)
         moved = [one for one in actions if isinstance(one, PlayVibration | DrivePlate)]
         assert is_touch or not moved or not is_refused
         assert is_refused or actions, "a message without an answer"
@@ -73,7 +85,7 @@ class _Sessions:
 
 def _pictures(data: bytes, _: Path) -> None:
     kind = "png" if data[:1] == b"\x89" else "jpeg"
-    with contextlib.suppress(pictures.PictureError):
+    with refusing(pictures.PictureError):
         size = pictures._png_size("$", data) if kind == "png" else pictures._jpeg_size(data)
         frame = Frame(
             id=1,
@@ -91,37 +103,37 @@ def _pictures(data: bytes, _: Path) -> None:
 
 def _captures(data: bytes, file: Path) -> None:
     file.write_bytes(data)
-    with contextlib.suppress(CaptureError):
+    with refusing(CaptureError):
         read_lines(file)
 
 
 def _session_logs(data: bytes, file: Path) -> None:
     file.parent.joinpath(SESSION_LOG).write_bytes(data)
-    with contextlib.suppress(SessionLogError):
+    with refusing(SessionLogError):
         replay.replay(file.parent, MATERIALS)
 
 
 def _wav(data: bytes, file: Path) -> None:
     file.write_bytes(data)
-    with contextlib.suppress(OSError, ValueError):
+    with refusing(OSError, ValueError):
         read_wav(file, 10.0)
 
 
 def _gallery(data: bytes, file: Path) -> None:
     file.write_bytes(data)
-    with contextlib.suppress(GalleryError):
+    with refusing(GalleryError):
         read_gallery(file)
 
 
 def _material(data: bytes, file: Path) -> None:
     file.write_bytes(data)
-    with contextlib.suppress(MaterialError):
+    with refusing(MaterialError):
         read_material(file)
 
 
 def _config(data: bytes, file: Path) -> None:
     file.write_bytes(data)
-    with contextlib.suppress(ValueError):
+    with refusing(ValueError):
         config_file.read(file)
 
 

@@ -201,7 +201,7 @@ def test_a_pattern_that_cannot_be_played_is_refused(change: dict[str, object], s
         ("pattern = 3", r"\[\[pattern\]\]"),
         ("[[pattern]]\nname = 'a'", "missing"),
         ("[[pattern]]\nnoise = 'a'", "no field `noise`"),
-        ("[[pattern]]\nname = 7", "name 7 is not a str"),
+        ("[[pattern]]\nname = 7", "name is not a text"),
         ("[[pattern", "not TOML"),
     ],
 )

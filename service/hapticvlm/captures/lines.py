@@ -9,16 +9,31 @@ from __future__ import annotations
 
 import itertools
 import json
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TextIO
+
+import msgspec
 
 from hapticvlm import documents
 from hapticvlm.errors import HapticVLMError
 
 LINES = "capture.jsonl"
 MAX_BYTES = 256 * documents.MIB  # an hour of touches and frames
-_EXTRAS = ("t_s", "type", "file", "mask_file", "truth")
+
+
+class _Extras(msgspec.Struct, frozen=True):
+    """The fields of a line that are not of its protocol message, and the message's type."""
+
+    t_s: float
+    type: str
+    file: str | None = None
+    mask_file: str | None = None
+    truth: str | None = None
+
+
+_NAMES = frozenset(_Extras.__struct_fields__)
 
 
 class CaptureError(HapticVLMError):
@@ -82,12 +97,8 @@ def read_lines(path: Path) -> tuple[Line, ...]:
     """Read a file of lines, in time order. Raises CaptureError."""
     try:
         content = documents.read_text(path, MAX_BYTES)
-    except OSError as error:
-        raise CaptureError(f"{path}: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise CaptureError(f"{path}: not UTF-8 text; save it as UTF-8") from None
-    except ValueError as error:
-        raise CaptureError(f"{path}: {error}; split the capture") from None
+    except (OSError, ValueError) as error:
+        raise CaptureError(f"{path}: {documents.reason(error)}") from None
     lines: list[Line] = []
     for number, row in enumerate(content.splitlines(), 1):
         if row.strip():
@@ -101,17 +112,20 @@ def read_lines(path: Path) -> tuple[Line, ...]:
 def _line(row: str, path: Path, number: int) -> Line:
     try:
         entry = documents.parse_json(row)
-        fields = {name: value for name, value in entry.items() if name not in _EXTRAS}
+        extras = msgspec.convert(entry, _Extras)
+        if not math.isfinite(extras.t_s):
+            raise ValueError("t_s must be a finite number of seconds")
         return Line(
-            t_s=float(entry["t_s"]),
-            type=entry["type"],
-            fields=fields,
-            file=_beside(path, entry.get("file")),
-            mask_file=_beside(path, entry.get("mask_file")),
-            truth=entry.get("truth"),
+            t_s=extras.t_s,
+            type=extras.type,
+            fields={name: value for name, value in entry.items() if name not in _NAMES},
+            file=_beside(path, extras.file),
+            mask_file=_beside(path, extras.mask_file),
+            truth=extras.truth,
         )
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        raise CaptureError(f"{path}:{number}: not a capture line ({error!r})") from None
+    except (OSError, ValueError) as error:
+        reason = documents.reason(error)
+        raise CaptureError(f"{path}:{number}: not a capture line ({reason})") from None
 
 
 def _beside(path: Path, name: str | None) -> Path | None:

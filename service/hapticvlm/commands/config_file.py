@@ -70,13 +70,13 @@ def read(path: Path) -> dict[str, Any]:
     except OSError as error:
         raise ValueError(f"{path}: {error.strerror}; --config takes a TOML file") from None
     except tomllib.TOMLDecodeError as error:
-        raise ValueError(f"{path}: not TOML: {error}; strings need quotes") from None
-    except UnicodeDecodeError:
-        raise ValueError(f"{path}: not UTF-8 text; save it as UTF-8") from None
+        raise ValueError(
+            f"{path}: not TOML: {documents.reason(error)}; strings need quotes"
+        ) from None
     except msgspec.ValidationError as error:
         raise ValueError(f"{path}: {_explain(str(error))}") from None
     except ValueError as error:
-        raise ValueError(f"{path}: {error}") from None
+        raise ValueError(f"{path}: {documents.reason(error)}") from None
     values = _flat(path, checked)
     _guard_secrets(path, values)
     try:

@@ -94,7 +94,9 @@ def read(path: Path) -> Image:
     try:
         size = program_bytes(documents.read_bytes(path, documents.MIB).decode("ascii"))
     except ValueError as error:  # not ASCII among them
-        raise UsageError(f"{path} is not an Intel HEX file for an ATmega328P: {error}") from None
+        raise UsageError(
+            f"{path} is not an Intel HEX file for an ATmega328P: {documents.reason(error)}"
+        ) from None
     return Image(path, None, size)
 
 

@@ -99,7 +99,7 @@ class LogPlayer:
         self._finish(line)
         self._now = line.get(Key.NOW, self._now)
         self.outcome.counts[line[Key.IN]] += 1
-        self._apply(self._play(Input(line[Key.IN]), line))
+        self._apply(self._play(msgspec.convert(line[Key.IN], Input), line))
 
     def _apply(self, actions: list[Action]) -> None:
         outputs = [line[Key.OUT] for line in self._written if Key.OUT in line]

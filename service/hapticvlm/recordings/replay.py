@@ -5,14 +5,22 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from hapticvlm import documents
 from hapticvlm.materials import Material
 from hapticvlm.messages import MessageError
 from hapticvlm.recordings.lines import Key
 from hapticvlm.recordings.log_player import LogPlayer, Recognise, Replayed
-from hapticvlm.recordings.session_log import SessionLogError, log_file, read_session_log
+from hapticvlm.recordings.session_log import (
+    DAMAGED,
+    SessionLogError,
+    log_file,
+    not_a_line,
+    read_session_log,
+)
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 from hapticvlm.rendering.vibration.voices import Command, Voices
 from hapticvlm.session.actions import ReleaseHand, SetGain
@@ -36,10 +44,12 @@ def replay(
             f"{path}:1: the head is missing; give a folder that `hapticvlm record` wrote"
         )
     try:
-        missing = [name for name in head[Key.MATERIALS] if name not in table]
+        materials = msgspec.convert(head[Key.MATERIALS], list[str])
+        missing = [name for name in materials if name not in table]
         player = None if missing else LogPlayer(folder, head, table, recognise)
-    except (KeyError, TypeError, ValueError) as error:
-        raise SessionLogError(f"{path}:1: not the head of a session log ({error})") from None
+    except DAMAGED as error:
+        reason = documents.reason(error)
+        raise SessionLogError(f"{path}:1: not the head of a session log ({reason})") from None
     if player is None:
         raise SessionLogError(
             f"{folder}: recorded with materials that are not known here ({', '.join(missing)}); "
@@ -48,13 +58,8 @@ def replay(
     for line in lines:
         try:
             player.play(line)
-        except KeyError as error:
-            place = f"{path}:{line.get(Key.LINE, '?')}"
-            reason = f"{error} is missing: not a line of a complete session log"
-            raise SessionLogError(f"{place}: {reason}") from None
-        except (AttributeError, TypeError, ValueError, MessageError) as error:
-            place = f"{path}:{line.get(Key.LINE, '?')}"
-            raise SessionLogError(f"{place}: not a line of a session log ({error!r})") from None
+        except (*DAMAGED, MessageError) as error:
+            raise not_a_line(f"{path}:{line.get(Key.LINE, '?')}", error) from None
     counts = player.outcome.counts
     if counts["picture not kept"] and not counts["recognised again"]:
         raise SessionLogError(
@@ -86,7 +91,7 @@ def waveform(
         while waiting and waiting[-1][0] <= now:
             _sound(voices, waiting.pop()[1])
         blocks.append(voices.render(BLOCK, now))
-    return np.concatenate(blocks)
+    return np.concatenate([np.zeros(0, np.float32), *blocks])
 
 
 def _sound(voices: Voices, action: Command | ReleaseHand | SetGain) -> None:

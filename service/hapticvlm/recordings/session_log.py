@@ -23,6 +23,15 @@ class SessionLogError(HapticVLMError):
     """Raised when a session cannot be read or replayed; names the file, the line and the cause."""
 
 
+# What a line with fields that are missing, or of another kind, raises where it is used.
+DAMAGED = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
+
+
+def not_a_line(place: str, error: Exception) -> SessionLogError:
+    """Return the error for a line that cannot be used; `place` names file and line."""
+    return SessionLogError(f"{place}: not a line of a session log ({documents.reason(error)})")
+
+
 def log_file(folder: Path) -> Path:
     """Return the log of a session's folder, of whichever version."""
     path = folder / SESSION_LOG
@@ -49,9 +58,8 @@ def read_session_log(folder: Path) -> Iterator[Line]:
             if translate is not None:
                 try:
                     line = translate(line)
-                except (AttributeError, KeyError, TypeError) as error:
-                    reason = f"not a line of a session log ({error!r})"
-                    raise SessionLogError(f"{place}: {reason}") from None
+                except DAMAGED as error:
+                    raise not_a_line(place, error) from None
             yield line
 
 

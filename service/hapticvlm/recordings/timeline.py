@@ -19,7 +19,14 @@ from hapticvlm.materials import Material
 from hapticvlm.recordings.lines import Input, Key, Output
 from hapticvlm.recordings.log_player import Replayed
 from hapticvlm.recordings.replay import replay, waveform
-from hapticvlm.recordings.session_log import SessionLogError, kept_picture, read_session_log
+from hapticvlm.recordings.session_log import (
+    DAMAGED,
+    SessionLogError,
+    kept_picture,
+    log_file,
+    not_a_line,
+    read_session_log,
+)
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 from hapticvlm.rendering.vibration.voices import Voices
 
@@ -106,8 +113,11 @@ def read(
 ) -> Timeline:
     """Read a recorded session of at most `longest_s`. Raises SessionLogError."""
     builder = _TimelineBuilder(folder)
-    for line in read_session_log(folder):
-        builder.add(line)
+    for number, line in enumerate(read_session_log(folder), 1):
+        try:
+            builder.add(line)
+        except DAMAGED as error:
+            raise not_a_line(f"{log_file(folder)}:{number}", error) from None
     if builder.started is None:
         raise SessionLogError(f"{folder}: nothing was sent in this session")
     if builder.now_s > longest_s:

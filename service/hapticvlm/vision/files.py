@@ -71,7 +71,9 @@ def _upright(path: Path, data: bytes, image: Image.Image, mask: Path | None) -> 
     try:
         pixels = _pixels(image, turn)
     except (*_UNREADABLE, Image.DecompressionBombError) as error:
-        raise FileError(f"{path}: broken picture ({error}); save it again") from None
+        raise FileError(
+            f"{path}: broken picture ({documents.reason(error)}); save it again"
+        ) from None
     shrunk = (pixels.shape[1], pixels.shape[0])
     levels = None if mask is None else _mask(mask, size, shrunk)
     return _frame("rgb8", pixels.tobytes(), shrunk, levels)
@@ -165,7 +167,9 @@ def _mask(path: Path, upright: tuple[int, int], size: tuple[int, int]) -> bytes:
         try:
             levels = np.asarray(_without_alpha(image))
         except (*_UNREADABLE, Image.DecompressionBombError) as error:
-            raise FileError(f"{path}: broken mask ({error}); save it again") from None
+            raise FileError(
+                f"{path}: broken mask ({documents.reason(error)}); save it again"
+            ) from None
     inside = levels.any(axis=2) if levels.ndim == 3 else levels != 0
     if not inside.any():
         raise FileError(f"{path}: no pixel is nonzero; mark the object or leave the mask out")

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm import messages
+from hapticvlm import documents, messages
 from hapticvlm.errors import HapticVLMError
 
 if TYPE_CHECKING:
@@ -102,7 +102,9 @@ def _decode_jpeg(frame: messages.Frame, reduction: int) -> Pixels:
             min_factor=reduction,
         )
     except ValueError as error:
-        raise PictureError("$.image", f"broken JPEG ({error}); send it again") from None
+        raise PictureError(
+            "$.image", f"broken JPEG ({documents.reason(error)}); send it again"
+        ) from None
     return pixels
 
 
@@ -119,7 +121,7 @@ def _decode_png(path: str, data: bytes, frame: messages.Frame) -> Image.Image:
     except PictureError:
         raise
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
-        raise PictureError(path, f"broken PNG ({error}); send it again") from None
+        raise PictureError(path, f"broken PNG ({documents.reason(error)}); send it again") from None
 
 
 def decode_mask(frame: messages.Frame) -> Image.Image:
@@ -152,8 +154,13 @@ def _jpeg_size(data: bytes) -> tuple[int, int]:
 
     try:
         height, width, _, _ = simplejpeg.decode_jpeg_header(data)
-    except (ValueError, KeyError) as error:  # KeyError: a colour space it has no name for
-        raise PictureError("$.image", f"not a JPEG ({error}); check `format`") from None
+    except ValueError as error:
+        raise PictureError(
+            "$.image", f"not a JPEG ({documents.reason(error)}); check `format`"
+        ) from None
+    except KeyError:  # of simplejpeg, which has no name for the colour space
+        problem = "a JPEG of an unknown colour space; send RGB or grey"
+        raise PictureError("$.image", problem) from None
     return width, height
 
 

@@ -104,12 +104,14 @@ def read_csv(path: Path) -> tuple[_Floats, float]:
     try:
         content = documents.read_text(path, MAX_BYTES)
     except ValueError as error:
-        raise ValueError(f"{path}: {error}") from None
+        raise ValueError(f"{path}: {documents.reason(error)}") from None
     rows = [row for row in csv.reader(io.StringIO(content, newline="")) if len(row) >= 2]
     try:
         numbers = np.array([(float(row[0]), float(row[1])) for row in rows[_header(rows) :]])
     except ValueError as error:
-        raise ValueError(f"{path}: {error}; needs rows of time in s and acceleration") from None
+        raise ValueError(
+            f"{path}: {documents.reason(error)}; needs rows of time in s and acceleration"
+        ) from None
     if numbers.shape[0] < 100:
         raise ValueError(
             f"{path}: {numbers.shape[0]} rows; needs at least 100 of time in s and acceleration"

@@ -22,6 +22,7 @@ import os
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -114,28 +115,46 @@ def write_design(folder: Path, design: Design) -> None:
     unfinished.replace(folder / HEAD)
 
 
+class _Versioned(msgspec.Struct):
+    version: int
+
+
+class _Head(msgspec.Struct):
+    """The fields of study.json; `order` and `form` are younger than the first studies."""
+
+    patterns: list[dict[str, Any]]
+    repeats: int
+    renderings: int
+    seed: int
+    trials: dict[str, tuple[str, ...]]
+    order: str = "blocked"
+    form: dict[str, Any] = {}
+
+
 def read_design(folder: Path) -> Design:
     """Read study.json. Raises StudyError when it is missing, of another format or damaged."""
     path = folder / HEAD
     try:
-        head = documents.parse_json(documents.read_text(path))
-        if head["version"] not in range(OLDEST, VERSION + 1):
-            raise StudyError(
-                f"{path}: format {head['version']}; this program reads {OLDEST} to {VERSION}"
-            )
+        content = documents.parse_json(documents.read_text(path))
+        version = msgspec.convert(content, _Versioned).version
+        if version not in range(OLDEST, VERSION + 1):
+            raise StudyError(f"format {version}; this program reads {OLDEST} to {VERSION}")
+        head = msgspec.convert(content, _Head)
         return Design(
-            revive(head["patterns"], HEAD),
-            int(head["repeats"]),
-            int(head["renderings"]),
-            int(head["seed"]),
-            {code: tuple(names) for code, names in head["trials"].items()},
-            str(head.get("order", "blocked")),
-            forms.revive(head.get("form", {})),
+            revive(head.patterns, HEAD),
+            head.repeats,
+            head.renderings,
+            head.seed,
+            head.trials,
+            head.order,
+            forms.revive(head.form),
         )
     except OSError as error:
         raise StudyError(f"{path}: {error.strerror}; is {folder} a study's folder?") from None
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise StudyError(f"{path}: not a study's design ({error!r})") from None
+    except StudyError as error:
+        raise StudyError(f"{path}: {error}") from None
+    except ValueError as error:
+        raise StudyError(f"{path}: not a study's design ({documents.reason(error)})") from None
 
 
 def square(patterns: int) -> list[list[int]]:

@@ -149,7 +149,7 @@ def read(folder: Path) -> tuple[Form, StudyFile] | None:
     except OSError as error:
         raise StudyError(f"{path}: {error.strerror}") from None
     except (ValueError, StudyError) as error:
-        raise StudyError(f"{path}: {error}") from None
+        raise StudyError(f"{path}: {documents.reason(error)}") from None
     return form, file
 
 

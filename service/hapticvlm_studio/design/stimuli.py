@@ -18,8 +18,9 @@ as warm as a single one. Within a stroke the hand rubs, carves or swings to and 
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable
-from dataclasses import dataclass, fields
+from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -121,7 +122,7 @@ def read(path: Path) -> tuple[Stimulus, ...]:
     except OSError as error:
         raise StudyError(f"{path}: {error.strerror}") from None
     except ValueError as error:
-        raise StudyError(f"{path}: not TOML: {error}") from None
+        raise StudyError(f"{path}: not TOML: {documents.reason(error)}") from None
     if not isinstance(tables, list):
         raise StudyError(f"{path}: needs one [[pattern]] table per pattern")
     return revive(tables, str(path))
@@ -154,11 +155,12 @@ def _stimulus(table: dict[str, Any], where: str) -> Stimulus:
             raise StudyError(f"{where}: no field `{name}`; fields are {', '.join(kinds)}")
         fits = isinstance(value, str) if kinds[name] == "str" else isinstance(value, int | float)
         if not fits or isinstance(value, bool):
-            raise StudyError(f"{where}: {name} {value!r} is not a {kinds[name]}")
-    try:
-        return Stimulus(**table)
-    except TypeError as error:
-        raise StudyError(f"{where}: {str(error).partition(') ')[2] or error}") from None
+            kind = "a text" if kinds[name] == "str" else "a number"
+            raise StudyError(f"{where}: {name} is not {kind} ({json.dumps(value)})")
+    for name in (field.name for field in fields(Stimulus) if field.default is MISSING):
+        if name not in table:
+            raise StudyError(f"{where}: `{name}` is missing")
+    return Stimulus(**table)
 
 
 @dataclass(frozen=True, slots=True)

@@ -50,7 +50,7 @@ def read_pictures(file: Path) -> list[LabelledPicture]:
     except LabelledPictureError:
         raise
     except (OSError, ValueError, csv.Error) as error:
-        raise LabelledPictureError(f"{file}: {error}") from None
+        raise LabelledPictureError(f"{file}: {documents.reason(error)}") from None
     if not pictures:
         raise LabelledPictureError(f"{file}: no rows")
     return pictures
@@ -68,7 +68,7 @@ def read_picture(labelled: LabelledPicture) -> Picture:
     except LabelledPictureError:
         raise
     except (OSError, ValueError, Image.DecompressionBombError, SyntaxError) as error:
-        raise LabelledPictureError(f"{labelled.path}: {error}") from None
+        raise LabelledPictureError(f"{labelled.path}: {documents.reason(error)}") from None
 
 
 def _check_header(file: Path, names: Sequence[str]) -> None:

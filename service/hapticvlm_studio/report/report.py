@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from hapticvlm import documents
 from hapticvlm.palette import FIGURE
 from hapticvlm_studio.design.stimuli import StudyError
 from hapticvlm_studio.report import plots, results
@@ -48,12 +49,13 @@ def report(folder: Path, out: Path | None, *, as_json: bool) -> str:
     # The CSV files come before the pictures: they need no matplotlib, so where that is missing the
     # data are on the disk all the same.
     out = folder / "report" if out is None else out
-    out.mkdir(parents=True, exist_ok=True)
-    results.write_csv(out / "trials.csv", study)
-    if study.form.question or len(study.form.languages) > 1:
-        results.write_people(out / "participants.csv", study)
-    _draw(out, document, [np.array(each["all_s"]) for each in document["reaction"]])
-    return _finish(out, document, as_json=as_json)
+    with documents.naming(out):
+        out.mkdir(parents=True, exist_ok=True)
+        results.write_csv(out / "trials.csv", study)
+        if study.form.question or len(study.form.languages) > 1:
+            results.write_people(out / "participants.csv", study)
+        _draw(out, document, [np.array(each["all_s"]) for each in document["reaction"]])
+        return _finish(out, document, as_json=as_json)
 
 
 def report_paper(out: Path | None, *, as_json: bool) -> str:

@@ -65,7 +65,7 @@ def _lines(path: Path) -> list[bytes]:
         # What follows the last line break is an unfinished line, or nothing.
         return documents.read_bytes(path).split(b"\n")[:-1]
     except (OSError, ValueError) as error:
-        raise StudyError(f"{path}: {error}") from None
+        raise StudyError(f"{path}: {documents.reason(error)}") from None
 
 
 def _private(path: str, flags: int) -> int:

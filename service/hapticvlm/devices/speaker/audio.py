@@ -32,6 +32,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from hapticvlm import documents
 from hapticvlm.devices.speaker import table_cache
 from hapticvlm.devices.speaker.engine import FADE_S, AudioSettings, Engine
 from hapticvlm.devices.speaker.output import lock_memory
@@ -67,7 +68,9 @@ def run_engine(shared: Shared, settings: AudioSettings, control: Connection) -> 
     try:
         wav = WavFile(settings.wav, settings.columns) if settings.wav else None
     except (OSError, RuntimeError) as error:  # soundfile's own error is a RuntimeError
-        message = f"cannot write --wav {settings.wav}: {error}; choose another file"
+        message = (
+            f"cannot write --wav {settings.wav}: {documents.reason(error)}; choose another file"
+        )
         Started(error=message).send(control)
         return
     if wav is not None:
@@ -177,7 +180,9 @@ def read_wav(path: Path, longest_s: float) -> tuple[NDArray[np.float64], int]:
                 raise ValueError(f"{path}: lasts {seconds:.3g} s; cut it to {longest_s:g} s")
             return file.read(dtype="float64", always_2d=True), int(file.samplerate)
     except soundfile.SoundFileError as error:
-        raise ValueError(f"{path}: not a readable sound file: {error}; use a WAV file") from None
+        raise ValueError(
+            f"{path}: not a readable sound file: {documents.reason(error)}; use a WAV file"
+        ) from None
 
 
 def write_wav(path: Path, samples: NDArray[np.float32]) -> None:

@@ -7,7 +7,6 @@ MATERIAL-INTERACTION.wav, and each replaces the built-in pattern of that name.
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -71,8 +70,8 @@ def read_response(path: Path) -> SpeakerResponse:
     """Read a response file. Raises OSError, ValueError naming the file, the field and the limit."""
     try:
         document = documents.parse_toml(documents.read_text(path))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"{path}: not a TOML file: {error}") from None
+    except ValueError as error:
+        raise ValueError(f"{path}: not a TOML file: {documents.reason(error)}") from None
     for field in document:
         if field not in FIELDS:
             raise ValueError(f"{path}: {field}: no such field; known: {', '.join(FIELDS)}")

@@ -39,7 +39,7 @@ def read(path: Path, table: Mapping[str, Material]) -> dict[str, str]:
         file = msgspec.json.decode(documents.read_bytes(path), type=_File)
     except (ValueError, RecursionError) as error:
         text = "--stated names a file that the dashboard's Save gave"
-        raise ValueError(f"{path}: {error}; {text}") from None
+        raise ValueError(f"{path}: {documents.reason(error)}; {text}") from None
     for index, given in enumerate(file.objects):
         if given.material not in table:
             text = f"unknown material `{given.material}`; known: {', '.join(table)}"

@@ -259,7 +259,8 @@ def _read_preprocessing(path: Path, layout: Layout) -> Preprocessing | None:
     try:
         preprocessing = read_preprocessing(documents.parse_json(documents.read_bytes(beside)))
     except (OSError, ValueError) as error:
-        raise EncoderError(f"encoder `{path}`, {beside.name}: {error}; correct it") from None
+        reason = documents.reason(error)
+        raise EncoderError(f"encoder `{path}`, {beside.name}: {reason}; correct it") from None
     if preprocessing.input_side != side:
         problem = f"encoder `{path}` takes {side} px, {beside.name} says {preprocessing.input_side}"
         raise EncoderError(f"{problem}; correct it")

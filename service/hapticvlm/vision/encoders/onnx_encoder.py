@@ -80,7 +80,8 @@ def read_card(folder: Path) -> Card:
         weights = Source(**fields["weights"]) if "weights" in fields else None
         card = Card(fields["name"], fields["side"], fields["dimension"], fields["sha256"], weights)
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise EncoderError(f"{path} cannot be read ({error!r}); {_cure(folder)}") from None
+        reason = documents.reason(error)
+        raise EncoderError(f"{path} cannot be read ({reason}); {_cure(folder)}") from None
     fits = isinstance(card.name, str) and isinstance(card.sha256, dict) and GRAPH in card.sha256
     if not fits or not all(type(n) is int and n > 0 for n in (card.side, card.dimension)):
         problem = f"{path} must have name, side, dimension (whole numbers above 0) and sha256 of"
@@ -93,7 +94,8 @@ def _read_graph(folder: Path, card: Card) -> bytes:
     try:
         data = documents.read_bytes(path, MAX_BYTES, READ_S)
     except (OSError, ValueError) as error:
-        raise EncoderError(f"{path} cannot be read ({error}); {_cure(folder)}") from None
+        reason = documents.reason(error)
+        raise EncoderError(f"{path} cannot be read ({reason}); {_cure(folder)}") from None
     if hashlib.sha256(data).hexdigest() != card.sha256[GRAPH]:
         problem = f"{path} is not the file that {CARD} describes: its SHA-256 differs"
         raise EncoderError(f"{problem}; {_cure(folder)}")

@@ -277,7 +277,7 @@ def read_source(source: Source) -> Mapping[str, Array]:
     except OSError as error:
         raise EncoderError(f"{path} cannot be read ({error.strerror}); {cure}") from None
     except TorchFileError as error:
-        raise EncoderError(f"{path}: {error}; {cure}") from None
+        raise EncoderError(f"{path}: {documents.reason(error)}; {cure}") from None
 
 
 def fold(arrays: Mapping[str, Array]) -> dict[str, Layer]:

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from hapticvlm import materials
+from hapticvlm import documents, materials
 from hapticvlm.errors import installing
 from hapticvlm.vision.encoders import joint_embedding, networks
 from hapticvlm.vision.encoders.encoder import EncoderError, Floats, Pixels, embed_all
@@ -92,7 +92,7 @@ def load_transformers_encoder(name: str, device: str, threads: int) -> Transform
     try:
         preprocessing = read_preprocessing(network.preprocessor)
     except ValueError as error:
-        problem = f"encoder `{name}`, preprocessor_config.json: {error}"
+        problem = f"encoder `{name}`, preprocessor_config.json: {documents.reason(error)}"
         raise EncoderError(f"{problem}; correct the file in a copy of the folder") from None
     network.model.to(place)
     words, dimension = _try(name, network, preprocessing.input_side, place)

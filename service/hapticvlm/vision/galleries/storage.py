@@ -171,9 +171,7 @@ def read_gallery(path: Path) -> Gallery:
         # size before it is unpacked; numpy reads no pickles. Then each array is checked against the
         # others.
         data = documents.read_bytes(path, MAX_FILE_BYTES)
-        _check_unpacked_size(data)
-        with np.load(BytesIO(data), allow_pickle=False) as file:
-            arrays = {key: file[key] for key in file.files}
+        arrays = _unpacked(data)
         encoder = str(arrays["encoder"])
         gallery = _parse(path, encoder, arrays)
         if f"{_USER}references" in arrays:
@@ -183,16 +181,36 @@ def read_gallery(path: Path) -> Gallery:
         reason = error.strerror or str(error)
         raise GalleryError(f"{path}: not a gallery ({reason}); name one, or build it") from None
     except _BROKEN as error:
-        raise GalleryError(f"{path}: not a gallery ({error}); build it again") from None
+        raise GalleryError(
+            f"{path}: not a gallery ({documents.reason(error)}); build it again"
+        ) from None
     return gallery
 
 
+def _unpacked(data: bytes) -> dict[str, NDArray[np.generic]]:
+    """Return the arrays of an .npz file. Raises ValueError."""
+    try:
+        _check_unpacked_size(data)
+        with np.load(BytesIO(data), allow_pickle=False) as file:
+            return {key: file[key] for key in file.files}
+    except _TooLargeError:
+        raise
+    except _BROKEN:
+        raise ValueError("no .npz file of numbers, or a damaged one") from None
+
+
+class _TooLargeError(ValueError):
+    """The declared unpacked size exceeds any gallery's."""
+
+
 def _check_unpacked_size(data: bytes) -> None:
-    """Refuse a file whose declared unpacked size exceeds any gallery's. Raises ValueError."""
+    """Refuse a file whose declared unpacked size exceeds any gallery's. Raises _TooLargeError."""
     with ZipFile(BytesIO(data)) as archive:
         unpacked = sum(entry.file_size for entry in archive.infolist())
     if unpacked > MAX_UNPACKED_BYTES:
-        raise ValueError(f"it unpacks to {unpacked} bytes; at most {MAX_UNPACKED_BYTES} are read")
+        raise _TooLargeError(
+            f"it unpacks to {unpacked} bytes; at most {MAX_UNPACKED_BYTES} are read"
+        )
 
 
 def require_encoder(path: Path, made_with: str, encoder: Encoder) -> None:

@@ -21,7 +21,6 @@ import base64
 import binascii
 import json
 import os
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -86,13 +85,13 @@ def read_material(path: Path) -> UserMaterial:
             raise MaterialError(f"larger than {MAX_FILE_BYTES} bytes; use fewer pictures")
         text = documents.read_text(path, MAX_FILE_BYTES)
         return _parse(path.stem, documents.parse_toml(text))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise MaterialError(f"{path}: not TOML ({error}); correct it") from None
     except OSError as error:
         reason = error.strerror or str(error)
         raise MaterialError(f"{path}: cannot be read ({reason}); make it readable") from None
     except MaterialError as error:
         raise MaterialError(f"{path}: {error}") from None
+    except ValueError as error:
+        raise MaterialError(f"{path}: not TOML ({documents.reason(error)}); correct it") from None
 
 
 def write_material(user_material: UserMaterial, folder: Path) -> Path:

@@ -40,7 +40,7 @@ def _load(path: Path) -> dict[str, Any]:
     try:
         return documents.parse_toml(documents.read_text(path))
     except (OSError, ValueError) as error:
-        raise StudyError(f"{path}: {error}") from None
+        raise StudyError(f"{path}: {documents.reason(error)}") from None
 
 
 def _keys(table: Mapping[str, Any], above: str = "") -> set[str]:
