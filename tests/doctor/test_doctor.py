@@ -1,5 +1,6 @@
 """`hapticvlm doctor` on this machine, with real ports, services and certificates, good and bad."""
 
+import asyncio
 import json
 import os
 import re
@@ -19,6 +20,8 @@ from certificates import Authority
 from pace import PACE
 from plate_ports import Cable
 from ports import free_port
+from websockets.asyncio.server import serve
+from websockets.exceptions import ConnectionClosed
 
 from hapticvlm.client.local_service import running
 from hapticvlm.devices.plate import protocol as line
@@ -89,13 +92,39 @@ def test_a_wrong_config_is_a_finding_and_the_rest_is_still_examined(tmp_path):
 def test_a_service_at_the_port_is_known_with_its_version():
     from hapticvlm import __version__
 
+    with running() as service:
+        port = int(service.url.rstrip("/").rpartition(":")[2])
+        finding = network.port(ServeOptions(port=port))
+    assert finding.verdict == "note"
+    assert __version__ in finding.message
+
+
+async def test_no_program_at_the_port_is_sent_the_token():
+    received = []
+
+    async def read(socket):
+        received.append(socket.request.headers)
+        with suppress(ConnectionClosed):  # after a while without an answer
+            received.append(await socket.recv())
+            await socket.wait_closed()
+
+    async with serve(read, "127.0.0.1", 0) as server:
+        port = server.sockets[0].getsockname()[1]
+        options = ServeOptions(port=port, token=TOKEN)
+        await asyncio.to_thread(network.port, options)
+        server.close()
+        await server.wait_closed()
+    assert len(received) == 2
+    assert "doctor" in str(received[1])
+    assert TOKEN not in str(received)
+
+
+def test_a_service_that_wants_a_token_is_known_without_it():
     with running(["--token", TOKEN]) as service:
         port = int(service.url.rstrip("/").rpartition(":")[2])
-        known = network.port(ServeOptions(port=port, token=TOKEN))
-        unknown = network.port(ServeOptions(port=port))
-    assert (known.verdict, unknown.verdict) == ("note", "note")
-    assert __version__ in known.message
-    assert "token" in unknown.message
+        finding = network.port(ServeOptions(port=port, token=TOKEN))
+    assert finding.verdict == "note"
+    assert "token" in finding.message
 
 
 @contextmanager

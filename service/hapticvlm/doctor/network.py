@@ -51,7 +51,10 @@ def port(options: ServeOptions) -> Finding:
 
 
 async def _who(options: ServeOptions, address: str) -> Finding:
-    """Connect to the program at the port, as an observer would."""
+    """Connect to the program at the port, as an observer would.
+
+    The token is not sent: any program may have the port, and the token is for the service alone.
+    """
     host = _ANY.get(options.host, options.host)
     tls = None
     if options.tls_cert is not None:
@@ -65,12 +68,14 @@ async def _who(options: ServeOptions, address: str) -> Finding:
     try:
         async with (
             asyncio.timeout(ASK_S),
-            connect(url, name="doctor", role="observer", token=options.token, tls=tls) as client,
+            connect(url, name="doctor", role="observer", tls=tls) as client,
         ):
             version = client.welcome["service"]["version"]
             return Finding("port", "note", f"{address}: hapticvlm {version} runs there", cure)
     except Refused:
-        reason = f"{address}: a hapticvlm runs there, with another token or protocol"
+        reason = (
+            f"{address}: a hapticvlm runs there, which wants a token or speaks another protocol"
+        )
         return Finding("port", "note", reason, cure)
     except Exception as error:  # noqa: BLE001 - an unknown program may answer anything
         reason = f"{address}: another program has it ({type(error).__name__})"
