@@ -6,13 +6,18 @@ import json
 import signal
 import subprocess
 import sys
+import threading
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 import pytest
 import soundfile
 from numpy.typing import NDArray
+from pace import PACE
 
 from hapticvlm.commands.main import main
 from hapticvlm.devices.speaker.speaker_files import SpeakerResponse, read_response, write_response
@@ -28,6 +33,7 @@ from hapticvlm_studio.calibration.speaker_response import response, simulated_sp
 pytestmark = pytest.mark.process
 
 Floats = NDArray[np.float64]
+PATIENCE_S = 10.0 * PACE
 
 
 def levels(found: SpeakerResponse) -> dict[float, float]:
@@ -197,24 +203,64 @@ def test_an_output_that_is_not_there_is_named_not_played(
     assert capsys.readouterr().err.count("\n") == 1
 
 
+@contextmanager
+def playing(output: WavePlayer, wave: NDArray[np.float32]) -> Iterator[None]:
+    """Play a waveform in a thread, while the test asks for its samples."""
+    thread = threading.Thread(target=output.play, args=(wave,))
+    thread.start()
+    while output._waveform.samples.size != wave.size:
+        time.sleep(0.001)
+    yield
+    thread.join(PATIENCE_S)
+    assert not thread.is_alive()
+
+
 def test_a_waveform_is_played_whole_within_its_range_and_then_nothing() -> None:
     wave = 2.0 * np.sin(np.arange(3000) / 50.0).astype(np.float32)
     output = WavePlayer("simulated")
-    output._wave = wave
-    played = np.concatenate([output.fill(512) for _ in range(8)])
+    with playing(output, wave):
+        played = np.concatenate([output.fill(512) for _ in range(8)])
     assert np.array_equal(played[:3000], np.clip(wave, -1.0, 1.0))
     assert not played[3000:].any()
 
 
 def test_what_is_broken_off_fades_without_a_step() -> None:
     output = WavePlayer("simulated")
-    output._wave = np.full(48_000, 0.5, np.float32)
-    before = output.fill(512)
-    output._aim = 0.0
-    after = np.concatenate([output.fill(512) for _ in range(8)])
+    with playing(output, np.full(48_000, 0.5, np.float32)):
+        before = output.fill(512)
+        output._aim = 0.0
+        after = np.concatenate([output.fill(512) for _ in range(8)])
     heard = np.concatenate((before[-1:], after))
     assert np.abs(np.diff(heard)).max() < 0.5 / (0.9 * FADE_S * RATE_HZ)
     assert not after[round(FADE_S * RATE_HZ) + 1 :].any()
+
+
+class Interrupting:
+    """Samples during whose conversion the output asks for the next block."""
+
+    def __init__(self, output: WavePlayer, samples: NDArray[np.float32]) -> None:
+        self.size = samples.size
+        self._output, self._samples = output, samples
+
+    def __array__(self, dtype: object = None, copy: object = None) -> NDArray[np.float32]:
+        self._output.fill(512)
+        return self._samples
+
+
+def test_a_waveform_is_waited_for_when_the_output_asks_at_the_moment_it_is_given() -> None:
+    output = WavePlayer("simulated")
+    ended = threading.Event()
+
+    def play() -> None:
+        output.play(cast("NDArray[np.float32]", Interrupting(output, np.ones(1000, np.float32))))
+        ended.set()
+
+    thread = threading.Thread(target=play)
+    thread.start()
+    assert not ended.wait(0.2)  # nothing has asked for its samples
+    assert output.fill(1000).all()
+    assert ended.wait(PATIENCE_S)
+    thread.join()
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C as a signal is of Unix")

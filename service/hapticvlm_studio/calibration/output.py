@@ -21,6 +21,15 @@ FADE_S = 0.05
 _POLL_S = 0.02
 
 
+class _Waveform:
+    """What is being played; one object for each, so that the threads never mix two of them."""
+
+    def __init__(self, samples: NDArray[np.float32]) -> None:
+        self.samples = samples
+        self.played = 0  # samples
+        self.ended = threading.Event()
+
+
 class WavePlayer:
     """A player that is silent until `play` is called.
 
@@ -29,26 +38,25 @@ class WavePlayer:
 
     def __init__(self, name: str) -> None:
         self.name = name
-        self.played = 0  # samples of the waveform played so far
-        self._wave = np.zeros(0, np.float32)
+        self._waveform = _Waveform(np.zeros(0, np.float32))
+        self._waveform.ended.set()
         self._gain = self._aim = 1.0
-        self._ended = threading.Event()
-        self._ended.set()
 
     def fill(self, count: int) -> NDArray[np.float32]:
         """Return the next `count` samples, (count,) float32 within [-1, 1]."""
         block = np.zeros(count, np.float32)
-        part = self._wave[self.played : self.played + count]
+        waveform = self._waveform  # read once: `play` may replace it at any moment
+        part = waveform.samples[waveform.played : waveform.played + count]
         block[: part.size] = part
-        self.played += part.size
+        waveform.played += part.size
         # A waveform that is cut off would click, loudly on a speaker under a palm. So a fade lowers
         # the gain by a straight line, which goes on across blocks until it reaches 0.
         if self._aim < 1.0:
             gains = np.maximum(self._gain - np.arange(1, count + 1) / (FADE_S * RATE_HZ), self._aim)
             block = (block * gains).astype(np.float32)
             self._gain = float(gains[-1])
-        if self.played >= self._wave.size or self._gain == 0.0:
-            self._ended.set()
+        if waveform.played >= waveform.samples.size or self._gain == 0.0:
+            waveform.ended.set()
         return np.clip(block, np.float32(-1.0), np.float32(1.0))
 
     def play(self, wave: NDArray[np.float32]) -> None:
@@ -56,17 +64,16 @@ class WavePlayer:
 
         Raises OutputError when the output stops asking for samples.
         """
-        self._ended.clear()
-        self.played, self._wave = 0, np.asarray(wave, np.float32)
+        self._waveform = waveform = _Waveform(np.asarray(wave, np.float32))
         deadline = time.monotonic() + 2.0 * wave.size / RATE_HZ + 5.0
-        while not self._ended.wait(_POLL_S):
+        while not waveform.ended.wait(_POLL_S):
             if time.monotonic() > deadline:
                 raise OutputError(f"{self.name} stopped asking for samples")
 
     def fade(self) -> None:
         """Fade out what plays, and wait until it is silent."""
         self._aim = 0.0
-        self._ended.wait(1.0)
+        self._waveform.ended.wait(1.0)
 
 
 @contextmanager
