@@ -7,7 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from recorded_session import record
 
+from hapticvlm.commands.main import main
 from hapticvlm.materials import MATERIALS
 from hapticvlm.messages import Scene, SceneObject, Stop, Touch
 from hapticvlm.recordings import timeline, version_1
@@ -94,3 +96,16 @@ def test_a_session_of_an_unknown_version_is_refused_with_the_versions_that_are_r
     (tmp_path / SESSION_LOG).write_text(json.dumps(head) + "\n")
     with pytest.raises(SessionLogError, match=r"session\.jsonl:1: format version .*1 to 2.*update"):
         replay(tmp_path, MATERIALS)
+
+
+def test_a_log_that_lacks_a_line_and_replays_the_same_is_called_incomplete(tmp_path, capsys):
+    session = record(tmp_path)
+    log = session / SESSION_LOG
+    rows = log.read_text().splitlines(keepends=True)
+    lost = next(number for number, row in enumerate(rows) if '"tick"' in row)
+    log.write_text("".join(rows[:lost] + rows[lost + 1 :]))
+    assert main(["replay", str(session), "--json"]) == 1
+    result = json.loads(capsys.readouterr().out)
+    assert (result["replay"], result["missing"], result["differing"]) == ("incomplete", 1, 0)
+    assert main(["replay", str(session)]) == 1
+    assert "None" not in capsys.readouterr().out

@@ -169,6 +169,19 @@ def test_recognising_again_with_the_same_encoder_finds_the_same(record):
     assert told["counts"]["recognised differently"] == 0
 
 
+def test_other_digits_of_the_same_materials_are_no_difference_of_recognition(copy):
+    log = copy / SESSION_LOG
+    rows = [json.loads(row) for row in log.read_text().splitlines()]
+    for decision in (output for row in rows for output in row.get("out", ())):
+        if decision.get("confidence"):
+            decision["confidence"] -= 0.001
+    log.write_text("".join(json.dumps(row) + "\n" for row in rows))
+    result = json.loads(command("replay", copy, "--recognise", "--json").stdout)
+    assert result["counts"]["recognised differently"] == 0
+    assert result["differing"] > 0
+    assert result["replay"] == "same"
+
+
 async def test_without_being_asked_no_picture_is_kept_and_the_session_still_replays(tmp_path):
     with running(["--record", str(tmp_path)]) as service:
         welcome = await a_scene(service)

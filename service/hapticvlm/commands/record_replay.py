@@ -109,7 +109,7 @@ def _replay(options: argparse.Namespace) -> int:
 
             write_wav(options.wav, replay.waveform(outcome, touch_options.voices(options, table)))
     if options.json:
-        print(json.dumps(_fields(outcome)))
+        print(json.dumps(_fields(outcome, recognised=options.recognise)))
     else:
         _print(outcome, recognised=options.recognise)
     return 0 if outcome.is_same or options.recognise else 1
@@ -164,17 +164,30 @@ def _print(outcome: Replayed, *, recognised: bool) -> None:
     print(f"{outcome.lines} lines: {counts}")
     if outcome.missing:
         print(f"the session log is incomplete: {outcome.missing} lines are missing")
-    if outcome.is_same:
-        print(f"{outcome.outputs} outputs, every one bit for bit as recorded")
+    if not outcome.differing:
+        rest = " of the lines that are there" if outcome.missing else ""
+        print(f"{outcome.outputs} outputs{rest}, every one bit for bit as recorded")
         return
-    why = "recognised again" if recognised else "NOT as recorded"
+    why = "the evidence is not bit for bit the recorded one" if recognised else "NOT as recorded"
     print(f"{outcome.outputs} outputs, {outcome.differing} groups of them differ ({why})")
     print(f"first: {outcome.first_difference}")
 
 
-def _fields(outcome: Replayed) -> dict[str, object]:
+def _verdict(outcome: Replayed, *, recognised: bool) -> str:
+    """Return the result in a word; of frames recognised again their materials are compared.
+
+    Evidence may differ in its last digits, from another processor or without the references of the
+    scene's other objects, and the outputs with it.
+    """
+    name = "recognised differently"
+    if outcome.counts[name] if recognised else outcome.differing:
+        return "differs"
+    return "incomplete" if outcome.missing else "same"
+
+
+def _fields(outcome: Replayed, *, recognised: bool) -> dict[str, object]:
     return {
-        "replay": "same" if outcome.is_same else "differs",
+        "replay": _verdict(outcome, recognised=recognised),
         "lines": outcome.lines,
         "missing": outcome.missing,
         "outputs": outcome.outputs,
