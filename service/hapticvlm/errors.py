@@ -15,6 +15,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 CURE = "free the place or name another"  # what to do about an error of the file system
+MORE_MEMORY = "raise the limit (ulimit -v, MemoryMax, docker --memory) or end other programs"
+NOT_MAPPED = ("failed to map segment", "cannot allocate memory")  # of a library, by the loader
 FULL = (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC))
 LONGEST = 600  # characters of the line; the message of a third-party library may have any length
 
@@ -65,6 +67,17 @@ def printable(text: str, max_chars: int = LONGEST) -> str:
     clean = "".join(c if c.isprintable() else " " for c in text[: 4 * max_chars])
     clean = " ".join(clean.split())
     return clean if len(clean) <= max_chars else clean[:max_chars] + "..."
+
+
+def out_of_memory(error: BaseException) -> str | None:
+    """Return a sentence if this error means that no memory or thread was left, else None."""
+    words = str(error)
+    is_scarce = (
+        isinstance(error, MemoryError)
+        or (isinstance(error, RuntimeError) and "start new thread" in words)
+        or (isinstance(error, ImportError) and any(sign in words for sign in NOT_MAPPED))
+    )
+    return f"no memory or no thread is left; {MORE_MEMORY}" if is_scarce else None
 
 
 def one_line(error: BaseException) -> str:

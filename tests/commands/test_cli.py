@@ -1,11 +1,12 @@
 """The command line starts at once and reports an error in one line."""
 
+import argparse
 import subprocess
 import sys
 
 import pytest
 
-from hapticvlm.commands.main import main
+from hapticvlm.commands.main import _guarded, main
 
 HEAVY = ("torch", "transformers", "numpy", "scipy", "websockets", "msgspec")
 
@@ -107,3 +108,28 @@ def test_completion_without_its_extra_is_refused_with_how_to_get_it(monkeypatch,
     (line,) = printed.err.splitlines()
     assert line.startswith("hapticvlm completion: needs shtab: `")
     assert line.endswith("install shtab`")
+
+
+@pytest.mark.parametrize(
+    ("error", "is_memory"),
+    [
+        (MemoryError(), True),
+        (RuntimeError("can't start new thread"), True),
+        (ImportError("lib.so: failed to map segment from shared object"), True),
+        (RuntimeError("a bug"), False),
+        (ImportError("cannot import name x"), False),
+    ],
+)
+def test_memory_that_is_used_up_is_one_line_and_a_bug_is_not(error, is_memory, capsys):
+    def run(_):
+        raise error
+
+    options = argparse.Namespace(run=run, program="hapticvlm serve")
+    if not is_memory:
+        with pytest.raises(type(error)):
+            _guarded(options)
+        return
+    assert _guarded(options) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("hapticvlm serve: ")
+    assert "ulimit -v" in line

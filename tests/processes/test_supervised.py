@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from pace import until
 
+import hapticvlm
 from hapticvlm.processes.supervised import Child, ChildError, Started
 
 FILES = Path("/proc/self/fd")
@@ -132,4 +133,54 @@ def test_a_child_for_which_there_is_no_room_at_the_start_is_a_clear_error():
 
     child = Child("child", obedient, no_room, lambda _: None)
     with pytest.raises(ChildError, match="could not be started: Cannot allocate memory"):
+        child.start()
+
+
+@pytest.fixture
+def updated(tmp_path, monkeypatch):
+    """Put another version of this program before it, as an update does to a running service."""
+    for entry in Path(hapticvlm.__file__).parent.iterdir():
+        if entry.name != "__init__.py":
+            (tmp_path / "hapticvlm").mkdir(exist_ok=True)
+            (tmp_path / "hapticvlm" / entry.name).symlink_to(entry)
+    (tmp_path / "hapticvlm" / "__init__.py").write_text('__version__ = "99.1"\n')
+    monkeypatch.syspath_prepend(tmp_path)
+
+
+@pytest.mark.usefixtures("updated")
+def test_a_child_of_another_version_is_refused_with_what_to_do(watched):
+    with pytest.raises(ChildError, match=r"99\.1.*restart the service") as refusal:
+        watched(obedient).start()
+    assert hapticvlm.__version__ in str(refusal.value)
+
+
+def test_a_child_that_dies_after_an_update_is_not_restarted_in_another_version(watched, request):
+    child = watched(obedient)
+    child.start()
+    request.getfixturevalue("updated")
+    os.kill(child.pid, signal.SIGKILL)
+    reports = []
+
+    def is_refused():
+        reports.append(child.supervise(time.monotonic(), is_well=True))
+        return any("99.1" in report for report in reports if report)
+
+    until(is_refused)
+    assert "restart the service" in reports[-1]
+
+
+class Unloadable:
+    """An argument that cannot be unpickled where memory is scarce."""
+
+    def __reduce__(self):
+        return _map_library, ()
+
+
+def _map_library():
+    raise ImportError("libmodel.so: failed to map segment from shared object")
+
+
+def test_a_child_for_whose_libraries_no_memory_is_left_says_so_in_a_sentence():
+    child = Child("child", given_much, lambda: (Unloadable(),), lambda _: None)
+    with pytest.raises(ChildError, match="the child cannot be loaded: no memory"):
         child.start()

@@ -27,7 +27,7 @@ from hapticvlm.commands import (
 )
 from hapticvlm.commands.gallery import command as gallery
 from hapticvlm.commands.parsing import Commands, Parser
-from hapticvlm.errors import HapticVLMError, UsageError, installing, one_line
+from hapticvlm.errors import HapticVLMError, UsageError, installing, one_line, out_of_memory
 
 _MODELS = "torch transformers safetensors"
 # Modules that a command may need beside the core, and the packages that bring them.
@@ -98,13 +98,10 @@ def _guarded(options: argparse.Namespace) -> int:
     except BrokenPipeError:  # the reader has closed the pipe, so nothing more may be flushed to it
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
-    except ModuleNotFoundError as error:
-        name = (error.name or "").partition(".")[0]
-        if name not in PACKAGES:
+    except Exception as error:
+        reason = _reason(error)
+        if reason is None:
             raise
-        reason = f"needs {name}: `{installing(PACKAGES[name])}`"
-    except (HapticVLMError, OSError) as error:
-        reason = one_line(error)
     else:
         return code
     if getattr(options, "json", False):  # a program that reads stdout gets the error there
@@ -112,6 +109,16 @@ def _guarded(options: argparse.Namespace) -> int:
     else:
         print(f"{options.program}: {reason}", file=sys.stderr)
     return 2
+
+
+def _reason(error: Exception) -> str | None:
+    """Return what the user can do about an error, in one line; None: it is a bug of ours."""
+    if isinstance(error, ModuleNotFoundError):
+        name = (error.name or "").partition(".")[0]
+        return f"needs {name}: `{installing(PACKAGES[name])}`" if name in PACKAGES else None
+    if isinstance(error, HapticVLMError | OSError):
+        return one_line(error)
+    return out_of_memory(error)
 
 
 def _parser() -> argparse.ArgumentParser:

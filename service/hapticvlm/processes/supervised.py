@@ -2,7 +2,8 @@
 
 The child's first message on its pipe is a `Started`. A child that dies or hangs is restarted at
 once; one that keeps failing is restarted after growing pauses (`backoff.py`). A child that
-cannot be started, because no memory or descriptors are left, counts as failed.
+cannot be started, because no memory or descriptors are left, counts as failed, and so does one that
+an update of the program has given another version.
 
 Processes are started in a thread. The arguments of a child may be larger than a pipe holds, so
 starting it blocks until the child has read them, and the supervisor must not block. Everything else
@@ -12,18 +13,20 @@ runs in the caller's thread. This module does not know what the child does.
 from __future__ import annotations
 
 import multiprocessing
+import pickle
 import threading
 import time
 from collections.abc import Callable
 from contextlib import suppress
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
+from multiprocessing.reduction import ForkingPickler
 from typing import Any
 
 import msgspec
 
-from hapticvlm import backoff
-from hapticvlm.errors import HapticVLMError
+from hapticvlm import __version__, backoff
+from hapticvlm.errors import HapticVLMError, one_line, out_of_memory
 
 START_S = 60.0  # a child that fails reports it at once; only a busy machine takes this long
 STEADY_S = 10.0  # a child that ran for so long has recovered: its next failure counts as the first
@@ -48,6 +51,41 @@ class Started(msgspec.Struct, frozen=True):
         """Send it to the parent; if the parent is gone, the child's next read notices it."""
         with suppress(OSError):
             control.send_bytes(msgspec.msgpack.encode(self))
+
+
+class _Entry:
+    """A child's main function with its arguments, which only the same version unpickles.
+
+    A child is a new Python, which imports this program from the disk. After an update that is
+    another version than the one of the service that starts it, and the two may disagree about the
+    arguments, the shared memory and the pipe. So the version comes first, and the rest is unpickled
+    only if it matches.
+    """
+
+    def __init__(self, name: str, target: Callable[..., None], arguments: tuple[Any, ...]) -> None:
+        self._state = name, target, arguments
+
+    def __getstate__(self) -> tuple[str, str, bytes]:
+        name, *work = self._state
+        return name, __version__, bytes(ForkingPickler.dumps(work))
+
+    def __setstate__(self, state: tuple[str, str, bytes]) -> None:
+        self._name, self._version, self._work = state
+
+    def __call__(self, control: Connection) -> None:
+        """Run the main function, in the child."""
+        if self._version != __version__:
+            found = f"the {self._name} on the disk is of hapticvlm {__version__}"
+            error = f"{found}, this service of {self._version}: restart the service"
+            Started(error=error).send(control)
+            return
+        try:
+            target, arguments = pickle.loads(self._work)
+        except (ImportError, MemoryError, OSError) as error:
+            reason = out_of_memory(error) or one_line(error)
+            Started(error=f"the {self._name} cannot be loaded: {reason}").send(control)
+            return
+        target(*arguments, control)
 
 
 class Child:
@@ -217,8 +255,8 @@ class Child:
         ours, theirs = context.Pipe()
         with theirs:
             process = context.Process(
-                target=self._target,
-                args=(*self._arguments(), theirs),
+                target=_Entry(self._name, self._target, self._arguments()),
+                args=(theirs,),
                 name=f"hapticvlm {self._name}",
                 daemon=True,
             )

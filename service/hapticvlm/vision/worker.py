@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import msgspec
 
+from hapticvlm.errors import out_of_memory
 from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.messages import Frame
 from hapticvlm.processes.model_worker import (
@@ -168,7 +169,8 @@ def run_recogniser(slot: Slot, settings: RecogniserSettings, control: Connection
         try:
             recogniser, encoder, remote = _load(settings)
         except Exception as error:
-            raise RuntimeError(f"cannot load the models: {error}") from error
+            reason = out_of_memory(error) or error
+            raise RuntimeError(f"cannot load the models: {reason}") from error
         gallery = settings.gallery.resolve().name if settings.gallery else "shipped"
 
         def serve(data: bytes, details: tuple[Any, ...]) -> RecogniserResult:

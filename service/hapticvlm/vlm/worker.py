@@ -17,6 +17,7 @@ from multiprocessing.connection import Connection
 
 import msgspec
 
+from hapticvlm.errors import out_of_memory
 from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.evidence.reading import Reading
 from hapticvlm.messages import Frame, Region
@@ -119,7 +120,8 @@ def run_vlm(slot: Slot, settings: VlmSettings, control: Connection) -> None:
 
                 vlm = load_vlm(settings)
             except Exception as error:
-                raise RuntimeError(f"cannot load the vlm: {error}") from error
+                reason = out_of_memory(error) or error
+                raise RuntimeError(f"cannot load the vlm: {reason}") from error
             stack.callback(vlm.close)
             return Started((vlm.name,)), lambda data, details: reply(
                 vlm, Question(msgspec.msgpack.decode(data, type=Frame), *details)
