@@ -21,7 +21,7 @@ from typing import TypeVar
 from hapticvlm import __version__
 from hapticvlm.messages import Devices
 from hapticvlm.processes.model_worker import WorkerReply
-from hapticvlm.server import log_writer, service_info
+from hapticvlm.server import log_writer, service_info, systemd
 from hapticvlm.server.access import Address
 from hapticvlm.server.addresses import is_loopback
 from hapticvlm.server.assemble import ServiceParts
@@ -72,8 +72,10 @@ async def run(options: ServeOptions, where: Address, parts: ServiceParts) -> Non
             # allocates is freed by its reference count; cycles are rare.
             gc.set_threshold(*COLLECT_AFTER)
             print_ready(options, port, service_info.devices(parts), has_priority=has_priority)
+            systemd.notify(systemd.READY)
             gateway.vibration.prepare()
             await stopping.wait()
+            systemd.notify(systemd.STOPPING)
             gateway.close()
             running.cancel()
             # The outputs end first: closing a connection may wait for a client that does not read.
