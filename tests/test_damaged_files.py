@@ -20,7 +20,7 @@ from hapticvlm.recordings.recorder import SESSION_LOG
 from hapticvlm.recordings.replay import replay
 from hapticvlm.rendering.vibration.voices import Voices
 from hapticvlm.vision.encoders import onnx_encoder
-from hapticvlm.vision.encoders.encoder import DEFAULT, SHIPPED
+from hapticvlm.vision.encoders.encoder import CARD, DEFAULT, SHIPPED
 from hapticvlm_studio.design import design
 from hapticvlm_studio.design.patterns import paper_like
 
@@ -91,8 +91,8 @@ def study(folder: Path) -> Kind:
 
 
 def encoder(folder: Path) -> Kind:
-    path = folder / onnx_encoder.CARD
-    path.write_bytes((SHIPPED / DEFAULT / onnx_encoder.CARD).read_bytes())
+    path = folder / CARD
+    path.write_bytes((SHIPPED / DEFAULT / CARD).read_bytes())
     return path, lambda path: onnx_encoder.read_card(path.parent)
 
 

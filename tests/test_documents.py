@@ -1,6 +1,7 @@
 """Tests that files that are too large, too deep or missing give errors that can be shown."""
 
 import io
+import json
 import os
 import sys
 import tomllib
@@ -90,9 +91,9 @@ def test_a_zip_of_an_unknown_method_is_no_gallery(tmp_path):
 @pytest.mark.parametrize(
     ("fault", "words"),
     [
-        (lambda: {}["materials"], "`materials` is missing"),
-        (lambda: None < "x", "a value is of the wrong kind"),
-        (lambda: None.items(), "a value is of the wrong kind"),
+        (lambda: dict[str, str]()["materials"], "`materials` is missing"),
+        (lambda: json.loads("1") < "x", "a value is of the wrong kind"),
+        (lambda: json.loads("null").items(), "a value is of the wrong kind"),
         (lambda: int(float("inf")), "a number is too large"),
         (lambda: b"a\xff".decode(), "byte 2 is not UTF-8 text; save it as UTF-8"),
         (lambda: Path("/no/such/file").read_bytes(), "No such file or directory"),

@@ -57,6 +57,7 @@ def test_the_service_is_ready_when_it_says_so_and_says_that_it_stops(manager):
     service = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
     try:
         assert manager.recv(100) == b"READY=1"
+        assert service.stdout is not None
         assert "ready on" in service.stdout.readline()
         service.send_signal(signal.SIGTERM)
         assert manager.recv(100) == b"STOPPING=1"

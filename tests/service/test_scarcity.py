@@ -28,6 +28,7 @@ def started(kind, limit):
     program = LIMITED.format(kind, limit=limit)
     command = [sys.executable, "-c", program, "serve", "--port", str(free_port())]
     service = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert service.stdout is not None
     first = service.stdout.readline()
     if first:
         service.send_signal(signal.SIGTERM)
