@@ -95,12 +95,16 @@ class Vibration:
 
 @dataclass(frozen=True, slots=True)
 class Material:
-    """One class of the table; `words` are the words that name the class itself."""
+    """One class of the table; `words` are the words that name the class itself.
+
+    `like` is the built-in class that a user's material is derived from; None for a class itself.
+    """
 
     name: str
     thermal: Thermal
     vibration: Vibration
     words: tuple[str, ...]
+    like: str | None = None
 
 
 def _read() -> Mapping[str, Material]:
@@ -144,6 +148,7 @@ def derive(
         replace(parent.thermal, **thermal),
         replace(parent.vibration, **vibration),
         _own_words(name) if words is None else _checked_words(words),
+        like,
     )
 
 

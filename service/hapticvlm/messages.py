@@ -20,7 +20,7 @@ from hapticvlm import documents
 from hapticvlm.errors import HapticVLMError
 
 PROTOCOL_MAJOR = 1
-PROTOCOL_MINOR = 1
+PROTOCOL_MINOR = 2
 MAX_SIDE_PX = 4096
 MAX_MESSAGE_BYTES = 4 * 1024 * 1024
 FRAMES_PER_S = 90.0
@@ -71,9 +71,10 @@ object looks as before; `rate`: over `frames_per_s`."""
 FeelForm = Literal["amplitude", "parametric"]
 """`amplitude`: one value every 12.5 ms, for actuators with a single frequency; `parametric`:
 amplitude and frequency every 5 ms, and transients."""
-Basis = Literal["material", "expectation", "neutral"]
-"""`material`: the decided material is rendered; `expectation`: the mean over all probable
-materials, while none is probable enough to be named; `neutral`: nothing."""
+Basis = Literal["material", "least_error", "expectation", "neutral"]
+"""`material`: the decided material is rendered; `least_error`: none is probable enough to be named,
+and the one that errs least on average is rendered (`felt`); `expectation`: the mean over all
+probable materials, if the service was started with `--feel graded`; `neutral`: nothing."""
 HelloRole = Literal["scene", "observer"]
 """A scene declares objects and sends touches; an observer only watches. Both may send `stop`."""
 FrameFormat = Literal["jpeg", "png", "rgb8", "rgba8"]
@@ -505,7 +506,9 @@ class Decision(Wire, frozen=True, tag="decision", tag_field="type"):
     pattern: str | None = None
     """Vibration pattern, such as wood strike; absent: no touch, or no vibration."""
     basis: Basis | None = None
-    """Basis of the rendering: the material, the mean over probable materials, or nothing."""
+    """Basis of the rendering: the material, a guess, a mean over probable materials, or nothing."""
+    felt: str | None = None
+    """Material that is rendered, in heat and vibration; absent: a mean, or nothing. Since 1.2."""
     stages_ms: dict[str, float] = {}
     """Duration of each stage of the recognition; empty if there was none."""
     frame_age_ms: float | None = None

@@ -155,7 +155,7 @@ def other_scene(game: Game) -> Iterator[Callable[..., dict[str, Any]]]:
                 return answer
 
     with open_socket(game.service.url) as socket:
-        client, protocol = {"name": "other", "version": "1"}, {"major": 1, "minor": 1}
+        client, protocol = {"name": "other", "version": "1"}, {"major": 1, "minor": 2}
         hello = ask(type="hello", role="scene", client=client, protocol=protocol)
         assert hello["owner"] is False
         yield ask

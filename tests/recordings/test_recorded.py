@@ -10,8 +10,10 @@ import pytest
 from recorded_session import record
 
 from hapticvlm.commands.main import main
+from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.materials import MATERIALS
-from hapticvlm.messages import Scene, SceneObject, Stop, Touch
+from hapticvlm.messages import Frame, Scene, SceneObject, Stop, Touch
+from hapticvlm.recordings import recorded_session as recorded
 from hapticvlm.recordings import timeline, version_1
 from hapticvlm.recordings.lines import Input, Output
 from hapticvlm.recordings.recorded_session import RecordedSession
@@ -20,8 +22,19 @@ from hapticvlm.recordings.replay import replay, waveform
 from hapticvlm.recordings.session_log import SessionLogError, read_session_log
 from hapticvlm.rendering.heat.limits import AT_REST
 from hapticvlm.rendering.vibration.voices import Voices
+from hapticvlm.session.hands import Hold
 from hapticvlm.session.settings import SessionSettings
 
+PICTURE = Frame(
+    id=2,
+    captured_at=0.0,
+    format="rgb8",
+    width=1,
+    height=1,
+    origin="top",
+    image=b"abc",
+    object_id="blob",
+)
 VERSION_1 = Path(__file__).parent / "version_1"
 
 
@@ -50,6 +63,22 @@ def test_the_names_in_a_session_log_are_those_of_format_version_2():
     ]
     assert outputs[0]["command"]["motion"] == {"speed_mps": 0.3, "force_n": 1.0}
     assert [line["in"] for line in lines if "in" in line][:3] == ["message", "message", "tick"]
+
+
+@pytest.mark.parametrize(("feel", "basis"), [("full", "least_error"), ("graded", "expectation")])
+def test_a_log_says_how_its_session_was_felt_and_one_that_does_not_was_graded(feel, basis):
+    lines: list[dict[str, Any]] = []
+    settings = SessionSettings(owner=True, feel=feel)
+    session = RecordedSession(settings, None, write_line=lambda line, _: lines.append(line))
+    session.receive(Scene(id=1, objects=[SceneObject(object_id="blob")], replace=True), 0.0)
+    (looked,) = session.receive(PICTURE, 1.0)
+    session.recognised(looked, Evidence("encoder", (("metal", 0.4), ("glass", 0.4))), {}, 1.1)
+    (decision,) = (output for line in lines for output in line.get("out", []))
+    assert decision["basis"] == basis
+    head = recorded.head(settings, Hold())
+    assert recorded.settings_of(head, MATERIALS).feel == feel
+    del head["feel"]
+    assert recorded.settings_of(head, MATERIALS).feel == "graded"
 
 
 def test_a_session_of_version_1_replays_bit_for_bit_with_every_kind_of_line():

@@ -10,8 +10,19 @@ import pytest
 from gateways import Peer, join, new_gateway
 
 from hapticvlm import __version__
+from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.materials import MATERIALS
-from hapticvlm.messages import PROTOCOL_MAJOR, Device, Devices, Error, Models, Stop
+from hapticvlm.messages import (
+    PROTOCOL_MAJOR,
+    Device,
+    Devices,
+    Error,
+    Frame,
+    Models,
+    Scene,
+    SceneObject,
+    Stop,
+)
 from hapticvlm.recordings.recorded_session import RecordedSession
 from hapticvlm.recordings.recorder import SESSION_LOG, Recorder
 from hapticvlm.server import handshake
@@ -31,6 +42,16 @@ from hapticvlm.server.handshake import (
     ServiceInfo,
 )
 
+PICTURE = Frame(
+    id=3,
+    captured_at=0.0,
+    format="rgb8",
+    width=1,
+    height=1,
+    origin="top",
+    image=b"abc",
+    object_id="blob",
+)
 SIMULATED = Device(name="simulated", simulated=True)
 TOKEN = "long enough to be given off this machine"
 OFFER: dict[str, Any] = {
@@ -57,6 +78,18 @@ def hello(role="scene", **fields):
 
 def says(message, **given):
     return Peer(msgpack.packb(message), **given)
+
+
+async def test_the_setting_of_feel_reaches_the_session_of_a_scene(gateway):
+    for feel, basis in (("full", "least_error"), ("graded", "expectation")):
+        peer = says(hello())
+        connection = await at_the_door(gateway, feel=feel).welcome(peer)
+        blob = SceneObject(object_id="blob")
+        connection.session.receive(Scene(id=2, objects=[blob], replace=True), 0.0)
+        (look,) = connection.session.receive(PICTURE, 1.0)
+        unsure = Evidence("encoder", (("metal", 0.4), ("glass", 0.4)))
+        (reply,) = connection.session.recognised(look, unsure, {}, 1.1)
+        assert reply.message.basis == basis
 
 
 async def test_the_first_scene_is_welcomed_as_owner_and_the_next_is_not(gateway):

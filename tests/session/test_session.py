@@ -27,6 +27,7 @@ from hapticvlm.messages import (
 )
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.expectation import GRADED_GAIN
+from hapticvlm.rendering.felt_error import DOUBTFUL_IMPACT
 from hapticvlm.rendering.heat.limits import COOL_SLEW_C_PER_S, HEAT_SLEW_C_PER_S, PlateReading
 from hapticvlm.session.actions import (
     DrivePlate,
@@ -423,11 +424,58 @@ def test_only_the_materials_that_a_scene_states_are_recognised():
         )
 
 
-def test_what_is_not_sure_is_felt_by_its_expectation_at_reduced_gain():
+HARD = Evidence("encoder", (("metal", 0.4), ("glass", 0.35), ("ceramic", 0.25)))
+
+
+def test_what_is_not_sure_is_felt_as_one_material_in_full_and_the_decision_names_it():
     session = owner(BLOB)
-    seen = Evidence("encoder", (("metal", 0.4), ("glass", 0.35), ("ceramic", 0.25)))
-    (decision,) = replies(looked(session, frame(object_id="blob"), seen), Decision)
+    (decision,) = replies(looked(session, frame(object_id="blob"), HARD), Decision)
+    assert (decision.material, decision.basis) == ("unknown", "least_error")
+    felt = decision.felt
+    assert felt in ("metal", "glass", "ceramic")
+    stated = owner(SceneObject(object_id="blob", material=felt))
+    assert decision.contact_c == stated.receive(frame(object_id="blob"), 1.0)[0].message.contact_c
+    (slid,) = only(session.receive(touch("slide", object_id="blob", speed_mps=0.2), 2.0), PLAY)
+    assert (slid.command.material, slid.command.gain) == (felt, 1.0)
+
+
+def test_a_strike_on_what_is_probably_another_material_is_weaker_and_a_rub_is_not():
+    for belief, gain in ((0.45, DOUBTFUL_IMPACT), (0.55, 1.0)):
+        session = owner(BLOB)
+        seen = Evidence("encoder", (("glass", belief), ("ceramic", 0.3)))
+        (decision,) = replies(looked(session, frame(object_id="blob"), seen), Decision)
+        assert decision.felt == "glass"
+        (struck,) = only(session.receive(touch("contact", object_id="blob"), 2.0), PLAY)
+        assert (struck.command.material, struck.command.gain) == ("glass", gain)
+        (rubbed,) = only(session.receive(touch("slide", object_id="blob"), 2.1), PLAY)
+        assert (rubbed.command.material, rubbed.command.gain) == ("glass", 1.0)
+
+
+def test_what_is_felt_does_not_flicker_with_beliefs_that_change_little():
+    session = owner(BLOB)
+    metal, stone = (
+        Evidence("encoder", ((one, 0.45), (other, 0.4)))
+        for one, other in (("metal", "stone"), ("stone", "metal"))
+    )
+    felt = []
+    for number, seen in enumerate((metal, stone, metal, stone)):
+        looked(session, frame(id=number + 5, object_id="blob"), seen, 1.0 + number)
+        actions = session.receive(touch("slide", object_id="blob"), 1.5 + number)
+        felt += [play.command.material for play in only(actions, PLAY)]
+    assert set(felt) == {"metal"}
+
+
+def graded(*objects):
+    session = SceneSession(SessionSettings(owner=True, feel="graded"))
+    session.receive(scene(*objects), 0.0)
+    return session
+
+
+def test_with_graded_feel_what_is_not_sure_is_felt_by_its_expectation_at_reduced_gain():
+    session = graded(BLOB)
+    (decision,) = replies(looked(session, frame(object_id="blob"), HARD), Decision)
     assert (decision.material, decision.basis) == ("unknown", "expectation")
+    assert decision.felt is None
     sure = owner(SceneObject(object_id="blob", material="metal"))
     metal_c = sure.receive(frame(object_id="blob"), 1.0)[0].message.contact_c
     assert metal_c < decision.contact_c < NEUTRAL_C - 2.0
@@ -436,10 +484,10 @@ def test_what_is_not_sure_is_felt_by_its_expectation_at_reduced_gain():
     assert slid.command.gain == GRADED_GAIN
 
 
-def test_a_strike_takes_more_belief_than_a_rub_to_be_felt_as_the_material_said():
+def test_with_graded_feel_a_strike_takes_more_belief_than_a_rub_to_be_felt_as_what_is_said():
     seen = Evidence("encoder", (("glass", 0.6), ("ceramic", 0.2)))
     for phase, gain in (("slide", 1.0), ("contact", GRADED_GAIN)):
-        session = owner(BLOB)
+        session = graded(BLOB)
         (decision,) = replies(looked(session, frame(object_id="blob"), seen), Decision)
         assert (decision.material, decision.basis) == ("glass", "material")
         (felt,) = only(session.receive(touch(phase, object_id="blob"), 2.0), PLAY)
@@ -455,10 +503,11 @@ def test_what_is_probably_none_of_the_materials_stays_neutral():
     assert felt.command.material is None
 
 
-def test_what_the_scene_states_is_never_graded():
-    session = owner(SceneObject(object_id="pan", material="metal", temperature_c=90.0))
-    (decision,) = replies(session.receive(frame(object_id="pan"), 1.0), Decision)
-    assert decision.basis == "material"
+def test_what_the_scene_states_is_felt_as_it_is():
+    for session_with in (owner, graded):
+        session = session_with(SceneObject(object_id="pan", material="metal", temperature_c=90.0))
+        (decision,) = replies(session.receive(frame(object_id="pan"), 1.0), Decision)
+        assert (decision.basis, decision.felt) == ("material", "metal")
 
 
 def test_a_frame_of_an_unsure_object_is_looked_at_and_then_decided():

@@ -62,9 +62,14 @@ namespace HapticVLM.Editor
             HapticObject shown = HapticObject.ById(decision.ObjectId);
             string label = shown != null ? shown.name : decision.ObjectId ?? "the touched region";
             Decisions.Insert(0, label + ": " + decision.Material + " (" + decision.Confidence.ToString("P0") + ", by " + decision.Source
-                + "), " + decision.SetpointC.ToString("F1") + " degC");
+                + Felt(decision) + "), " + decision.SetpointC.ToString("F1") + " degC");
             if (Decisions.Count > MaxDecisions) Decisions.RemoveAt(MaxDecisions);
             if (Changed != null) Changed();
+        }
+
+        static string Felt(Decision decision)
+        {
+            return decision.Basis == Basis.LeastError ? ", felt as " + decision.Felt : "";
         }
 
         void OnMeasured(Telemetry telemetry)

@@ -49,7 +49,7 @@ export class Haptics extends EventTarget {
     super();
     this.#url = url;
     this.#Socket = WebSocket;
-    this.#hello = {client: {name, version}, protocol: {major: 1, minor: 1}, role: 'scene', token};
+    this.#hello = {client: {name, version}, protocol: {major: 1, minor: 2}, role: 'scene', token};
     this.#connect();
   }
 

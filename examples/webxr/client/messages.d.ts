@@ -705,9 +705,13 @@ export interface Decision {
    */
   'pattern'?: string | null;
   /**
-   * Basis of the rendering: the material, the mean over probable materials, or nothing.
+   * Basis of the rendering: the material, a guess, a mean over probable materials, or nothing.
    */
   'basis'?: Basis | null;
+  /**
+   * Material that is rendered, in heat and vibration; absent: a mean, or nothing. Since 1.2.
+   */
+  'felt'?: string | null;
   /**
    * Duration of each stage of the recognition; empty if there was none.
    */
@@ -765,9 +769,9 @@ export type SurfaceSource = "ambient" | "name" | "scene" | "sun";
 export type Limit = "current" | "dose" | "setpoint" | "sink" | "slew";
 
 /**
- * `material`: the decided material is rendered; `expectation`: the mean over all probable materials, while none is probable enough to be named; `neutral`: nothing.
+ * `material`: the decided material is rendered; `least_error`: none is probable enough to be named, and the one that errs least on average is rendered (`felt`); `expectation`: the mean over all probable materials, if the service was started with `--feel graded`; `neutral`: nothing.
  */
-export type Basis = "expectation" | "material" | "neutral";
+export type Basis = "expectation" | "least_error" | "material" | "neutral";
 
 /**
  * State of the outputs, sent to every connection ten times a second.

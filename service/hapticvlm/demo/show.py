@@ -45,7 +45,9 @@ def confidence_text(decision: Mapping[str, Any]) -> str:
         return source
     if decision["material"] == "unknown":
         guess = decision.get("runner_up")
-        return f"{source}; perhaps {guess}" if guess else source
+        felt = decision.get("felt")
+        source += f"; perhaps {guess}" if guess else ""
+        return f"{source}; felt as {felt}" if felt else source
     return f"{decision['confidence']:.0%} sure, {source}".replace("%", " %")
 
 

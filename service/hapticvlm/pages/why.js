@@ -28,6 +28,7 @@ const AMBIENT_WORDS = {
 const SURFACE_WORDS = { scene: "the scene", name: "its name", sun: "the sun", ambient: "the ambient" };
 
 const BASIS_WORDS = {
+  least_error: "the material that errs least on average, because none is sure enough",
   expectation: "the expected value over possible materials",
   neutral: "neutral, because the material is unknown",
 };
@@ -44,11 +45,12 @@ export function explain(decision, title) {
   list(byId("because"), because(decision));
 }
 
-export function verdict({ object_id, confidence, source, runner_up, cached }) {
+export function verdict({ object_id, confidence, source, runner_up, cached, basis, felt }) {
   if (object_id === TEST_TOUCH) return "You chose it below.";
   const next = runner_up ? `; next ${runner_up}` : "";
+  const guess = basis === "least_error" ? `; felt as ${felt}` : "";
   const origin = cached ? "; from the cache" : "";
-  return `${percent(confidence)} sure: ${RUNG_WORDS[source]}${next}${origin}`;
+  return `${percent(confidence)} sure: ${RUNG_WORDS[source]}${next}${guess}${origin}`;
 }
 
 // Fills the two chips that say how it feels: warmth and vibration.
@@ -106,6 +108,7 @@ function because(decision) {
     ["setpoint", setpoint(decision)],
     ["thermal cue", decision.thermal_cue ? "noticeable" : "none: too small to feel"],
     ["vibration, at the first touch", decision.pattern ?? "none"],
+    ...(decision.felt ? [["felt as", decision.felt]] : []),
     ...(BASIS_WORDS[decision.basis] ? [["basis", BASIS_WORDS[decision.basis]]] : []),
     ["age of the frame", decision.frame_age_ms == null ? "no frame" : `${decision.frame_age_ms.toFixed(0)} ms`],
   ];

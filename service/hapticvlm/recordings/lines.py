@@ -44,6 +44,7 @@ class Key(StrEnum):
     CAN_ASK = "can_ask"
     CONTACT_RESISTANCE = "contact_resistance"
     PLATE_RESISTANCE = "plate_resistance"
+    FEEL = "feel"  # what an uncertain material is rendered as; logs without it: graded
     MATERIALS = "materials"
     SAVED_MATERIALS = "saved_materials"
     HOLD = "hold"  # outputs kept at rest by a stop: output, hand, whether a release has armed it

@@ -169,6 +169,7 @@ def head(settings: SessionSettings, hold: Hold) -> Line:
         Key.CONTACT_RESISTANCE: settings.contact_resistance,
         Key.PLATE_RESISTANCE: settings.plate_resistance,
         Key.THERMAL_GAIN: settings.thermal_gain,
+        Key.FEEL: settings.feel,
         Key.READING: _plain(settings.reading),
         Key.MATERIALS: list(settings.table),
         Key.SAVED_MATERIALS: dict(settings.saved_materials),
@@ -187,6 +188,7 @@ def settings_of(head: Line, table: Mapping[str, Material]) -> SessionSettings:
         contact_resistance=head[Key.CONTACT_RESISTANCE],
         plate_resistance=head[Key.PLATE_RESISTANCE],
         thermal_gain=head[Key.THERMAL_GAIN],
+        feel=head.get(Key.FEEL, "graded"),  # the only one when logs did not have it
     )
 
 
@@ -205,13 +207,15 @@ def outputs(actions: list[Action]) -> list[Line]:
 
 
 def _decision(decision: messages.Decision) -> Line:
-    """Return a decision's fields, its basis only where that is an expectation.
+    """Return a decision's fields; basis and what is felt only where the material is not named.
 
-    Version 1 wrote no other basis. With the same rule in both versions one comparison serves both.
+    Version 1 wrote no basis but an expectation, and no early log says what is felt. With the same
+    rule in all of them one comparison serves all.
     """
     fields: Line = _plain(decision)
-    if decision.basis != "expectation":
+    if decision.basis in ("material", "neutral", None):
         fields.pop("basis", None)
+        fields.pop("felt", None)
     return fields
 
 

@@ -56,6 +56,7 @@ from hapticvlm.server.edge.limits import (
 )
 from hapticvlm.server.edge.socket import ClientSocket
 from hapticvlm.server.gateway import Gateway
+from hapticvlm.session.decisions import Feel
 from hapticvlm.session.session import SceneSession
 from hapticvlm.session.settings import SessionSettings
 
@@ -85,6 +86,7 @@ class ServiceInfo:
     saved_materials: Mapping[str, str] = field(default_factory=dict)
     contact_resistance: float | None = None
     plate_resistance: float = PLATE_RESISTANCE
+    feel: Feel = "full"
 
 
 class Handshake:
@@ -190,6 +192,7 @@ class Handshake:
             contact_resistance=self._service_info.contact_resistance,
             plate_resistance=self._service_info.plate_resistance,
             thermal_gain=outputs.thermal_gain,
+            feel=self._service_info.feel,
         )
         if self._service_info.recorder is None or observer:
             return SceneSession(settings, outputs.hold)

@@ -46,6 +46,7 @@ def service_info(options: ServeOptions, parts: ServiceParts) -> ServiceInfo:
         saved_materials=parts.saved_materials,
         contact_resistance=options.contact_resistance,
         plate_resistance=options.plate_resistance,
+        feel=options.feel,
     )
 
 

@@ -151,6 +151,14 @@ class ServeOptions:
             read=plate_resistance,
         ),
     ] = 4e-4  # PLATE_RESISTANCE of rendering.heat.contact, which would load numpy for --help
+    feel: Annotated[
+        Literal["full", "graded"],
+        Flag(
+            OUTPUTS,
+            "rendering of an uncertain material: the one that errs least, in full, or, for "
+            "studies, a mean of the probable ones at half level",
+        ),
+    ] = "full"
     no_realtime: Annotated[bool, Flag(OUTPUTS, "do not ask for real-time priority")] = False
     encoder: Annotated[
         str | None,

@@ -1,8 +1,9 @@
 """From a verdict, the scene's facts and the ambient to the `decision` on the wire. Pure.
 
-A verdict is rendered as its material where that is sure enough, else as an expectation over the
-materials believed in. How sure is sure enough depends on what a mistake costs
-(rendering/expectation.py). Where nothing is believed, or the object is probably none of the
+A verdict is rendered as one material, in full: the one that it names, else the believed one of
+least expected felt error (rendering/felt_error.py). The setting `graded` is for studies: a material
+is then rendered only where it is sure enough, and else an expectation over the materials believed
+in (rendering/expectation.py). Where nothing is believed, or the object is probably none of the
 materials, nothing is rendered: the plate stays neutral and nothing vibrates.
 """
 
@@ -10,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
+from typing import Literal
 
 import msgspec
 
@@ -19,10 +21,10 @@ from hapticvlm.evidence.ambient import Ambient
 from hapticvlm.evidence.ladder import Evidence, Verdict
 from hapticvlm.evidence.sub_materials import MaterialDetail
 from hapticvlm.evidence.surface import Surface, SurfaceFacts
-from hapticvlm.materials import UNKNOWN, Material, Thermal
+from hapticvlm.materials import Material, Thermal
 from hapticvlm.messages import Basis, Decision, EvidenceItem, SceneObject
 from hapticvlm.perception import NEUTRAL_C
-from hapticvlm.rendering import expectation
+from hapticvlm.rendering import expectation, felt_error
 from hapticvlm.rendering.heat import contact as thermal
 from hapticvlm.rendering.heat import limits as plate_limits
 from hapticvlm.rendering.heat.contact import ThermalContact
@@ -32,56 +34,86 @@ from hapticvlm.rendering.vibration.vibration import IMPACTS
 # Belief in all materials together below which an object is probably made of something else.
 LEAST_KNOWN = 0.5
 
+Feel = Literal["full", "graded"]
+_OF_ONE_MATERIAL: tuple[Basis, ...] = ("material", "least_error")
 Vibrating = tuple[str | None, float]
 
 
 @dataclass(frozen=True, slots=True)
 class Rendition:
-    """The rendition of a verdict: one named material, or a mean of the materials believed in.
+    """The rendition of a verdict: one material, or a mean of the materials believed in.
 
-    `bulk` is what is expected; None where nothing is believed, or probably none of the materials.
-    `impact` and `texture` are the material that vibrates, if any, and its gain.
+    `felt` is the material that is rendered, if any. `impact` and `texture` are the material that
+    vibrates, if any, and its gain. `mean` is what is expected where feel is graded, else None; it
+    replaces the heat of `felt` unless `confidence` suffices.
     """
 
-    named: str | None
+    felt: str | None
     confidence: float
-    bulk: Thermal | None
     impact: Vibrating
     texture: Vibrating
+    is_named: bool = True
+    mean: Thermal | None = None
 
     def thermal(
         self, surface_c: float, table: Mapping[str, Material]
     ) -> tuple[Thermal | None, Basis]:
         """Return the bulk rendered at this surface temperature, and what it is made from."""
-        if self.named is None:
-            return self.bulk, "neutral" if self.bulk is None else "expectation"
-        named = table[self.named].thermal
-        if self.bulk is None:
-            return named, "material"
-        jump_c = _contact_c(named, surface_c) - _contact_c(self.bulk, surface_c)
+        if self.felt is None:
+            return self.mean, "neutral" if self.mean is None else "expectation"
+        bulk = table[self.felt].thermal
+        if self.mean is None:
+            return bulk, "material" if self.is_named else "least_error"
+        jump_c = _contact_c(bulk, surface_c) - _contact_c(self.mean, surface_c)
         if self.confidence > expectation.needed_belief(None, jump_c):
-            return named, "material"
-        return self.bulk, "expectation"
+            return bulk, "material"
+        return self.mean, "expectation"
 
 
-def choose_rendition(verdict: Verdict, table: Mapping[str, Material]) -> Rendition:
-    """Work out what a verdict can be rendered as; what the scene states is never graded."""
-    named = None if verdict.material == UNKNOWN else verdict.material
+def choose_rendition(
+    verdict: Verdict,
+    table: Mapping[str, Material],
+    feel: Feel = "full",
+    before: Rendition | None = None,
+) -> Rendition:
+    """Work out what a verdict is rendered as; what the scene states is rendered as it is.
+
+    `before` is what the same object was rendered as: it is kept until another material is better by
+    more than flickering beliefs make it.
+    """
+    named = known(verdict.material)
     believed = verdict.beliefs.items()
     beliefs = {name: belief for name, belief in believed if belief > 0.0 and name in table}
     is_stated = named is not None and verdict.source == "scene"
     if is_stated or sum(beliefs.values()) < LEAST_KNOWN:
-        return Rendition(named, verdict.confidence, None, (named, 1.0), (named, 1.0))
-    bulk = expectation.expected_thermal(beliefs, table)
-    graded = (expectation.nearest_vibration(beliefs, table), expectation.GRADED_GAIN)
+        return Rendition(named, verdict.confidence, (named, 1.0), (named, 1.0))
+    if feel == "graded":
+        return _graded(named, verdict.confidence, beliefs, table)
+    felt = named
+    if felt is None:
+        felt = felt_error.least_felt_error(beliefs, table, None if before is None else before.felt)
+    is_doubtful = verdict.beliefs.get(felt, 0.0) < felt_error.DOUBTFUL
+    impact_gain = felt_error.DOUBTFUL_IMPACT if is_doubtful else 1.0
+    return Rendition(
+        felt, verdict.confidence, (felt, impact_gain), (felt, 1.0), is_named=named is not None
+    )
+
+
+def _graded(
+    named: str | None,
+    confidence: float,
+    beliefs: Mapping[str, float],
+    table: Mapping[str, Material],
+) -> Rendition:
+    """Return the expectation over these beliefs, and the named material where it is sure enough."""
+    nearest = (expectation.nearest_vibration(beliefs, table), expectation.GRADED_GAIN)
 
     def vibrating(interaction: str) -> Vibrating:
-        is_sure = verdict.confidence > expectation.needed_belief(interaction, 0.0)
-        return (named, 1.0) if named is not None and is_sure else graded
+        is_sure = confidence > expectation.needed_belief(interaction, 0.0)
+        return (named, 1.0) if named is not None and is_sure else nearest
 
-    impact = vibrating("strike")
-    texture = vibrating("slide")
-    return Rendition(named, verdict.confidence, bulk, impact, texture)
+    mean = expectation.expected_thermal(beliefs, table)
+    return Rendition(named, confidence, vibrating("strike"), vibrating("slide"), mean=mean)
 
 
 def _contact_c(bulk: Thermal, surface_c: float) -> float:
@@ -94,14 +126,17 @@ def known(material: str) -> str | None:
 
 
 def surface_of(
-    object_id: str | None, verdict: Verdict, facts: SceneObject | None, ambient: Ambient
+    object_id: str | None, felt: str | None, facts: SceneObject | None, ambient: Ambient
 ) -> Surface:
-    """Return the surface's temperature: stated, by its name, by the sun, else the ambient."""
+    """Return the surface's temperature: stated, by its name, by the sun, else the ambient.
+
+    `felt` is the material that is rendered, if any.
+    """
     return surface.surface(
         SurfaceFacts(
             name=facts.name if facts else None,
             object_id=object_id,
-            material=known(verdict.material),
+            material=felt,
             stated_c=facts.temperature_c if facts else None,
             sunlit=facts.sunlit if facts else None,
         ),
@@ -110,11 +145,11 @@ def surface_of(
 
 
 def thickness_m(
-    verdict: Verdict, facts: SceneObject | None, detail: MaterialDetail
+    felt: str | None, facts: SceneObject | None, detail: MaterialDetail
 ) -> float | None:
     """Return how thick the object is, m: as the scene states, else as its name; None is thick."""
     stated = facts.thickness_m if facts else None
-    return detail.thickness_m.get(verdict.material) if stated is None else stated
+    return detail.thickness_m.get(felt or materials.UNKNOWN) if stated is None else stated
 
 
 def contact(
@@ -159,9 +194,10 @@ def decide(
     """
     verdict = inputs.verdict
     ambient = inputs.ambient
-    surface = surface_of(object_id, verdict, inputs.facts, ambient)
+    felt = inputs.rendition.felt
+    surface = surface_of(object_id, felt, inputs.facts, ambient)
     bulk, basis = inputs.rendition.thermal(surface.value_c, table)
-    thick_m = thickness_m(verdict, inputs.facts, inputs.detail)
+    thick_m = thickness_m(felt, inputs.facts, inputs.detail)
     touched = contact(bulk, thick_m, surface.value_c)
     contact_c = None if touched is None else thermal.contact_temperature_c(touched)
     deviation = 0.0 if contact_c is None else inputs.thermal_gain * (contact_c - NEUTRAL_C)
@@ -190,7 +226,8 @@ def decide(
         limited_by=limited.limited_by,
         thermal_cue=touched is not None and thermal.carries_cue(touched),
         basis=basis,
-        sub_material=inputs.detail.sub_material(verdict.material),
+        felt=felt if basis in _OF_ONE_MATERIAL else None,
+        sub_material=inputs.detail.sub_material(felt or verdict.material),
         thickness_m=None if touched is None else thick_m,
     )
 
@@ -202,8 +239,10 @@ def touched_as(decision: Decision, interaction: str | None, rendition: Rendition
     material, gain = rendition.impact if interaction in IMPACTS else rendition.texture
     if material is None:
         return decision
-    basis = decision.basis if gain == 1.0 else "expectation"
-    return msgspec.structs.replace(decision, pattern=f"{material} {interaction}", basis=basis)
+    pattern = f"{material} {interaction}"
+    if rendition.mean is None or gain == 1.0:
+        return msgspec.structs.replace(decision, pattern=pattern)
+    return msgspec.structs.replace(decision, pattern=pattern, basis="expectation", felt=None)
 
 
 def change_key(decision: Decision) -> Hashable:
@@ -214,6 +253,7 @@ def change_key(decision: Decision) -> Hashable:
         decision.source,
         decision.thermal_cue,
         decision.basis,
+        decision.felt,
         limited_by,
         round(decision.confidence, 1),
         round(decision.surface_c, 1),

@@ -28,6 +28,7 @@ class SceneModel:
         self._table = settings.table
         self._can_ask = settings.can_ask
         self._contact_resistance = settings.contact_resistance
+        self._feel = settings.feel
 
     @property
     def materials(self) -> tuple[str, ...]:
@@ -59,12 +60,16 @@ class SceneModel:
         return state is not None and state.verdict is not None
 
     def rendition(self, target: ThingTarget) -> Rendition:
-        """Return what this object can be rendered as, worked out once for each verdict."""
+        """Return what this object is rendered as, worked out once for each verdict."""
         state = self._state(target)
-        assert state.verdict is not None
-        if state.rendition is None or state.rendition.inputs is not state.verdict:
-            state.rendition = Cached(choose_rendition(state.verdict, state.table), state.verdict)
-        return state.rendition.value
+        verdict = state.verdict
+        assert verdict is not None
+        kept = state.rendition
+        if kept is None or kept.inputs is not verdict:
+            before = None if kept is None else kept.value
+            rendition = choose_rendition(verdict, state.table, self._feel, before)
+            kept = state.rendition = Cached(rendition, verdict)
+        return kept.value
 
     def swung_m(self, target: ThingTarget) -> float | None:
         """Return the thickness the scene states for this object, m; None where it states none."""
@@ -94,13 +99,13 @@ class SceneModel:
         """Return the thermal contact of skin and this object; None where nothing is felt."""
         state = self._state(target)
         ambient = self.surroundings.ambient
-        verdict = state.verdict
-        assert verdict is not None
-        inputs = (verdict, state.facts, ambient)
+        rendition = self.rendition(target)
+        inputs = (rendition, state.facts, ambient)
         if state.contact is None or state.contact.inputs != inputs:
-            surface = decisions.surface_of(_name(target), verdict, state.facts, ambient)
-            bulk, _ = self.rendition(target).thermal(surface.value_c, state.table)
-            thickness_m = decisions.thickness_m(verdict, state.facts, state.detail)
+            felt = rendition.felt
+            surface = decisions.surface_of(_name(target), felt, state.facts, ambient)
+            bulk, _ = rendition.thermal(surface.value_c, state.table)
+            thickness_m = decisions.thickness_m(felt, state.facts, state.detail)
             contact = decisions.contact(
                 bulk, thickness_m, surface.value_c, self._contact_resistance
             )
@@ -111,10 +116,14 @@ class SceneModel:
         """Return the decision on this object, made again only if its inputs have changed."""
         state = self._state(target)
         ambient = self.surroundings.ambient
-        assert state.verdict is not None
-        inputs = (state.verdict, state.facts, ambient, gain, limits)
+        verdict = state.verdict
+        assert verdict is not None
+        rendition = self.rendition(target)
+        inputs = (verdict, rendition, state.facts, ambient, gain, limits)
         if state.decision is None or state.decision.inputs != inputs:
-            given = DecisionInputs(inputs[0], self.rendition(target), state.detail, *inputs[1:])
+            given = DecisionInputs(
+                verdict, rendition, state.detail, state.facts, ambient, gain, limits
+            )
             decision = decisions.decide(_name(target), given, state.table)
             state.decision = Cached(decision, inputs)
         return state.decision.value
@@ -128,7 +137,7 @@ class SceneModel:
         """
         state = self._state(target)
         ambient = self.surroundings.ambient
-        inputs = (state.verdict, state.facts, ambient, gain, limits)
+        inputs = (state.verdict, self.rendition(target), state.facts, ambient, gain, limits)
         before = state.announced
         if before is not None and before.inputs == inputs:
             return None

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from hapticvlm.materials import MATERIALS, Material
 from hapticvlm.rendering.heat.contact import PLATE_RESISTANCE
 from hapticvlm.rendering.heat.limits import AT_REST, PlateReading
+from hapticvlm.session.decisions import Feel
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,7 +18,8 @@ class SessionSettings:
     `saved_materials` are materials by object id that a person set in an earlier run (overrides.py).
     `can_ask`: a vision-language model answers questions. Resistances are in m2 K/W;
     `contact_resistance` None takes each material's own. `reading` and `thermal_gain` are those of
-    the plate as the session finds it.
+    the plate as the session finds it. `feel` says what an uncertain material is rendered as
+    (decisions.py).
     """
 
     owner: bool
@@ -29,3 +31,4 @@ class SessionSettings:
     contact_resistance: float | None = None
     plate_resistance: float = PLATE_RESISTANCE
     thermal_gain: float = 1.0
+    feel: Feel = "full"

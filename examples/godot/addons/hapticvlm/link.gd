@@ -5,7 +5,7 @@ extends RefCounted
 ## never blocks: it passes on received messages, and sent ones go to the socket's buffer.
 
 const MessagePack := preload("message_pack.gd")
-const PROTOCOL := {"major": 1, "minor": 1}
+const PROTOCOL := {"major": 1, "minor": 2}
 const LOCAL_URL := "ws://127.0.0.1:8790/"
 const FIRST_WAIT_S := 0.25  # before the first reconnect; doubled each time, with jitter
 const LONGEST_WAIT_S := 5.0

@@ -63,7 +63,8 @@ function showState(touch) {
 function confidence(decision) {
   const sure = decision.source === "scene" || decision.material === "unknown" ? "" : `${Math.round(100 * decision.confidence)} % sure, `;
   const guess = decision.material === "unknown" && decision.runner_up ? `; perhaps ${decision.runner_up}` : "";
-  return sure + SOURCES[decision.source] + guess;
+  const felt = decision.basis === "least_error" ? `; felt as ${decision.felt}` : "";
+  return sure + SOURCES[decision.source] + guess + felt;
 }
 
 function pair([term, text]) {

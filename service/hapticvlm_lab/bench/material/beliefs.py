@@ -6,10 +6,10 @@ taught, chose and calibrated nothing, with wood, glass, fabric and metal admitte
 How often does it name a material, and how often rightly? A material is named if its belief is above
 one half, which is the threshold at which a wrong name costs as much as silence.
 
-Is it calibrated where it matters, in what is felt? The service renders the named material if it is
-sure enough, and otherwise the expectation over all beliefs. The error of the contact temperature is
-compared with that of the best constant: a belief that is not better than a constant is of no use to
-a hand.
+Is it calibrated where it matters, in what is felt? The service renders the material of least
+expected felt error, and for studies an expectation over all beliefs. The errors of their contact
+temperatures are compared with that of the best constant: a belief that is not better than a
+constant is of no use to a hand.
 
 What do a few references change? Some of the set's own pictures are enrolled as `gallery build
 --base shipped` does, or objects that the scene names teach the others of their scene.
@@ -31,6 +31,7 @@ from numpy.typing import NDArray
 from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.materials import MATERIALS, Thermal
 from hapticvlm.rendering.expectation import expected_thermal, needed_belief
+from hapticvlm.rendering.felt_error import least_felt_error
 from hapticvlm.rendering.heat import contact as thermal
 from hapticvlm.vision import pictures
 from hapticvlm.vision.encoders.encoder import Encoder
@@ -152,8 +153,8 @@ def contact_error(
     # The error is that of the contact temperature, since a wrong material is felt there: wood taken
     # for fabric errs by about a degree, metal taken for fabric by several.
     contacts = np.array([_contact_c(MATERIALS[name].thermal) for name in FOUR])
-    rendered = np.array([_rendered_c(row, contacts) for row in beliefs])
-    ours = np.abs(rendered - contacts[truth])
+    graded = np.abs(np.array([_graded_c(row, contacts) for row in beliefs]) - contacts[truth])
+    ours = np.abs(np.array([_felt_c(row, contacts) for row in beliefs]) - contacts[truth])
     neutral = np.abs(contacts.mean() - contacts[truth])
     guess = np.abs(contacts[beliefs.argmax(axis=1)] - contacts[truth])
 
@@ -163,14 +164,21 @@ def contact_error(
     every = np.arange(len(truth))
     return {
         "guess_c": round(_balanced(guess[every], truth), 3),
-        "graded_c": round(_balanced(ours[every], truth), 3),
+        "felt_c": round(_balanced(ours[every], truth), 3),
+        "graded_c": round(_balanced(graded[every], truth), 3),
         "neutral_c": round(_balanced(neutral[every], truth), 3),
         "below_neutral": _interval(gain, objects),
     }
 
 
-def _rendered_c(beliefs: Doubles, contacts: Doubles) -> float:
-    """Render as the product does: the material if it is sure enough, else the expectation."""
+def _felt_c(beliefs: Doubles, contacts: Doubles) -> float:
+    """Render as the product does: the material of least expected felt error."""
+    named = dict(zip(FOUR, beliefs.tolist(), strict=True))
+    return float(contacts[FOUR.index(least_felt_error(named, MATERIALS))])
+
+
+def _graded_c(beliefs: Doubles, contacts: Doubles) -> float:
+    """Render as with `--feel graded`: the material if it is sure enough, else the expectation."""
     # A wrong material is felt by its distance from the right one, so the belief that is needed to
     # render a material grows with its distance from the expectation.
     named = dict(zip(FOUR, beliefs.tolist(), strict=True))
@@ -257,7 +265,7 @@ def _print(name: str, report: object) -> None:
         cells = [f"{key} {_percent(row[key])}" for key in _SHOWN]
         print(f"  {title:<20} {'  '.join(cells)}")
     for title, row in report["felt"].items():
-        text = f"graded {row['graded_c']} degC, neutral {row['neutral_c']} degC"
+        text = f"{row['felt_c']} degC, graded {row['graded_c']}, neutral {row['neutral_c']}"
         print(f"  felt, {title:<14} {text}, below neutral {_percent(row['below_neutral'])}")
     if report["scene-taught"] is not None:
         _print_taught(report["scene-taught"])

@@ -25,6 +25,7 @@ STATED = "every material stated"  # the ceiling: it costs its author, not the ma
 EYES = ("lite0", "lite2")  # the default first
 DEFAULT = f"names, shaders and {EYES[0]}"
 GUESS = f"{EYES[0]}, always its best guess"
+GRADED = f"{EYES[0]}, graded"
 STATEMENTS = NAME | SHADER
 
 
@@ -46,7 +47,7 @@ def ways() -> list[Method]:
         Method("names", "stated", rungs=NAME),
         Method("names and shaders", "stated", rungs=STATEMENTS),
         *(Method(eye, "ours", eyes[eye], galleries[eye]) for eye in EYES),
-        Method(GUESS, "ours", eyes[EYES[0]], galleries[EYES[0]]),
+        *(Method(name, "ours", eyes[EYES[0]], galleries[EYES[0]]) for name in (GUESS, GRADED)),
         *(
             Method(f"names, shaders and {eye}", "ladder", eyes[eye], galleries[eye], STATEMENTS)
             for eye in EYES
@@ -92,9 +93,9 @@ def _rendition(
     evidence = [*stated, *looks]
     if way.name == GUESS:
         return _as_sure(max(pool(evidence).items(), key=lambda item: item[1])[0])
-    return choose_rendition(decide(evidence), MATERIALS)
+    return choose_rendition(decide(evidence), MATERIALS, "graded" if way.name == GRADED else "full")
 
 
 def _as_sure(name: str) -> Rendition:
     """Render this material as if the scene had stated it."""
-    return Rendition(name, 1.0, None, (name, 1.0), (name, 1.0))
+    return Rendition(name, 1.0, (name, 1.0), (name, 1.0))

@@ -23,13 +23,14 @@ namespace HapticVLM.Wire
         }
     }
 
-    public enum Basis { Other, Expectation, Material, Neutral }
+    public enum Basis { Other, Expectation, LeastError, Material, Neutral }
 
     internal static class BasisWire
     {
         static readonly byte[][] Texts =
         {
             MsgPackWriter.Encoded("expectation"),
+            MsgPackWriter.Encoded("least_error"),
             MsgPackWriter.Encoded("material"),
             MsgPackWriter.Encoded("neutral"),
         };

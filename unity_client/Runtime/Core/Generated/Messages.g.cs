@@ -10,7 +10,7 @@ namespace HapticVLM.Wire
     public static class Protocol
     {
         public const int Major = 1;
-        public const int Minor = 1;
+        public const int Minor = 2;
         public const int MaxMessageBytes = 4194304;
         public const int MaxSidePx = 4096;
         public const int LeaseMs = 250;
@@ -86,6 +86,7 @@ namespace HapticVLM.Wire
         public Limit? LimitedBy;
         public string Pattern;
         public Basis? Basis;
+        public string Felt;
         public Dictionary<string, double> StagesMs = new Dictionary<string, double>();
         public double? FrameAgeMs;
         public string SubMaterial;
@@ -101,6 +102,7 @@ namespace HapticVLM.Wire
             if (LimitedBy != null) count++;
             if (Pattern != null) count++;
             if (Basis != null) count++;
+            if (Felt != null) count++;
             if (StagesMs != null && StagesMs.Count > 0) count++;
             if (FrameAgeMs != null) count++;
             if (SubMaterial != null) count++;
@@ -180,6 +182,11 @@ namespace HapticVLM.Wire
             {
                 w.Raw(DecisionKeys.Basis);
                 BasisWire.Write(w, Basis.Value);
+            }
+            if (Felt != null)
+            {
+                w.Raw(DecisionKeys.Felt);
+                w.Str(Felt);
             }
             if (StagesMs != null && StagesMs.Count > 0)
             {
@@ -357,6 +364,13 @@ namespace HapticVLM.Wire
                         Basis = BasisWire.Read(ref r);
                     }
                 }
+                else if (r.TryKey(DecisionKeys.Felt))
+                {
+                    if (!r.TryNil())
+                    {
+                        Felt = r.Str(pool);
+                    }
+                }
                 else if (r.TryKey(DecisionKeys.StagesMs))
                 {
                     StagesMs.Clear();
@@ -424,6 +438,7 @@ namespace HapticVLM.Wire
             LimitedBy = default(Limit?);
             Pattern = default(string);
             Basis = default(Basis?);
+            Felt = default(string);
             StagesMs.Clear();
             FrameAgeMs = default(double?);
             SubMaterial = default(string);
@@ -459,6 +474,7 @@ namespace HapticVLM.Wire
         public static readonly byte[] LimitedBy = MsgPackWriter.Encoded("limited_by");
         public static readonly byte[] Pattern = MsgPackWriter.Encoded("pattern");
         public static readonly byte[] Basis = MsgPackWriter.Encoded("basis");
+        public static readonly byte[] Felt = MsgPackWriter.Encoded("felt");
         public static readonly byte[] StagesMs = MsgPackWriter.Encoded("stages_ms");
         public static readonly byte[] FrameAgeMs = MsgPackWriter.Encoded("frame_age_ms");
         public static readonly byte[] SubMaterial = MsgPackWriter.Encoded("sub_material");
