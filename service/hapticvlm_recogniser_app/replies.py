@@ -17,6 +17,7 @@ import msgspec
 from hapticvlm import __version__
 from hapticvlm.vision.encoders.encoder import Encoder, Floats, NetworkEncoder
 from hapticvlm.vision.encoders.onnx_encoder import OnnxEncoder
+from hapticvlm.vision.flatness import is_flat
 from hapticvlm.vision.galleries.gallery import Gallery
 from hapticvlm.vision.galleries.storage import gallery_bytes, load_gallery
 from hapticvlm.vision.pictures import Crop
@@ -28,6 +29,7 @@ from hapticvlm.vision.remote.contract import (
     ContractError,
     Identity,
     RemoteMatch,
+    Result,
 )
 
 DIGITS = 16  # hexadecimal, of SHA-256: enough to notice a mistake, not to stop a forger
@@ -143,12 +145,8 @@ def write_answer(job: Job, embedded: Sequence[Embedded | None]) -> bytes:
     complete = [result for result in embedded if result is not None]
     if len(complete) < len(embedded):
         raise Refusal(504, "the caller's wait_ms has passed: not recognised")
-    results = [
-        contract.write_result(
-            RemoteMatch(job.named.gallery.match(result.embedding), result.embedding)
-        )
-        for result in complete
-    ]
+    pairs = zip(complete, job.crops, strict=True)
+    results = [_result(job.named.gallery, result, crop) for result, crop in pairs]
     stages = {
         "queue": max(result.queue_ms for result in complete),
         "encode": max(result.encode_ms for result in complete),
@@ -157,3 +155,8 @@ def write_answer(job: Job, embedded: Sequence[Embedded | None]) -> bytes:
     batch = max(result.batch for result in complete)
     answer = Answer(identity.gallery, identity.hash, results, batch, stages)
     return msgspec.msgpack.encode(answer)
+
+
+def _result(gallery: Gallery, embedded: Embedded, crop: Crop) -> Result:
+    evidence = gallery.match(embedded.embedding, is_flat=is_flat(crop))
+    return contract.write_result(RemoteMatch(evidence, embedded.embedding))

@@ -35,6 +35,7 @@ from hapticvlm.session.decisions import choose_rendition
 from hapticvlm.vision import pictures
 from hapticvlm.vision.encoders.encoder import Encoder
 from hapticvlm.vision.encoders.loading import load_encoder
+from hapticvlm.vision.flatness import is_flat
 from hapticvlm.vision.galleries.calibration import FEW, calibrate
 from hapticvlm.vision.galleries.gallery import Gallery
 from hapticvlm.vision.galleries.storage import load_gallery
@@ -56,11 +57,12 @@ Floats = NDArray[np.float32]
 
 @dataclass(frozen=True)
 class Shot:
-    """One picture of an object: (D,) embedding beside what it truly is."""
+    """One picture of an object: (D,) embedding, and whether it is flat, beside what it truly is."""
 
     key: str
     truth: str
     embedding: Floats
+    is_flat: bool
 
 
 @dataclass(frozen=True)
@@ -77,7 +79,7 @@ class Judged:
 
 def judge(shot: Shot, gallery: Gallery) -> Judged:
     """Decide on one picture as the service does, and look past what it dares to say."""
-    evidence = gallery.match(shot.embedding)
+    evidence = gallery.match(shot.embedding, is_flat=shot.is_flat)
     among = restrict(evidence, FOUR)  # what the scene states that it can be made of
     return Judged(
         truth=shot.truth,
@@ -100,7 +102,7 @@ def shoot(visit: Any, encoder: Encoder, places: Sequence[Floats], keep: Path | N
             image, mask = (base64.b64decode(fields.pop(name)) for name in ("image", "mask"))
             frame = Frame(id=1, captured_at=0.0, **fields, image=image, mask=mask)
             crop = pictures.crop(frame, encoder.side)
-            shots.append(Shot(key, truth, encoder.embed([crop])[0]))
+            shots.append(Shot(key, truth, encoder.embed([crop])[0], is_flat(crop)))
             if keep is not None:
                 _write(keep / truth, f"{key.replace(' ', '_')}-{number}", image, mask)
     return shots

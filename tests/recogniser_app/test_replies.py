@@ -46,6 +46,17 @@ def test_an_answer_holds_what_the_gallery_says_of_each_crop_in_order(encoder, ga
     assert (answer.batch, answer.stages_ms) == (3, {"queue": 1.0, "encode": 2.0})
 
 
+def test_a_shared_recogniser_believes_flat_pictures_as_little_as_the_service(encoder, galleries):
+    side = encoder.side
+    flat = Crop(np.full((side, side, 3), (150, 90, 40), np.uint8), central_mask(side))
+    job = replies.read_job(contract.write_request([flat], wait_ms=100.0), galleries, now=10.0)
+    (row,) = encoder.embed([flat])
+    answer = replies.write_answer(job, [Embedded(row, 1, 1.0, 2.0)])
+    _, (found,) = contract.read_answer(answer, job.named.identity, 1)
+    gallery = job.named.gallery
+    assert found.evidence == gallery.match(row, is_flat=True) != gallery.match(row)
+
+
 def test_what_nobody_waits_for_is_not_answered(encoder, galleries):
     job = replies.read_job(body(encoder), galleries, now=0.0)
     with pytest.raises(Refusal) as caught:

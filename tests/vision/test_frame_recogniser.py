@@ -1,5 +1,7 @@
 """One frame, or several regions of it, to evidence; a failing encoder is no evidence."""
 
+from dataclasses import replace
+
 import msgspec
 import numpy as np
 import pytest
@@ -71,6 +73,24 @@ def test_regions_compared_together_give_the_same_as_one_by_one(
     for one, other in zip(together, singles, strict=True):
         assert one.material == other.evidence.material
         assert np.allclose(beliefs(one), beliefs(other.evidence))
+
+
+def test_a_picture_of_flat_colours_is_believed_less_wherever_it_is_recognised(
+    encoder: Encoder, gallery: Gallery
+) -> None:
+    humble = replace(gallery, calibration=replace(gallery.calibration, scale=1.0, flat=0.05))
+    plain = replace(humble, calibration=replace(humble.calibration, flat=1.0))
+    red = np.full((256, 256, 3), (150, 60, 90), np.uint8)
+    for image, differs in ((red, True), (picture(1, 256), False)):
+        shown = frame(image=simplejpeg.encode_jpeg(image, quality=95))
+        answers = []
+        for each in (plain, humble):
+            recogniser = FrameRecogniser(encoder, each)
+            alone = recognise(recogniser, shown).evidence
+            (together,) = recogniser.compare(shown, [None])
+            assert np.allclose(beliefs(alone), beliefs(together))
+            answers.append(alone.confidence)
+        assert (answers[1] < answers[0] - 0.02) == differs
 
 
 def test_regions_compared_together_decode_the_frame_once(

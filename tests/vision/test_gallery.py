@@ -12,7 +12,12 @@ from hapticvlm.evidence.ladder import FLOOR, KNOWN, decide
 from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.galleries.calibration import FEW, calibrate, is_enough
 from hapticvlm.vision.galleries.gallery import Calibration, Gallery, LinearLayer, log_softmax
-from hapticvlm.vision.galleries.storage import GalleryError, load_gallery, save_gallery
+from hapticvlm.vision.galleries.storage import (
+    SHIPPED,
+    GalleryError,
+    load_gallery,
+    save_gallery,
+)
 from hapticvlm.vision.galleries.user_materials import (
     UserMaterial,
     with_user_materials,
@@ -51,6 +56,42 @@ def test_a_reference_matches_its_own_material() -> None:
         assert evidence.rung == "encoder"
         assert evidence.material == gallery.materials[label]
         assert evidence.confidence > 0.9
+
+
+def test_a_flat_picture_has_a_scale_of_its_own_that_is_saved(tmp_path: Path) -> None:
+    humble = replace(small(), calibration=replace(small().calibration, scale=0.5, flat=0.2))
+    asked = humble.references[[0, 2]] + 0.8 * humble.references[[2, 4]]  # between two
+    asked /= np.linalg.norm(asked, axis=1, keepdims=True)
+    for embedding in asked:
+        plain = humble.match(embedding)
+        flat = humble.match(embedding, is_flat=True)
+        assert flat.material == plain.material
+        assert flat.confidence < plain.confidence - 0.02
+    mixed = humble.beliefs(asked, np.array([True, False]))
+    assert np.allclose(mixed[0], humble.beliefs(asked, np.array([True, True]))[0])
+    assert np.allclose(mixed[1], humble.beliefs(asked)[1])
+    untold = replace(humble, calibration=replace(humble.calibration, flat=1.0))
+    assert untold.match(asked[0], is_flat=True) == untold.match(asked[0])
+    shipped = load_gallery(encoder=load_encoder())
+    save_gallery(
+        replace(shipped, calibration=replace(shipped.calibration, flat=0.25)), tmp_path / "g"
+    )
+    assert load_gallery(tmp_path / "g", encoder=load_encoder()).calibration.flat == 0.25
+
+
+def test_a_file_from_before_flat_pictures_had_a_scale_treats_them_like_others(
+    tmp_path: Path,
+) -> None:
+    with np.load(SHIPPED) as file:
+        arrays = dict(file)
+    arrays["calibration"] = arrays["calibration"][:6]
+    np.savez(tmp_path / "old.npz", **arrays)
+    old = load_gallery(tmp_path / "old.npz", encoder=load_encoder())
+    assert old.calibration.flat == 1.0
+
+
+def test_the_shipped_encoder_is_less_sure_of_flat_pictures() -> None:
+    assert load_gallery(encoder=load_encoder()).calibration.flat < 1.0
 
 
 def test_a_stranger_has_little_mass_and_is_unknown() -> None:

@@ -38,6 +38,18 @@ def test_more_named_objects_count_for_more() -> None:
     assert found[2] - found[0] > 0.1
 
 
+def test_references_count_for_more_where_the_picture_has_flat_colours() -> None:
+    shown = unit(1.0, 0.16, 0.1, 0.0)
+    plain, flat = (
+        dict(taught(6).adjust(UNDECIDED, shown, "x", is_flat=flat).beliefs)["glass"]
+        for flat in (False, True)
+    )
+    assert 0.5 < plain < flat - 0.05
+    lone = SceneReferences()
+    lone.add("cup", "glass", unit(1.0, 0.3, 0.0))
+    assert lone.adjust(UNDECIDED, shown, "x", is_flat=True) == UNDECIDED
+
+
 def test_an_object_is_not_its_own_reference_and_one_object_is_too_few() -> None:
     references = SceneReferences()
     references.add("cup", "glass", unit(1.0, 0.3, 0.0))

@@ -21,6 +21,7 @@ from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.messages import Frame, Region
 from hapticvlm.vision import pictures
 from hapticvlm.vision.encoders.encoder import Encoder, EncoderError
+from hapticvlm.vision.flatness import is_flat
 from hapticvlm.vision.galleries.gallery import Gallery
 from hapticvlm.vision.pictures import PictureError
 from hapticvlm.vision.scene_references import SceneReferences
@@ -99,7 +100,9 @@ class FrameRecogniser:
         Raises PictureError and EncoderError.
         """
         crops = pictures.crops(frame, regions, self._encoder.side)
-        return [self._gallery.match(embedding) for embedding in self._encoder.embed(crops)]
+        embeddings = self._encoder.embed(crops)
+        pairs = zip(embeddings, map(is_flat, crops), strict=True)
+        return [self._gallery.match(embedding, is_flat=flat) for embedding, flat in pairs]
 
     def recognise(
         self,
@@ -149,6 +152,7 @@ class FrameRecogniser:
     ) -> Recognition:
         """Embed a crop, here or by the shared recogniser, and match it; adds to `stages`."""
         started = time.perf_counter()
+        flat = is_flat(crop)
         remote_match = None
         if self._remote is not None and shown is not None:
             remote_match = self._ask_remote(self._remote, frame, crop)
@@ -162,9 +166,9 @@ class FrameRecogniser:
             except EncoderError as error:
                 return Recognition(None, stages, error=str(error), is_our_fault=True)
             stages["encode"], started = _lap(started)
-            evidence = self._gallery.match(embedding)
+            evidence = self._gallery.match(embedding, is_flat=flat)
         if shown is not None:
-            evidence = self._with_scene_references(evidence, embedding, shown)
+            evidence = self._with_scene_references(evidence, embedding, shown, flat=flat)
         stages["match"], _ = _lap(started)
         return Recognition(evidence, stages, SceneView(embedding, float(crop.image.mean()) / 255.0))
 
@@ -194,7 +198,12 @@ class FrameRecogniser:
         return match
 
     def _with_scene_references(
-        self, evidence: Evidence, embedding: NDArray[np.float32], shown: SceneContext
+        self,
+        evidence: Evidence,
+        embedding: NDArray[np.float32],
+        shown: SceneContext,
+        *,
+        flat: bool,
     ) -> Evidence:
         scene = f"{self._answered_by} {shown.scene}"  # embeddings of two encoders do not compare
         references = self._scenes.pop(scene, None) or SceneReferences()
@@ -204,7 +213,7 @@ class FrameRecogniser:
         if shown.material is not None and shown.object_id is not None:
             references.add(shown.object_id, shown.material, embedding)
             return evidence
-        return references.adjust(evidence, embedding, shown.object_id)
+        return references.adjust(evidence, embedding, shown.object_id, is_flat=flat)
 
     def _is_the_same(self, subject: str, digest: bytes) -> bool:
         """Whether the last frame of this subject had the same bytes."""

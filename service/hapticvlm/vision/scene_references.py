@@ -7,7 +7,9 @@ the other objects of the same scene:
 
 with cosines centred on the mean of all references, so that a scene's own style cancels; a material
 without references has s_m = 0. A few references are worth less than the shipped gallery, so the
-weight w grows with the number of objects that have any. Reads no picture.
+weight w grows with the number of objects that have any. For a picture of flat colours
+(flatness.py) few references weigh twice as much, because the gallery says little there. Reads no
+picture.
 """
 
 from __future__ import annotations
@@ -29,6 +31,7 @@ LEAST_OBJECTS = 2  # a single object cannot be compared with others
 FEW = 5
 MANY = 20
 WEIGHTS = (2.0, 5.0)  # w for FEW and for MANY objects; chosen in a separate study, not fitted here
+FLAT_WEIGHTS = (4.0, 6.0)  # for pictures of flat colours; chosen on game kits (training/LOG.md)
 SHARPNESS = 8.0  # k
 
 
@@ -48,15 +51,26 @@ class SceneReferences:
         if len(self._objects) > MAX_OBJECTS:
             self._objects.popitem(last=False)
 
-    def adjust(self, evidence: Evidence, embedding: Floats, object_id: str | None) -> Evidence:
-        """Return evidence on an embedding (D,), adjusted by the references of other objects."""
+    def adjust(
+        self,
+        evidence: Evidence,
+        embedding: Floats,
+        object_id: str | None,
+        *,
+        is_flat: bool = False,
+    ) -> Evidence:
+        """Return evidence on an embedding (D,), adjusted by the references of other objects.
+
+        `is_flat`: the picture has flat colours.
+        """
         others = [item for name, item in self._objects.items() if name != object_id]
         if len(others) < LEAST_OBJECTS or not evidence.beliefs:
             return evidence
         scores = _scores(others, embedding)
+        weights = FLAT_WEIGHTS if is_flat else WEIGHTS
         # Two named objects may both be unusual, but twenty show what wood looks like in this scene
         # better than any gallery. Hence the weight grows with the number of objects.
-        weight = float(np.interp(len(others), (0, FEW, MANY), (0.0, *WEIGHTS)))
+        weight = float(np.interp(len(others), (0, FEW, MANY), (0.0, *weights)))
         powers = [
             (name, belief * float(np.exp(weight * scores.get(name, 0.0))))
             for name, belief in evidence.beliefs

@@ -58,10 +58,13 @@ class Truth:
 
 def _is_of(named: Named, result: Result) -> bool:
     embedding = np.frombuffer(result.embedding, "<f4").astype(np.float32)
-    wanted = dict(named.gallery.match(embedding).beliefs)
     beliefs = dict(result.beliefs)
-    return wanted.keys() == beliefs.keys() and all(
-        abs(wanted[name] - beliefs[name]) <= BELIEF_ERROR for name in wanted
+    # The answer does not say whether the picture was flat, so either scale may be its own.
+    either = [dict(named.gallery.match(embedding, is_flat=flat).beliefs) for flat in (False, True)]
+    return any(
+        wanted.keys() == beliefs.keys()
+        and all(abs(wanted[name] - beliefs[name]) <= BELIEF_ERROR for name in wanted)
+        for wanted in either
     )
 
 

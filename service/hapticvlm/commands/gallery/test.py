@@ -23,6 +23,7 @@ from hapticvlm.statistics import wilson
 from hapticvlm.vision import pictures
 from hapticvlm.vision.encoders.encoder import Encoder
 from hapticvlm.vision.encoders.loading import load_encoder
+from hapticvlm.vision.flatness import is_flat
 from hapticvlm.vision.galleries.enrol import (
     EnrolError,
     Picture,
@@ -49,10 +50,13 @@ def run(options: argparse.Namespace) -> int:
     user_materials = read_folder(path)
     gallery = load_gallery(path, encoder=encoder, user_materials=user_materials)
     labelled = find_pictures(options.pictures, [*table_with(user_materials), UNKNOWN])
-    views = embed(track(labelled, "reading the pictures"), encoder, outline=options.outline)
+    shown = embed(track(labelled, "reading the pictures"), encoder, outline=options.outline)
+    views = [rows for rows, _ in shown]
     confusion: Confusion = {}
-    for picture, rows in zip(labelled, views, strict=True):
-        verdict = ladder.decide([ladder.fuse([gallery.match(row) for row in rows])])
+    for picture, (rows, flat) in zip(labelled, shown, strict=True):
+        pairs = zip(rows, flat, strict=True)
+        evidence = [gallery.match(row, is_flat=each) for row, each in pairs]
+        verdict = ladder.decide([ladder.fuse(evidence)])
         confusion.setdefault(picture.material, Counter())[verdict.material] += 1
     names = {
         "gallery": str(path),
@@ -70,20 +74,21 @@ def run(options: argparse.Namespace) -> int:
 
 def embed(
     labelled: Iterable[Picture], encoder: Encoder, *, outline: bool
-) -> list[NDArray[np.float32]]:
+) -> list[tuple[NDArray[np.float32], list[bool]]]:
     """Embed each picture, and the thing on its plain ground, if any: (1 or 2, D) for each.
 
-    Raises EnrolError.
+    The list beside it says which of these are flat. Raises EnrolError.
     """
     views = []
     for picture in labelled:
         frame = read_frame(picture)
         frames = frames_of(picture, frame) if outline else [frame]
         try:
-            rows = [encoder.embed([pictures.crop(shown, encoder.side)]) for shown in frames]
+            crops = [pictures.crop(shown, encoder.side) for shown in frames]
         except PictureError as error:
             raise EnrolError(f"{picture.path}: {error}") from None
-        views.append(np.concatenate(rows))
+        rows = [encoder.embed([crop]) for crop in crops]
+        views.append((np.concatenate(rows), [is_flat(crop) for crop in crops]))
     return views
 
 

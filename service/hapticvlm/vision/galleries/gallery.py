@@ -13,7 +13,8 @@ adds a strongly regularised linear layer, l_c = weight k s_c + W_c x + b_c. The 
 
 because a softmax alone would name a material for anything, however far from every reference; what
 p(known) lacks to 1 is unknown. All constants were fitted for one encoder; renders and photographs
-share them.
+share them. Only pictures of flat colours (vision/flatness.py) have a scale of their own, because
+the encoder is out of its depth there: its logits are multiplied by `flat` as well.
 
 User references are a second gallery with its own calibration (`Gallery.user`). Within the user's
 materials the shipped beliefs count too, with the exponent `share`; the part of the belief that the
@@ -51,6 +52,7 @@ class Calibration:
     weight: float = 1.0
     scale: float = 1.0
     share: float = SHIPPED_SHARE
+    flat: float = 1.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,21 +90,30 @@ class Gallery:
         names = dict.fromkeys((*self.materials, *user_materials))
         return tuple(name for name in names if name != UNKNOWN)
 
-    def match(self, embedding: Floats) -> Evidence:
-        """Match one (D,) embedding; the part that the beliefs lack to 1 is unknown."""
+    def match(self, embedding: Floats, *, is_flat: bool = False) -> Evidence:
+        """Match one (D,) embedding; the part that the beliefs lack to 1 is unknown.
+
+        `is_flat`: it is the embedding of a picture of flat colours.
+        """
         if not self.materials or not np.isfinite(embedding @ embedding):
             return Evidence("encoder", ())
-        beliefs = self.beliefs(embedding[None])[0]
+        beliefs = self.beliefs(embedding[None], np.array([is_flat]))[0]
         if not np.isfinite(beliefs).all():  # references that are not finite
             return Evidence("encoder", ())
         pairs = zip(self.candidates, beliefs.tolist(), strict=True)
         ranked = sorted(pairs, key=lambda item: -item[1])
         return Evidence("encoder", tuple(item for item in ranked if item[1] >= FLOOR))
 
-    def beliefs(self, embeddings: Floats) -> Doubles:
-        """Return beliefs in the candidates, of (N, D) embeddings: (N, C); the rest is unknown."""
+    def beliefs(self, embeddings: Floats, flat: NDArray[np.bool_] | None = None) -> Doubles:
+        """Return beliefs in the candidates, of (N, D) embeddings: (N, C); the rest is unknown.
+
+        `flat` (N,) says which are of pictures of flat colours; None: none of them.
+        """
         scores = self.scores(embeddings)
-        logits = self.calibration.scale * self._logits(embeddings, scores)
+        scale = np.full(len(embeddings), self.calibration.scale)
+        if flat is not None:
+            scale[flat] *= self.calibration.flat
+        logits = scale[:, None] * self._logits(embeddings, scores)
         if self.user is not None:
             return self._with_user(embeddings, logits)
         believed = known(scores, self.calibration)[:, None] * softmax(logits)

@@ -13,6 +13,7 @@ from hapticvlm import materials
 from hapticvlm.evidence.ladder import KNOWN, SURE, Evidence, decide, fuse, fuse_recognitions, pool
 from hapticvlm.evidence.names import from_name
 from hapticvlm.evidence.shader import from_shader
+from hapticvlm.vision.flatness import is_flat
 from hapticvlm_lab.bench.material.data import FOUR, Source, crops
 from hapticvlm_lab.bench.material.methods import Floats, Method
 from hapticvlm_lab.bench.material.scores import SILENT, Doubles, Words
@@ -72,12 +73,20 @@ def evidence_of(beliefs: NDArray[np.float64], names: Sequence[str]) -> Evidence:
     return Evidence("encoder", tuple((names[i], float(beliefs[i])) for i in best))
 
 
-def encoder_evidence(method: Method, embeddings: Floats | None) -> list[Evidence]:
+def encoder_evidence(method: Method, source: Source, embeddings: Floats | None) -> list[Evidence]:
     """Return the evidence of each view; none for a method that uses no picture."""
     if method.gallery is None or embeddings is None:
         return []
     names = method.gallery.candidates
-    return [evidence_of(row, names) for row in method.gallery.beliefs(embeddings)]
+    rows = method.gallery.beliefs(embeddings, _flat_views(method, source))
+    return [evidence_of(row, names) for row in rows]
+
+
+def _flat_views(method: Method, source: Source) -> NDArray[np.bool_]:
+    """Return which views are pictures of flat colours, (N,)."""
+    assert method.encoder is not None
+    cut = crops(source, method.cut or source.cut, method.encoder.side)
+    return np.array([is_flat(crop) for crop in cut], np.bool_)
 
 
 def _guess(source: Source) -> Answers:
@@ -95,7 +104,7 @@ def _guess(source: Source) -> Answers:
 def _by_beliefs(method: Method, source: Source, embeddings: Floats | None) -> Answers:
     assert method.gallery is not None
     assert embeddings is not None
-    beliefs = method.gallery.beliefs(embeddings)
+    beliefs = method.gallery.beliefs(embeddings, _flat_views(method, source))
     names = np.array(method.gallery.candidates)
     best = beliefs.max(axis=1)
     four, eleven = (_among(beliefs, names, allowed) for allowed in (FOUR, ELEVEN))
@@ -121,7 +130,7 @@ def _by_evidence(method: Method, source: Source, embeddings: Floats | None) -> A
     What is spoken is fused as the session does. Forced answers take the mean of all views instead:
     the session's fusion drops small beliefs, and among four classes the right one may be small.
     """
-    evidence = encoder_evidence(method, embeddings)
+    evidence = encoder_evidence(method, source, embeddings)
     objects = source.objects
     units = [objects == name for name in dict.fromkeys(objects.tolist())]
     if not method.fused:

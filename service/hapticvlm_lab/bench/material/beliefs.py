@@ -36,6 +36,7 @@ from hapticvlm.rendering.heat import contact as thermal
 from hapticvlm.vision import pictures
 from hapticvlm.vision.encoders.encoder import Encoder
 from hapticvlm.vision.encoders.loading import load_encoder
+from hapticvlm.vision.flatness import is_flat
 from hapticvlm.vision.galleries import calibration, enrol
 from hapticvlm.vision.galleries.gallery import Gallery
 from hapticvlm.vision.galleries.storage import load_gallery
@@ -59,13 +60,17 @@ _SHOWN = ("said", "right", "startling", "startling_right", "forced")
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """Pictures of some materials: truth (N,) as places in names, objects (N,), views of each."""
+    """Pictures of some materials: truth (N,) as places in names, objects (N,), views of each.
+
+    flat: (N,), which have flat colours.
+    """
 
     name: str
     pictures: Kind
     truth: NDArray[np.int64]
     objects: NDArray[np.str_]
     views: tuple[Floats, ...]
+    flat: NDArray[np.bool_]
 
     @property
     def first(self) -> Floats:
@@ -94,7 +99,7 @@ def run(data: Path | None, encoder_name: str | None, path: Path | None, *, as_js
 
 def judge(seen: Seen, gallery: Gallery) -> dict[str, object]:
     """Return every figure of one set."""
-    zero = among(gallery.beliefs(seen.first), gallery.candidates)
+    zero = among(gallery.beliefs(seen.first, seen.flat), gallery.candidates)
     figures: dict[str, object] = {"zero-shot": spoken(zero, seen.truth, seen.objects)}
     figures["zero-shot, fused"] = _fused(zero, seen)
     errors: dict[str, object] = {"zero-shot": contact_error(zero, seen.truth, seen.objects)}
@@ -111,7 +116,7 @@ def judge(seen: Seen, gallery: Gallery) -> dict[str, object]:
 
 def _among_all(seen: Seen, gallery: Gallery) -> dict[str, object]:
     """Judge pictures of any material, with every material admitted."""
-    beliefs = among(gallery.beliefs(seen.first), gallery.candidates, ALL)
+    beliefs = among(gallery.beliefs(seen.first, seen.flat), gallery.candidates, ALL)
     there = [name for place, name in enumerate(ALL) if place in seen.truth]
     return {
         "pictures": len(seen.truth),
@@ -209,7 +214,9 @@ def _scene_taught(seen: Seen, zero: Doubles) -> dict[str, object]:
             references.add(str(seen.objects[row]), label, seen.views[row][0])
         for row in np.flatnonzero(~np.isin(seen.objects, named)):
             evidence = Evidence("encoder", tuple(zip(FOUR, zero[row].tolist(), strict=True)))
-            adjusted = references.adjust(evidence, seen.views[row][0], str(seen.objects[row]))
+            adjusted = references.adjust(
+                evidence, seen.views[row][0], str(seen.objects[row]), is_flat=bool(seen.flat[row])
+            )
             before.append(zero[row].argmax() == seen.truth[row])
             after.append(adjusted.material == FOUR[seen.truth[row]])
             rows.append(row)
@@ -289,16 +296,18 @@ def _percent(interval: Sequence[float]) -> str:
 def embed(encoder: Encoder, source: Source, kind: Kind, names: Sequence[str] = FOUR) -> Seen:
     """Embed pictures of these materials, each as it is and varied as enrolment does."""
     views = []
+    flat = []
     for view in source.views:
         frame = view.as_cut(source.cut)
         try:
             cut = enrol.views(enrol.Picture(view.truth, Path(view.object_id)), frame, encoder.side)
         except enrol.EnrolError:  # one plain colour: recognised all the same
             cut = [pictures.crop(frame, encoder.side)]
+        flat.append(is_flat(cut[0]))
         cut = cut if kind == "renders" else cut[:1]
         views.append(np.concatenate([encoder.embed([crop]) for crop in cut]))
     truth = np.array([names.index(name) for name in source.truth])
-    return Seen(source.name, kind, truth, source.objects, tuple(views))
+    return Seen(source.name, kind, truth, source.objects, tuple(views), np.array(flat, np.bool_))
 
 
 def among(beliefs: Doubles, names: Sequence[str], admitted: Sequence[str] = FOUR) -> Doubles:
@@ -321,7 +330,7 @@ def drawn(seen: Seen, gallery: Gallery, count: int) -> tuple[Doubles, NDArray[np
             return None
         rest = np.flatnonzero(~np.isin(seen.objects, seen.objects[chosen]))
         user = enrolled(seen, chosen, gallery)
-        beliefs = replace(gallery, user=user).beliefs(seen.first[rest])
+        beliefs = replace(gallery, user=user).beliefs(seen.first[rest], seen.flat[rest])
         beliefs_drawn.append(among(beliefs, gallery.candidates))
         rows.append(rest)
     return np.concatenate(beliefs_drawn), np.concatenate(rows)

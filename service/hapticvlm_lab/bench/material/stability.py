@@ -28,6 +28,7 @@ from hapticvlm.evidence.ladder import KNOWN, SURE, decide
 from hapticvlm.palette import BLUE, GREEN, ORANGE, SOFT, VERMILION
 from hapticvlm.vision.encoders.encoder import Encoder
 from hapticvlm.vision.encoders.loading import load_encoder
+from hapticvlm.vision.flatness import is_flat
 from hapticvlm.vision.galleries.gallery import Gallery
 from hapticvlm.vision.galleries.storage import load_gallery
 from hapticvlm.vision.pictures import crop
@@ -52,6 +53,7 @@ BLANKS = {"black": (0, 0, 0), "white": (255, 255, 255), "grey": (127, 127, 127)}
 PLAIN = {"red": (200, 30, 30), "green": (30, 160, 60), "blue": (40, 60, 190)}
 
 Floats = NDArray[np.float32]
+Flags = NDArray[np.bool_]
 WIDTH_IN = 12.0
 PANEL_IN = 2.5
 COLUMNS = 4
@@ -70,10 +72,10 @@ class Default:
     encoder: Encoder
     gallery: Gallery
 
-    def embed(self, pictures: Sequence[Picture]) -> Floats:
-        """Embed the frames that a client would send: (N, D)."""
-        side = self.encoder.side
-        return self.encoder.embed([crop(as_frame(picture), side) for picture in pictures])
+    def embed(self, pictures: Sequence[Picture]) -> tuple[Floats, Flags]:
+        """Embed the frames that a client would send: (N, D), and which are flat: (N,)."""
+        crops = [crop(as_frame(picture), self.encoder.side) for picture in pictures]
+        return self.encoder.embed(crops), np.array([is_flat(each) for each in crops], np.bool_)
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +97,7 @@ class Clean:
     objects: Words
     seeds: tuple[int, ...]
     embeddings: Floats
+    flat: Flags
     predictions: Predictions
 
 
@@ -178,9 +181,11 @@ def predict_clean(source: Source, default: Default) -> Clean:
         for at, picture in enumerate(pictures)
     )
     seeds = tuple(crc32(f"{view.object_id}/{at}".encode()) for at, view in enumerate(source.views))
-    embeddings = default.embed(shown)
-    predictions = _ask(embeddings, embeddings, source.truth, source.objects, default.gallery)
-    return Clean(shown, source.truth, source.objects, seeds, embeddings, predictions)
+    embeddings, flat = default.embed(shown)
+    sharpness = default.gallery.calibration.sharpness
+    known = LabelledEmbeddings(embeddings, source.truth, source.objects, sharpness)
+    predictions = _ask(embeddings, flat, known, default.gallery)
+    return Clean(shown, source.truth, source.objects, seeds, embeddings, flat, predictions)
 
 
 def shaken(clean: Clean, shake: Shake, default: Default) -> Curve:
@@ -194,10 +199,9 @@ def shaken(clean: Clean, shake: Shake, default: Default) -> Curve:
             for row in rows:
                 changed[row] = apply(shake, clean.pictures[row], severity, clean.seeds[row])
             embeddings = clean.embeddings.copy()
-            embeddings[rows] = default.embed([changed[row] for row in rows])
-            predictions = _ask(
-                embeddings, clean.embeddings, clean.truth, clean.objects, default.gallery
-            )
+            flat = clean.flat.copy()
+            embeddings[rows], flat[rows] = default.embed([changed[row] for row in rows])
+            predictions = _ask(embeddings, flat, _references(clean, default), default.gallery)
         steps.append(_step(severity, predictions, clean, rows))
     return Curve(shake.name, shake.unit, len(rows), tuple(steps))
 
@@ -205,26 +209,32 @@ def shaken(clean: Clean, shake: Shake, default: Default) -> Curve:
 def blank_answers(default: Default) -> dict[str, str]:
     """Predict pictures of a single colour."""
     side = 2 * default.encoder.side
-    flat = {
+    plain = {
         name: Picture(np.full((side, side, 3), level, np.uint8), None)
         for name, level in (BLANKS | PLAIN).items()
     }
-    embeddings = default.embed(list(flat.values()))
-    verdicts = [decide([default.gallery.match(row)]) for row in embeddings]
-    return {name: verdict.material for name, verdict in zip(flat, verdicts, strict=True)}
+    rows = zip(*default.embed(list(plain.values())), strict=True)
+    verdicts = [decide([default.gallery.match(row, is_flat=bool(flat))]) for row, flat in rows]
+    return {name: verdict.material for name, verdict in zip(plain, verdicts, strict=True)}
+
+
+def _references(clean: Clean, default: Default) -> LabelledEmbeddings:
+    """Return the clean pictures as references."""
+    # References stay clean while the tested picture gets worse: a user enrols in good light, and
+    # recognises in any.
+    return LabelledEmbeddings(
+        clean.embeddings, clean.truth, clean.objects, default.gallery.calibration.sharpness
+    )
 
 
 def _ask(
-    embeddings: Floats, references: Floats, truth: Words, objects: Words, gallery: Gallery
+    embeddings: Floats, flat: Flags, known: LabelledEmbeddings, gallery: Gallery
 ) -> Predictions:
-    beliefs = gallery.beliefs(embeddings)
+    beliefs = gallery.beliefs(embeddings, flat)
     names = np.array(gallery.candidates)
     among = np.where(np.isin(names, FOUR), beliefs, -np.inf)
     best = beliefs.max(axis=1)
     spoken = np.where(best >= KNOWN, names[beliefs.argmax(axis=1)], materials.UNKNOWN)
-    # References stay clean while the tested picture gets worse: a user enrols in good light, and
-    # recognises in any.
-    known = LabelledEmbeddings(references, truth, objects, gallery.calibration.sharpness)
     enrolled = left_out(known, embeddings)
     return Predictions(names[among.argmax(axis=1)], enrolled, spoken, best)
 

@@ -19,6 +19,7 @@ import numpy as np
 
 from hapticvlm import messages
 from hapticvlm.evidence.ladder import Evidence, decide
+from hapticvlm.vision.flatness import is_flat
 from hapticvlm.vision.pictures import crop
 from hapticvlm_lab.bench.material.answers import evidence_of, object_evidence
 from hapticvlm_lab.bench.material.data import Source
@@ -80,10 +81,11 @@ def _stage(method: Method, jpeg: bytes, stated: Source | None) -> Callable[[], o
     frame = messages.Frame(id=1, captured_at=0.0, format="jpeg", image=jpeg, origin="top", **size)
 
     def recognise() -> object:
-        embeddings = encoder.embed([crop(frame, encoder.side)])
+        cut = crop(frame, encoder.side)
+        embeddings = encoder.embed([cut])
         if gallery is None:
             return embeddings
-        row = gallery.beliefs(embeddings)[0]
+        row = gallery.beliefs(embeddings, np.array([is_flat(cut)]))[0]
         return decide([*read(), evidence_of(row, gallery.candidates)])
 
     return recognise

@@ -70,7 +70,7 @@ def decided(way: Method, source: Source, embeddings: Floats | None) -> list[Deci
     """Decide every object of a source that has a material; `embeddings` of its views, (N, D)."""
     # All views of an object are fused as a session fuses what it sees over time; what the scene
     # states of the object comes on top, and the ladder decides which of them speaks first.
-    seen = encoder_evidence(way, embeddings)
+    seen = encoder_evidence(way, source, embeddings)
     places: dict[str, list[int]] = defaultdict(list)
     for place, view in enumerate(source.views):
         if view.truth in MATERIALS:
