@@ -1,18 +1,19 @@
 """Fits and grades the treatment of flat pictures: `python -m hapticvlm_lab.training.flat_scale`.
 
 A gallery multiplies the logits of flat pictures (vision/flatness.py) by `Calibration.flat`. `fit`
-chooses the factor under which the true materials of flat crops of game kits are least surprising,
-with four and with all materials admitted, classes equally, and writes it into the gallery's file.
-These kits must not have taught the head, which would be too sure of them, and none that is held
-back may be among them.
+chooses the factor under which the true materials of flat pictures are least surprising, with four
+and with all materials admitted, classes equally, and writes it into the gallery's file. Three kinds
+of pictures count equally: game kits, which the encoder reads badly, and rooms and web pictures of
+sources.CHOICE, some of which are flat too and are read well. None of them may have taught the head,
+which would be too sure of them, and no kit that is held back may be among them.
 
 `report` grades an encoder on crops of kits: by itself, with the factor, and beside objects of the
 same kit that are named, as in a scene whose other things have telling names. Names are those of the
 files; the name of the object itself is withheld. Objects whose names differ only in words such as
 colours and sizes are one family, and nothing is taught by its own family.
 
-Both read KIT.npz files as the renderer of kits writes them: big (N, 224, 224, 4) RGB and mask,
-label (N,), path (N,) of the object.
+Both read .npz files as the renderers of kits and rooms write them: big (N, 224, 224, 4) RGB and
+mask, label (N,), and for kits path (N,) of the object.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from __future__ import annotations
 import argparse
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -38,9 +39,11 @@ from hapticvlm.vision.galleries.gallery import Gallery
 from hapticvlm.vision.galleries.storage import FILE_NAME, load_gallery, save_gallery
 from hapticvlm.vision.pictures import Crop
 from hapticvlm.vision.scene_references import SceneReferences
+from hapticvlm_lab.bench.material import reading
 from hapticvlm_lab.bench.material.answers import evidence_of
 from hapticvlm_lab.bench.material.beliefs import among
-from hapticvlm_lab.bench.material.data import FOUR
+from hapticvlm_lab.bench.material.data import FOUR, crops
+from hapticvlm_lab.training import sources
 
 ALL = tuple(MATERIALS)
 FACTORS: tuple[float, ...] = tuple(np.geomspace(0.2, 1.5, 30).tolist())
@@ -84,12 +87,17 @@ def main() -> int:
     parser.add_argument("--crops", type=Path, required=True, help="folder of KIT.npz files")
     parser.add_argument("--encoder", help="name of a shipped encoder (lite0)")
     parser.add_argument("--fit", type=Path, help="encoder's folder whose gallery gets the factor")
+    parser.add_argument("--rooms", type=Path, help="folder of rooms; those left out are fitted to")
+    parser.add_argument("--data", type=Path, help="folder with labels.csv, to fit")
     chosen = parser.parse_args()
     encoder = load_encoder(chosen.encoder)
     gallery = load_gallery(encoder=encoder)
     kits = read(chosen.crops, encoder)
     if chosen.fit is not None:
-        factor = fit(kits.keep(kits.flat), gallery)
+        if chosen.rooms is None or chosen.data is None:
+            parser.error("--fit needs --rooms and --data")
+        rooms = read(chosen.rooms, encoder, sources.is_calibration_shard)
+        factor = fit([kits, rooms, _choice(chosen.data, encoder)], gallery)
         fitted = replace(gallery, calibration=replace(gallery.calibration, flat=factor))
         save_gallery(fitted, chosen.fit / FILE_NAME)
         print(f"{encoder.name}: flat pictures, scale times {factor:.2f}")
@@ -98,20 +106,32 @@ def main() -> int:
     return 0
 
 
-def read(folder: Path, encoder: Encoder) -> Kits:
-    """Embed the crops of every file of a folder, in the order of their names."""
+def read(folder: Path, encoder: Encoder, is_read: Callable[[str], bool] | None = None) -> Kits:
+    """Embed the crops of a folder's files in the order of their names; `is_read` takes a stem."""
     rows = []
     flat = []
     labels: list[str] = []
     paths: list[str] = []
     for path in sorted(folder.glob("*.npz")):
+        if is_read is not None and not is_read(path.stem):
+            continue
         with np.load(path) as file:
             labels += file["label"].tolist()
-            paths += file["path"].tolist()
-            crops = [Crop(big[..., :3].copy(), big[..., 3].copy()) for big in file["big"]]
-        flat += [is_flat(crop) for crop in crops]
-        rows.append(encoder.embed([_at(crop, encoder.side) for crop in crops]))
+            named = file["path"].tolist() if "path" in file.files else None
+            paths += named or [f"{folder.name}/{path.stem}/"] * len(file["label"])
+            drawn = [Crop(big[..., :3].copy(), big[..., 3].copy()) for big in file["big"]]
+        flat += [is_flat(crop) for crop in drawn]
+        rows.append(encoder.embed([_at(crop, encoder.side) for crop in drawn]))
     return Kits(np.concatenate(rows), np.array(flat), np.array(labels), np.array(paths))
+
+
+def _choice(data: Path, encoder: Encoder) -> Kits:
+    """Embed the web pictures that choose and calibrate."""
+    source = reading.read_pictures(data, sources.CHOICE)
+    assert source is not None
+    cut = crops(source, source.cut, encoder.side)
+    flat = np.array([is_flat(crop) for crop in cut])
+    return Kits(encoder.embed(cut), flat, source.truth, source.objects)
 
 
 def _at(crop: Crop, side: int) -> Crop:
@@ -123,9 +143,10 @@ def _at(crop: Crop, side: int) -> Crop:
     return Crop(np.asarray(image), np.asarray(mask))
 
 
-def fit(flat: Kits, gallery: Gallery) -> float:
-    """Return the factor of least surprise; the truth of `flat` is known and none held back."""
-    return min(FACTORS, key=lambda factor: _surprise(flat, gallery, factor))
+def fit(parts: Sequence[Kits], gallery: Gallery) -> float:
+    """Return the factor of least surprise over the flat pictures of these parts, equally."""
+    flat = [part.keep(part.flat) for part in parts]
+    return min(FACTORS, key=lambda factor: sum(_surprise(each, gallery, factor) for each in flat))
 
 
 def _surprise(flat: Kits, gallery: Gallery, factor: float) -> float:
