@@ -46,8 +46,9 @@ def confidence_text(decision: Mapping[str, Any]) -> str:
     if decision["material"] == "unknown":
         guess = decision.get("runner_up")
         felt = decision.get("felt")
-        source += f"; perhaps {guess}" if guess else ""
-        return f"{source}; felt as {felt}" if felt else source
+        if felt:
+            return f"{source}; felt as {felt}"
+        return f"{source}; perhaps {guess}" if guess else source
     return f"{decision['confidence']:.0%} sure, {source}".replace("%", " %")
 
 
