@@ -21,7 +21,7 @@ from __future__ import annotations
 import argparse
 import re
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -39,11 +39,8 @@ from hapticvlm.vision.galleries.gallery import Gallery
 from hapticvlm.vision.galleries.storage import FILE_NAME, load_gallery, save_gallery
 from hapticvlm.vision.pictures import Crop
 from hapticvlm.vision.scene_references import SceneReferences
-from hapticvlm_lab.bench.material import reading
-from hapticvlm_lab.bench.material.answers import evidence_of
-from hapticvlm_lab.bench.material.beliefs import among
-from hapticvlm_lab.bench.material.data import FOUR, crops
-from hapticvlm_lab.training import sources
+from hapticvlm_lab.training import describing
+from hapticvlm_lab.training.making import FOUR
 
 ALL = tuple(MATERIALS)
 FACTORS: tuple[float, ...] = tuple(np.geomspace(0.2, 1.5, 30).tolist())
@@ -87,17 +84,16 @@ def main() -> int:
     parser.add_argument("--crops", type=Path, required=True, help="folder of KIT.npz files")
     parser.add_argument("--encoder", help="name of a shipped encoder (lite0)")
     parser.add_argument("--fit", type=Path, help="encoder's folder whose gallery gets the factor")
-    parser.add_argument("--rooms", type=Path, help="folder of rooms; those left out are fitted to")
+    parser.add_argument("--work", type=Path, help="folder with drawn rooms/, to fit")
     parser.add_argument("--data", type=Path, help="folder with labels.csv, to fit")
     chosen = parser.parse_args()
     encoder = load_encoder(chosen.encoder)
     gallery = load_gallery(encoder=encoder)
     kits = read(chosen.crops, encoder)
     if chosen.fit is not None:
-        if chosen.rooms is None or chosen.data is None:
-            parser.error("--fit needs --rooms and --data")
-        rooms = read(chosen.rooms, encoder, sources.is_calibration_shard)
-        factor = fit([kits, rooms, _choice(chosen.data, encoder)], gallery)
+        if chosen.work is None or chosen.data is None:
+            parser.error("--fit needs --work and --data")
+        factor = fit([kits, *_judging(chosen.data, chosen.work, encoder)], gallery)
         fitted = replace(gallery, calibration=replace(gallery.calibration, flat=factor))
         save_gallery(fitted, chosen.fit / FILE_NAME)
         print(f"{encoder.name}: flat pictures, scale times {factor:.2f}")
@@ -106,32 +102,32 @@ def main() -> int:
     return 0
 
 
-def read(folder: Path, encoder: Encoder, is_read: Callable[[str], bool] | None = None) -> Kits:
-    """Embed the crops of a folder's files in the order of their names; `is_read` takes a stem."""
+def read(folder: Path, encoder: Encoder) -> Kits:
+    """Embed the crops of every file of a folder, in the order of their names."""
     rows = []
     flat = []
     labels: list[str] = []
     paths: list[str] = []
     for path in sorted(folder.glob("*.npz")):
-        if is_read is not None and not is_read(path.stem):
-            continue
         with np.load(path) as file:
             labels += file["label"].tolist()
-            named = file["path"].tolist() if "path" in file.files else None
-            paths += named or [f"{folder.name}/{path.stem}/"] * len(file["label"])
+            paths += file["path"].tolist()
             drawn = [Crop(big[..., :3].copy(), big[..., 3].copy()) for big in file["big"]]
         flat += [is_flat(crop) for crop in drawn]
         rows.append(encoder.embed([_at(crop, encoder.side) for crop in drawn]))
     return Kits(np.concatenate(rows), np.array(flat), np.array(labels), np.array(paths))
 
 
-def _choice(data: Path, encoder: Encoder) -> Kits:
-    """Embed the web pictures that choose and calibrate."""
-    source = reading.read_pictures(data, sources.CHOICE)
-    assert source is not None
-    cut = crops(source, source.cut, encoder.side)
-    flat = np.array([is_flat(crop) for crop in cut])
-    return Kits(encoder.embed(cut), flat, source.truth, source.objects)
+def _judging(data: Path, work: Path, encoder: Encoder) -> list[Kits]:
+    """Embed the sets that choose and calibrate, but those of which nothing is drawn."""
+    parts = []
+    for name, labelled in describing.judging(data, work, encoder.side).items():
+        shown = [(encoder.embed([crop])[0], is_flat(crop), label) for crop, label, _ in labelled]
+        if shown:
+            rows, flat, labels = zip(*shown, strict=True)
+            paths = np.full(len(shown), f"{name}/")
+            parts.append(Kits(np.stack(rows), np.array(flat), np.array(labels), paths))
+    return parts
 
 
 def _at(crop: Crop, side: int) -> Crop:
@@ -199,7 +195,8 @@ def _beside(kits: Kits, gallery: Gallery, *, weighs_flat: bool) -> Doubles:
         for path in dice.permutation(np.unique(kits.paths[others]))[:NAMED]:
             view = int(np.flatnonzero(kits.paths == path)[0])
             references.add(str(path), str(named[view]), kits.embeddings[view])
-        evidence = evidence_of(alone[row], gallery.candidates)
+        pairs = zip(gallery.candidates, alone[row].tolist(), strict=True)
+        evidence = Evidence("encoder", tuple(sorted(pairs, key=lambda pair: -pair[1])))
         is_weighed = weighs_flat and bool(kits.flat[row])
         adjusted = references.adjust(evidence, kits.embeddings[row], None, is_flat=is_weighed)
         rows.append([dict(adjusted.beliefs).get(name, 0.0) for name in gallery.candidates])
@@ -227,7 +224,10 @@ def _judged(
 ) -> tuple[Doubles, NDArray[np.int64]]:
     """Return the beliefs in the admitted, (M, C), and the truth of the crops of these, (M,)."""
     rows = np.isin(kits.truth, admitted)
-    kept = among(beliefs[rows], gallery.candidates, admitted)
+    kept = beliefs[rows][:, [gallery.candidates.index(name) for name in admitted]]
+    # What is not admitted is dropped, and unknown keeps its share beside what is left.
+    unknown = np.maximum(1.0 - beliefs[rows].sum(axis=1, keepdims=True), 0.0)
+    kept = kept / (kept.sum(axis=1, keepdims=True) + unknown)
     return kept, np.array([list(admitted).index(name) for name in kits.truth[rows]], np.int64)
 
 
