@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from zlib import crc32
 
@@ -92,6 +93,41 @@ def is_tile_held_back(path: str) -> bool:
 def is_calibration_shard(stem: str) -> bool:
     """Return whether a shard of renders, by its name, calibrates instead of teaching."""
     return stem.endswith("9")
+
+
+@dataclass(frozen=True, slots=True)
+class Prop:
+    """An object of a game kit: its path in the data folder, its material or UNKNOWN.
+
+    UNKNOWN are those of several materials, of none in the table, and those a person would doubt.
+    """
+
+    path: str
+    label: str
+
+    @property
+    def kit(self) -> str:
+        """Name of the kit's folder."""
+        return self.path.split("/")[1]
+
+
+def props(data: Path) -> list[Prop]:
+    """List the objects of all kits; KITS_HELD_BACK says which of them may not teach."""
+    folder = data / KITS
+    with (folder / "labels.csv").open(newline="", encoding="utf-8") as file:
+        return [
+            Prop(
+                f"{KITS}/{row['path']}",
+                UNKNOWN if "UNCLEAR" in row["note"] else material_of(row["class"]),
+            )
+            for row in csv.DictReader(file)
+            if (folder / row["path"]).is_file()
+        ]
+
+
+def author_of(kit: str) -> str:
+    """Return who made a kit, by the first word of its folder."""
+    return kit.split("_")[0]
 
 
 def labelled(data: Path, source: str) -> Iterator[tuple[Path, str]]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import base64
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -76,9 +76,29 @@ class Rooms:
             raise ValueError(f"a side of {side} px is outside 1..{MAX_SIDE}")
         return self._make(seed, views, side)
 
-    def _make(self, seed: int, views: int, side: int) -> list[Picture]:
+    def take(self, props: Sequence[tuple[str, str]]) -> None:
+        """Load (file, label) of a kit, in place of the kit before. Raises RoomsError."""
+        files = [{"file": file, "label": label} for file, label in props]
         try:
-            shots = self.page.evaluate(f"rooms.make({seed:d}, {views:d}, {side:d})")
+            self.page.evaluate("files => rooms.take(files)", files)
+        except Error as error:
+            raise RoomsError(
+                f"{props[0][0]} and others: {error.message.splitlines()[0]}"
+            ) from error
+
+    def place(self, seed: int, shown: Sequence[int], beside: Sequence[int]) -> list[Picture]:
+        """Draw crops of the props `shown`, in a room with those `beside`, each the subject once.
+
+        Both are places in what was taken; thing n of a picture is the prop shown[n - 1].
+        """
+        return self._shots(seed, f"rooms.place({seed:d}, {list(shown)}, {list(beside)})")
+
+    def _make(self, seed: int, views: int, side: int) -> list[Picture]:
+        return self._shots(seed, f"rooms.make({seed:d}, {views:d}, {side:d})")
+
+    def _shots(self, seed: int, call: str) -> list[Picture]:
+        try:
+            shots = self.page.evaluate(call)
         except Error as error:
             raise RoomsError(f"room {seed}: {error.message.splitlines()[0]}") from error
         return [_picture(**shot) for shot in shots]
@@ -92,8 +112,8 @@ def _picture(size: tuple[int, int], things: list[dict[str, Any]], pixels: str) -
 
 
 @contextmanager
-def opened(data: Path) -> Iterator[Rooms]:
-    """Open the page on a data folder. Raises RoomsError."""
+def opened(data: Path, kits: Sequence[Path] = ()) -> Iterator[Rooms]:
+    """Open the page on a data folder, and on the files of `kits` in it. Raises RoomsError."""
     teaching_files = teaching(data)
     chromium = shutil.which("chromium")
     if chromium is None:
@@ -105,6 +125,8 @@ def opened(data: Path) -> Iterator[Rooms]:
         **os.environ,
     }  # threads of the rasteriser
     allowed = {f"/data/{name}": data / name for names in teaching_files.values() for name in names}
+    files = [path for kit in kits for path in sorted(kit.iterdir())]
+    allowed |= {f"/data/{path.relative_to(data).as_posix()}": path for path in files}
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=chromium, args=FLAGS, env=env)
         try:

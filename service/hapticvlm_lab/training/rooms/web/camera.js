@@ -35,7 +35,8 @@ export class Camera {
   #renderer;
   #coarse = target(COARSE, EXACT);
   #flat = Array.from({length: 64}, (_, id) => new THREE.MeshBasicMaterial({
-    color: new THREE.Color().setRGB(id / 255, 0, 0), side: id ? THREE.DoubleSide : THREE.FrontSide}));
+    color: new THREE.Color().setRGB(id / 255, 0, 0), fog: false,
+    side: id ? THREE.DoubleSide : THREE.FrontSide}));
   #develop = new THREE.ShaderMaterial({fragmentShader: DEVELOP, vertexShader: SQUARE,
     blending: THREE.NoBlending, uniforms: {}});
   #square = new THREE.Mesh(new THREE.PlaneGeometry(2, 2), this.#develop);
@@ -81,7 +82,7 @@ export class Camera {
     for (let attempt = 0; ; attempt++) {
       this.#render(this.#square, this.#still, developed);
       const pixels = this.#read(developed, width, height), mean = brightness(pixels);
-      if (attempt === 2 || (mean > DARK && mean < BRIGHT)) return pixels;
+      if (attempt === 2 || (mean > (look.darkest ?? DARK) && mean < BRIGHT)) return pixels;
       const change = (WANTED / Math.max(mean, 8)) ** 1.8;
       this.#develop.uniforms.exposure.value *= Math.min(6, Math.max(0.15, change));
     }

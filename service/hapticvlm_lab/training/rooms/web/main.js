@@ -1,5 +1,6 @@
-/** After `rooms.open`, `rooms.make(seed, views, side)`: frames of side px, or crops for side 0. */
+/** After `rooms.open`: `rooms.make(seed, views, side)`, frames of side px, or crops for side 0; after `rooms.take`, `rooms.place`. */
 import * as THREE from 'three';
+import {GLTFLoader} from 'three/addons/loaders/GLTFLoader.js';
 import {HDRLoader} from 'three/addons/loaders/HDRLoader.js';
 import {RoomEnvironment} from 'three/addons/environments/RoomEnvironment.js';
 import {Camera, development} from './camera.js';
@@ -15,7 +16,9 @@ Object.assign(renderer.shadowMap, {enabled: true, autoUpdate: false});
 const crops = new Camera(renderer, 224), frames = new Camera(renderer, 448);
 const prefilter = new THREE.PMREMGenerator(renderer);
 const studio = prefilter.fromScene(new RoomEnvironment(), 0.04).texture, skies = [studio, studio, studio];
-let tiles, maps, set;
+const NIGHT = 10; // mean grey level of the darkest picture of a night
+const ALSO = 0.6; // chance of a prop beside the subject
+let tiles, maps, set, props = [];
 
 /** Load {folder: [file of the data folder]}, skies under hdri. */
 async function open({hdri, ...folders}) {
@@ -50,12 +53,16 @@ function reach(d, {group}, {box}, lens) {
   group.rotateZ(d.uniform(-1, 1));
 }
 
-/** Frames of a room, or crops of things at the size that a frame of some px would give them. */
-function* pictures(d, room, side) {
+const anything = (d, {things, hand}) => d.pick(things.filter((thing) => thing !== hand));
+const seldom = ({hand, table}) => (thing) => (thing === hand ? 0.1 : thing === table ? 0.15 : 0.4);
+
+/** Frames of a room, or crops of things at the size that a frame of some px would give them: always of the subject,
+ *  and of others with the chance that `also` gives them. */
+function* pictures(d, room, side, subject = anything(d, room), also = seldom(room)) {
   const camera = side ? frames : crops;
   renderer.shadowMap.needsUpdate = true; // the hand moves
-  const {things, hand, table} = room, subject = d.pick(things.filter((thing) => thing !== hand));
-  const lens = aim(d, subject), look = development(d), px = d.spread(220, 1100);
+  const {things, hand} = room, lens = aim(d, subject), look = development(d), px = d.spread(220, 1100);
+  if (room.isNight) look.darkest = NIGHT;
   hand.group.visible = d.chance(0.2);
   if (hand.group.visible) reach(d, hand, subject, lens);
   const found = side ? [] : camera.find(room, lens), every = things.map(({id, label}) => ({id, label}));
@@ -65,25 +72,54 @@ function* pictures(d, room, side) {
   for (const [id, region] of found) {
     const size = [region.w, region.h].map((share) => Math.round(Math.min(camera.side, share * px)));
     const thing = things[id - 1];
-    const isWanted = thing === subject || d.chance(thing === hand ? 0.1 : thing === table ? 0.15 : 0.4);
+    const isWanted = thing === subject || d.chance(also(thing));
     if (isWanted && Math.min(...size) >= 24) yield shoot(region, size, [every[id - 1]]);
   }
 }
 
+/** Take the props [{file, label}] of a kit, in place of those of another. */
+async function take(files) {
+  const loader = new GLTFLoader();
+  for (const {object} of props) object.traverse((mesh) => mesh.geometry?.dispose());
+  props = await Promise.all(files.map(async ({file, label}) => (
+    {label, object: (await loader.loadAsync(`/data/${file}`)).scene})));
+}
+
+/** Crops of the props `shown` (places), each the subject once, in a room of a game with those `beside`. */
+function place(seed, shown, beside) {
+  paint(seed);
+  const d = new Dice(seed * 2654435761), chosen = [...shown, ...beside].map((at) => props[at]);
+  const room = new Room(d.fork(), maps, skies, chosen), subjects = room.things.slice(0, shown.length);
+  const also = (thing) => (subjects.includes(thing) ? ALSO : 0);
+  const all = subjects.map((subject) => [...pictures(d.fork(), room, 0, subject, also)]).flat();
+  finish(room);
+  return all;
+}
+
 function make(seed, views, side) {
-  if (set !== (set = Math.floor(seed / ROOMS_A_SET))) {
-    maps?.dispose();
-    maps = new Maps(tiles, new Dice(set * 7919 + 1));
-  }
+  paint(seed);
   const d = new Dice(seed * 2654435761), room = new Room(d.fork(), maps, skies);
   const probe = room.isIndoors && d.chance(0.4) ? prefilter.fromScene(room.scene, 0, 0.05, 30, PROBE) : null;
   if (probe) Object.assign(room.scene, {environment: probe.texture, environmentRotation: new THREE.Euler(),
     environmentIntensity: d.uniform(0.8, 1.3)});
   const all = Array.from({length: views}, () => [...pictures(d.fork(), room, side)]).flat();
-  for (const program of renderer.info.programs) program.usedTimes = Infinity; // compiled once
-  room.dispose();
+  finish(room);
   probe?.dispose();
   return all;
 }
 
-window.rooms = {open, make};
+/** Paint the maps of a set of rooms. */
+function paint(seed) {
+  if (set !== (set = Math.floor(seed / ROOMS_A_SET))) {
+    maps?.dispose();
+    maps = new Maps(tiles, new Dice(set * 7919 + 1));
+  }
+}
+
+/** Dispose of a room, and of no program: the next room needs it. */
+function finish(room) {
+  for (const program of renderer.info.programs) program.usedTimes = Infinity;
+  room.dispose();
+}
+
+window.rooms = {open, make, take, place};

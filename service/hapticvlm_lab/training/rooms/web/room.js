@@ -10,10 +10,13 @@ const CLASSES = [...FOUR, ...FOUR, ...FOUR, 'glass', 'plastic', 'plastic', 'ston
 const TABLES = ['wood', 'wood', 'wood', 'glass', 'metal', 'plastic', 'stone'];
 const LABELS = {turf: 'foliage', skin: 'unknown'}; // looks that are no class of the material table
 const SMALL = 0.55; // m, that fits on a table
+const REACH = [0.15, 1.1]; // m, longest side of a prop
 
 /** Brightness of surroundings, ambient light, sun and lamp, [from, to] each: sunny, an engine's, soft, a lamp. */
 const LIGHTS = [[[0.6, 1.3], [0, 0.4], [0, 3], [0, 2]], [[0.25, 0.7], [0.5, 2], [1, 3.5], [0, 1]],
   [[0.9, 1.5], [0, 0.4], [0, 0.5], [0, 1]], [[0.1, 0.4], [0, 0.3], [0, 0.4], [4, 14]]];
+const NIGHT = [[0.01, 0.1], [0.02, 0.25], [0.02, 0.4], [0, 2]];
+const NIGHTS = 0.2, PLAIN = 0.6, FOGS = 0.25; // shares of rooms of a game
 
 /** scene; meshes, userData.id = number of their thing; things [{id, label, group, box}]; table; hand. */
 export class Room {
@@ -22,20 +25,27 @@ export class Room {
   things = [];
   #dice;
   #maps;
+  #isGame;
+  #isPlain; // its ground and walls have one colour each
 
-  constructor(dice, maps, skies) {
+  /** `props`: objects to put into a room of a game in place of bodies, [{label, object}]. */
+  constructor(dice, maps, skies, props = null) {
     this.#dice = dice;
     this.#maps = maps;
+    this.#isGame = props !== null;
+    this.isNight = this.#isGame && dice.chance(NIGHTS);
+    this.#isPlain = this.#isGame && dice.chance(PLAIN);
     this.#light(skies);
     this.#shell();
-    this.#furnish();
+    this.#furnish(props?.map((prop) => this.#prop(prop)));
+    if (this.#isGame && dice.chance(FOGS)) this.#fog();
     this.hand = this.#thing('skin', hand(dice));
     this.hand.group.visible = false;
   }
 
   #light(skies) {
     const {scene} = this, d = this.#dice;
-    const [around, ambient, sunny, lit] = d.pick(LIGHTS).map((range) => d.uniform(...range));
+    const [around, ambient, sunny, lit] = (this.isNight ? NIGHT : d.pick(LIGHTS)).map((range) => d.uniform(...range));
     const tint = (hue, most) => new THREE.Color().setHSL(hue, d.uniform(0, most), 0.8);
     scene.environment = d.pick(skies);
     scene.environmentIntensity = around;
@@ -62,9 +72,24 @@ export class Room {
     return mesh;
   }
 
+  /** Haze that takes the colour of the background, or gives it. */
+  #fog() {
+    const d = this.#dice, {scene} = this, level = this.isNight ? [0.01, 0.1] : [0.3, 0.9];
+    const color = new THREE.Color().setHSL(d.uniform(0.5, 0.7), d.uniform(0, 0.4), d.uniform(...level));
+    scene.fog = new THREE.FogExp2(color, d.spread(0.06, 0.3));
+    if (d.chance(0.5)) scene.background = color;
+  }
+
+  #look(name) {
+    const d = this.#dice, color = new THREE.Color();
+    if (!this.#isPlain) return material(name, d, this.#maps);
+    return new THREE.MeshStandardMaterial({roughness: d.uniform(0.5, 1),
+      color: color.setHSL(d.next(), d.uniform(0, 0.7), d.uniform(0.1, 0.85))});
+  }
+
   /** Floor and, indoors, walls with panels that stand for pictures, windows or doors. */
   #shell() {
-    const d = this.#dice, look = (name) => material(name, d, this.#maps);
+    const d = this.#dice, look = (name) => this.#look(name);
     const w = d.uniform(4, 9), h = d.uniform(2.3, 3.2), plane = () => new THREE.PlaneGeometry(w, w);
     this.#mesh(plane(), look('ground')).rotation.x = -Math.PI / 2;
     this.isIndoors = d.chance(0.7);
@@ -90,18 +115,40 @@ export class Room {
       const dress = {main: name, accent: d.pick(['wood', 'metal', 'plastic'])}[role] ?? role;
       this.#mesh(geometry, material(dress, d, this.#maps), group).userData.id = id;
     }
+    return this.#add(LABELS[name] ?? name, group);
+  }
+
+  #add(label, group) {
     this.scene.add(group);
-    group.rotation.y = d.uniform(0, 6.28);
-    const thing = {id, label: LABELS[name] ?? name, group, box: new THREE.Box3().setFromObject(group)};
+    group.rotation.y = this.#dice.uniform(0, 6.28);
+    const box = new THREE.Box3().setFromObject(group), thing = {id: this.things.length + 1, label, group, box};
     this.things.push(thing);
     return thing;
   }
 
-  /** Things on the floor; often a table, and what is small on it. */
-  #furnish() {
-    const d = this.#dice, size = ({box}) => Math.max(...box.getSize(new THREE.Vector3()).toArray());
-    const things = Array.from({length: d.integer(6, 12)}, () => d.pick(CLASSES))
+  /** A thing that has a look of its own, at a size that a thing in reach has: kits differ in their units. */
+  #prop({label, object}) {
+    const group = new THREE.Group().add(object), id = this.things.length + 1;
+    const size = new THREE.Box3().setFromObject(object).getSize(new THREE.Vector3());
+    object.scale.multiplyScalar(this.#dice.spread(...REACH) / Math.max(...size.toArray()));
+    object.traverse((mesh) => {
+      if (!mesh.isMesh) return;
+      Object.assign(mesh, {castShadow: !mesh.material.transparent, receiveShadow: true});
+      Object.assign(mesh.userData, {id, isProp: true});
+      this.meshes.push(mesh);
+    });
+    return this.#add(label, group);
+  }
+
+  #bodies() {
+    const d = this.#dice;
+    return Array.from({length: d.integer(6, 12)}, () => d.pick(CLASSES))
       .map((name) => this.#thing(name, shape(name, d)));
+  }
+
+  /** Things on the floor; often a table, and what is small on it. */
+  #furnish(things = this.#bodies()) {
+    const d = this.#dice, size = ({box}) => Math.max(...box.getSize(new THREE.Vector3()).toArray());
     if (d.chance(0.45)) return this.#lay(things, 0, []);
     const h = d.uniform(0.4, 0.95), w = d.uniform(1.4, 2.2), z = w * d.uniform(0.6, 1);
     const body = new Body().box([w, 0.05, z], [0, h - 0.025, 0]).legs(0.9 * w, 0.9 * z, h - 0.05, 0.04);
@@ -124,11 +171,13 @@ export class Room {
     }
   }
 
+  /** Props are kept, since another room shows them too. */
   dispose() {
-    for (const {geometry, material: {map, bumpMap}} of this.meshes) {
+    const own = this.meshes.filter((mesh) => !mesh.userData.isProp);
+    for (const {geometry, material: {map, bumpMap}} of own) {
       [geometry, map, bumpMap].forEach((part) => part?.dispose());
     }
-    new Set(this.meshes.map((mesh) => mesh.material)).forEach((look) => look.dispose());
+    new Set(own.map((mesh) => mesh.material)).forEach((look) => look.dispose());
     this.scene.traverse((object) => object.shadow?.dispose());
   }
 }

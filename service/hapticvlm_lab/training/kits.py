@@ -1,0 +1,125 @@
+"""Writes crops of game kits as a headset shows them: `python -m hapticvlm_lab.training.kits`.
+
+The objects of a kit stand in the rooms' scenes, each beside others of its kit, in rooms with
+photographed or plainly coloured grounds, by day or night, sometimes in fog, and every few crops
+glow as engines make them (bloom). Masks are the objects' own. One file a kit, since kits are left
+out whole: objects of one kit share a palette.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from zlib import crc32
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.progress import track
+from scipy import ndimage
+
+from hapticvlm_lab.training import sources
+from hapticvlm_lab.training.rooms import Rooms, RoomsError, opened
+from hapticvlm_lab.training.rooms.__main__ import LEAST, cut
+from hapticvlm_lab.training.sources import Prop
+
+ROUNDS = 2  # of rooms in which each object is the subject of one view
+SHOWN = 4  # objects of a room that are drawn
+BESIDE = 3  # further objects of a room
+GLOWS = 0.3  # share of crops with bloom
+SEEDS = 2**20  # of rooms
+BRIGHT = 190  # grey level from which a pixel glows
+
+Pixels = NDArray[np.uint8]
+Drawn = tuple[Pixels, Prop]  # (224, 224, 4) RGB and mask, and what it shows
+
+
+def main() -> int:
+    """Read the command line and draw; existing files are left as they are."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--data", type=Path, required=True, help="folder with kits/labels.csv")
+    parser.add_argument("--out", type=Path, required=True, help="folder to write to")
+    parser.add_argument("--kit", action="append", help="only this one (all that may teach)")
+    parser.add_argument("--held-back", action="store_true", help="the kits that only report")
+    chosen = parser.parse_args()
+    try:
+        names = chosen.kit or kits(chosen.data, held_back=chosen.held_back)
+        draw(chosen.data, chosen.out, names)
+    except RoomsError as error:
+        sys.stderr.write(f"kits: {error}\n")
+        return 2
+    return 0
+
+
+def kits(data: Path, *, held_back: bool) -> list[str]:
+    """List the kits that may teach, or those that are held back. Raises RoomsError."""
+    try:
+        every = sources.props(data)
+    except FileNotFoundError as error:
+        raise RoomsError(f"{error.filename} is missing: kits are read from DATA/kits") from error
+    names = {prop.kit for prop in every}
+    return sorted(name for name in names if (name in sources.KITS_HELD_BACK) == held_back)
+
+
+def draw(data: Path, out: Path, names: Sequence[str]) -> None:
+    """Write OUT/KIT.npz for the kits that have none yet. Raises RoomsError."""
+    out.mkdir(parents=True, exist_ok=True)
+    missing = [name for name in names if not (out / f"{name}.npz").exists()]
+    every = sources.props(data)
+    if not missing:
+        return
+    with opened(data, [data / sources.KITS / name for name in missing]) as rooms:
+        for name in track(missing, "kits"):
+            _write(rooms, [prop for prop in every if prop.kit == name], out / f"{name}.npz")
+
+
+def plan(labels: Sequence[str], rng: np.random.Generator) -> Iterator[tuple[list[int], list[int]]]:
+    """Yield for each room what it shows, each labelled object once, and what stands beside."""
+    labelled = [at for at, label in enumerate(labels) if label != sources.UNKNOWN]
+    order = rng.permutation(labelled).tolist()
+    for start in range(0, len(order), SHOWN):
+        shown = order[start : start + SHOWN]
+        others = [at for at in range(len(labels)) if at not in shown]
+        yield shown, rng.permutation(others)[:BESIDE].tolist()
+
+
+def glow(pixels: Pixels, strength: float) -> Pixels:
+    """Let what is bright shine over its surroundings, as the bloom of engines does."""
+    bright = np.clip(pixels.astype(np.float32) - BRIGHT, 0.0, None)
+    spread = max(pixels.shape[:2]) / 30
+    halo = ndimage.gaussian_filter(bright, (spread, spread, 0)) * strength
+    return np.asarray(np.clip(pixels + halo, 0, 255), np.uint8)
+
+
+def _crops(rooms: Rooms, props: Sequence[Prop], rng: np.random.Generator) -> Iterator[Drawn]:
+    labels = [prop.label for prop in props]
+    plans = itertools.chain.from_iterable(plan(labels, rng) for _ in range(ROUNDS))
+    first = int(rng.integers(SEEDS))  # neighbouring seeds share their painted maps
+    for seed, (shown, beside) in enumerate(plans, first):
+        for picture in rooms.place(seed, shown, beside):
+            if not picture.things or (picture.ids == picture.things[0].id).mean() < LEAST:
+                continue
+            is_glowing = rng.random() < GLOWS
+            pixels = glow(picture.pixels, rng.uniform(0.5, 3.0)) if is_glowing else picture.pixels
+            yield cut(replace(picture, pixels=pixels)), props[shown[picture.things[0].id - 1]]
+
+
+def _write(rooms: Rooms, props: Sequence[Prop], path: Path) -> None:
+    """Write big (N, 224, 224, 4) RGB and mask, label, source and the object's path."""
+    rooms.take([(prop.path, prop.label) for prop in props])
+    rng = np.random.default_rng(crc32(path.stem.encode()))
+    big, shown = zip(*_crops(rooms, props, rng), strict=True)
+    part = path.with_suffix(".part")
+    with part.open("wb") as file:
+        np.savez(
+            file, big=np.stack(big), label=[prop.label for prop in shown],
+            source=[sources.KITS] * len(shown), path=[prop.path for prop in shown],
+        )  # fmt: skip
+    part.replace(path)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
