@@ -10,7 +10,14 @@ from hapticvlm import materials  # noqa: E402
 from hapticvlm.vision.encoders import joint_embedding, packaged_weights  # noqa: E402
 from hapticvlm.vision.encoders.onnx_encoder import open_session  # noqa: E402
 from hapticvlm.vision.galleries.gallery import LinearLayer  # noqa: E402
-from hapticvlm_lab.training import head, lite_graph, making, pool, sources  # noqa: E402
+from hapticvlm_lab.training import (  # noqa: E402
+    flat_layer,
+    head,
+    lite_graph,
+    making,
+    pool,
+    sources,
+)
 from hapticvlm_lab.training.describing import NAMES, Described  # noqa: E402
 from hapticvlm_lab.training.lite_graph import Head, Network  # noqa: E402
 from hapticvlm_lab.training.making import choose_references  # noqa: E402
@@ -195,3 +202,31 @@ def test_a_gallery_is_as_sure_as_it_is_right_on_pictures_that_taught_nothing(mon
     right = beliefs.argmax(axis=1) == judged["rooms"].labels[known]
     assert 0.4 < right.mean() < 0.99
     assert beliefs.max(axis=1).mean() == pytest.approx(right.mean(), abs=0.15)
+
+
+def test_the_layer_of_flat_pictures_learns_kits_and_keeps_what_the_other_knew(monkeypatch):
+    monkeypatch.setattr(head, "BATCH", 32)
+    rng = np.random.default_rng(3)
+    looks = {name: rng.normal(size=(len(NAMES), 24)) for name in ("clothing", sources.KITS)}
+    labels = np.tile(np.arange(len(NAMES)), 40)
+    even = np.full((len(labels), joint_embedding.BELIEFS), 1 / joint_embedding.BELIEFS, "f4")
+
+    def taught(name):
+        rows = looks[name][labels] + rng.normal(0, 0.3, (len(labels), 24))
+        embeddings = joint_embedding.join(rows.astype("f4"), even)
+        return flat_layer.Taught(embeddings, labels, np.full(len(labels), name))
+
+    def right(layer, pictures):
+        logits = pictures.embeddings @ layer.weights + layer.bias
+        return (logits.argmax(axis=1) == pictures.labels).mean()
+
+    photographs, kits = taught("clothing"), taught(sources.KITS)
+    read = looks["clothing"].T.astype("f4")
+    begin = LinearLayer(joint_embedding.layer_of(read, 0.5), np.zeros(len(NAMES), "f4"))
+    fitted, again = (flat_layer.fit(flat_layer.join([photographs, kits]), begin) for _ in range(2))
+    assert right(begin, kits) < 0.4
+    assert right(fitted, kits) > 0.8
+    assert right(fitted, photographs) > right(begin, photographs) - 0.1
+    assert again.weights.tobytes() == fitted.weights.tobytes()
+    implied = slice(24, None)  # what the network's own classes imply keeps its exponent
+    np.testing.assert_array_equal(fitted.weights[implied], begin.weights[implied])

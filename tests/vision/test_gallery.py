@@ -79,6 +79,28 @@ def test_a_flat_picture_has_a_scale_of_its_own_that_is_saved(tmp_path: Path) -> 
     assert load_gallery(tmp_path / "g", encoder=load_encoder()).calibration.flat == 0.25
 
 
+def test_flat_pictures_are_read_by_a_layer_of_their_own_that_is_saved(tmp_path: Path) -> None:
+    encoder = load_encoder()
+    layers = [
+        LinearLayer(np.zeros((encoder.dimension, 3), np.float32), np.eye(3, dtype="f4")[n])
+        for n in (0, 1)
+    ]
+    plain = Calibration(12.0, 1.0, -1000.0, 0.0)
+    references = unit(1, 6, encoder.dimension)
+    gallery = replace(
+        small(encoder.name), references=references, calibration=plain, layer=layers[0],
+        flat_layer=layers[1],
+    )  # fmt: skip
+    save_gallery(gallery, tmp_path / "my.npz")
+    for each in (gallery, load_gallery(tmp_path / "my.npz", encoder=encoder)):
+        assert each.match(references[0]).material == gallery.materials[0]
+        assert each.match(references[0], is_flat=True).material == gallery.materials[1]
+        beliefs = each.beliefs(references[:2], np.array([False, True]))
+        assert beliefs.argmax(axis=1).tolist() == [0, 1]
+    one = replace(gallery, flat_layer=None)
+    assert one.match(references[0], is_flat=True).material == gallery.materials[0]
+
+
 def test_a_file_from_before_flat_pictures_had_a_scale_treats_them_like_others(
     tmp_path: Path,
 ) -> None:

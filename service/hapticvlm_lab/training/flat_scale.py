@@ -93,7 +93,7 @@ def main() -> int:
     if chosen.fit is not None:
         if chosen.work is None or chosen.data is None:
             parser.error("--fit needs --work and --data")
-        factor = fit([kits, *_judging(chosen.data, chosen.work, encoder)], gallery)
+        factor = fit([kits, *judging(chosen.data, chosen.work, encoder)], gallery)
         fitted = replace(gallery, calibration=replace(gallery.calibration, flat=factor))
         save_gallery(fitted, chosen.fit / FILE_NAME)
         print(f"{encoder.name}: flat pictures, scale times {factor:.2f}")
@@ -118,7 +118,7 @@ def read(folder: Path, encoder: Encoder) -> Kits:
     return Kits(np.concatenate(rows), np.array(flat), np.array(labels), np.array(paths))
 
 
-def _judging(data: Path, work: Path, encoder: Encoder) -> list[Kits]:
+def judging(data: Path, work: Path, encoder: Encoder) -> list[Kits]:
     """Embed the sets that choose and calibrate, but those of which nothing is drawn."""
     parts = []
     for name, labelled in describing.judging(data, work, encoder.side).items():

@@ -17,6 +17,7 @@ from torch.nn import functional
 
 from hapticvlm.vision.encoders import joint_embedding
 from hapticvlm.vision.galleries.gallery import LinearLayer
+from hapticvlm_lab.training import sources
 from hapticvlm_lab.training.describing import NAMES, RENDERS, Described
 from hapticvlm_lab.training.lite_graph import Head, Network
 
@@ -33,7 +34,9 @@ GAIN = 16.0
 HIDDEN_GAIN = 8.0
 LAST_WEIGHT = 3.0  # of the last map beside a stage; a review's choice, kept
 LEAST_DEVIATION = 1e-3  # of the largest: what hardly varies is not blown up
-ROOMS_WEIGHT = 3.0  # of the rooms beside another source of renders
+# of the rooms, and of the kits, beside another source of renders
+ROOMS_WEIGHT = 3.0
+KITS_WEIGHT = 3.0
 # pictures from which a source, or a kind, counts in full
 RARE_SOURCE = 50
 RARE_KIND = 60
@@ -82,7 +85,7 @@ def fit(sets: Sequence[Described], network: Network, seed: int) -> Fitted:
 def weigh(labels: NDArray[np.int64], sources_of: NDArray[np.str_]) -> Doubles:
     """Return weights (N,), which sum to 1, so that classes, kinds and sources count equally."""
     weights = np.zeros(len(labels))
-    is_render = np.isin(sources_of, (*RENDERS, "references"))
+    is_render = np.isin(sources_of, (*RENDERS, "references", sources.KITS))
     for label in np.unique(labels):
         for kind in (is_render, ~is_render):
             _weigh_kind(weights, (labels == label) & kind, sources_of)
@@ -95,7 +98,8 @@ def _weigh_kind(weights: Doubles, chosen: NDArray[np.bool_], sources_of: NDArray
         return
     for source in np.unique(sources_of[chosen]):
         rows = chosen & (sources_of == source)
-        share = ROOMS_WEIGHT if source == RENDERS[0] else min(1.0, rows.sum() / RARE_SOURCE)
+        rare = min(1.0, rows.sum() / RARE_SOURCE)
+        share = {RENDERS[0]: ROOMS_WEIGHT, sources.KITS: KITS_WEIGHT * rare}.get(source, rare)
         weights[rows] = share / rows.sum()
     weights[chosen] *= min(1.0, chosen.sum() / RARE_KIND) / weights[chosen].sum()
 

@@ -161,13 +161,16 @@ def _surprise(
         share = 1.0 if name == sources.CHOICE else 1.0 / (len(judged) - 1)
         logits = scale * (fitted.embed(described) @ layer.weights + layer.bias).astype(np.float64)
         total += share * (
-            _among(logits, described.labels, FOUR) + _among(logits, described.labels, NAMES)
+            among(logits, described.labels, FOUR) + among(logits, described.labels, NAMES)
         )
     return total
 
 
-def _among(logits: Doubles, labels: NDArray[np.int64], admitted: Sequence[str]) -> float:
-    """Return the mean surprise among some materials, unknown beside them, classes equally."""
+def among(logits: Doubles, labels: NDArray[np.int64], admitted: Sequence[str]) -> float:
+    """Return the mean surprise of logits (N, len(NAMES)) among some materials, classes equally.
+
+    Unknown is a candidate beside them; labels (N,) are places in NAMES.
+    """
     columns = [NAMES.index(name) for name in dict.fromkeys((*admitted, materials.UNKNOWN))]
     rows = np.isin(labels, [NAMES.index(name) for name in admitted])
     truth = np.array([columns.index(label) for label in labels[rows]])

@@ -13,8 +13,9 @@ adds a strongly regularised linear layer, l_c = weight k s_c + W_c x + b_c. The 
 
 because a softmax alone would name a material for anything, however far from every reference; what
 p(known) lacks to 1 is unknown. All constants were fitted for one encoder; renders and photographs
-share them. Only pictures of flat colours (vision/flatness.py) have a scale of their own, because
-the encoder is out of its depth there: its logits are multiplied by `flat` as well.
+share them. Only pictures of flat colours (vision/flatness.py) have a layer and a scale of their
+own, because the encoder is out of its depth there: `flat_layer` takes the place of the layer, and
+the logits are multiplied by `flat` as well.
 
 User references are a second gallery with its own calibration (`Gallery.user`). Within the user's
 materials the shipped beliefs count too, with the exponent `share`; the part of the belief that the
@@ -71,6 +72,7 @@ class Gallery:
     has a reference. UNKNOWN may be one of them: its references show none of the others. parents:
     the class of each material that the shipped gallery lacks. places: (R,), the number of the
     picture that a reference was made from, among those of its material; None if unknown.
+    flat_layer: the layer for pictures of flat colours; None if `layer` serves them too.
     """
 
     encoder: str
@@ -82,6 +84,7 @@ class Gallery:
     user: Gallery | None = None
     parents: Mapping[str, str] = field(default_factory=dict)
     places: Indices | None = None
+    flat_layer: LinearLayer | None = None
 
     @property
     def candidates(self) -> tuple[str, ...]:
@@ -113,7 +116,7 @@ class Gallery:
         scale = np.full(len(embeddings), self.calibration.scale)
         if flat is not None:
             scale[flat] *= self.calibration.flat
-        logits = scale[:, None] * self._logits(embeddings, scores)
+        logits = scale[:, None] * self._logits(embeddings, scores, flat)
         if self.user is not None:
             return self._with_user(embeddings, logits)
         believed = known(scores, self.calibration)[:, None] * softmax(logits)
@@ -130,11 +133,16 @@ class Gallery:
         means = np.add.reduceat(powers, blocks.starts, axis=1) / blocks.counts
         return np.asarray(np.log(np.maximum(means.astype(np.float64), _LEAST)) / sharpness)
 
-    def _logits(self, embeddings: Floats, scores: Doubles) -> Doubles:
+    def _logits(
+        self, embeddings: Floats, scores: Doubles, flat: NDArray[np.bool_] | None = None
+    ) -> Doubles:
         logits = self.calibration.weight * self.calibration.sharpness * scores
-        if self.layer is not None:
-            logits = logits + (embeddings @ self.layer.weights + self.layer.bias)
-        return np.asarray(logits)
+        if self.layer is None:
+            return logits
+        read = embeddings @ self.layer.weights + self.layer.bias
+        if flat is not None and self.flat_layer is not None:
+            read[flat] = embeddings[flat] @ self.flat_layer.weights + self.flat_layer.bias
+        return np.asarray(logits + read)
 
     def _with_user(self, embeddings: Floats, shipped: Doubles) -> Doubles:
         user_gallery = self.user

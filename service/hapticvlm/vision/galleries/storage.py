@@ -1,8 +1,9 @@
 """Reads and writes galleries: a .npz file, or a folder with one and the user's materials.
 
 A file holds encoder, materials, references, labels and calibration, and optionally a linear layer,
-the picture of each reference (`places`), and user references with the same keys under `own_`. User
-references are calibrated again, by leaving each picture out, whenever a gallery is loaded.
+one for pictures of flat colours (`flat_layer`), the picture of each reference (`places`), and user
+references with the same keys under `own_`. User references are calibrated again, by leaving each
+picture out, whenever a gallery is loaded.
 """
 
 from __future__ import annotations
@@ -232,8 +233,14 @@ def _arrays(gallery: Gallery) -> dict[str, NDArray[np.generic]]:
     if gallery.places is not None:
         arrays["places"] = gallery.places.astype(np.int64)
     if gallery.layer is not None:
-        arrays["layer"] = np.vstack([gallery.layer.weights, gallery.layer.bias]).astype(np.float32)
+        arrays["layer"] = _rows(gallery.layer).astype(np.float32)
+    if gallery.flat_layer is not None:
+        arrays["flat_layer"] = _rows(gallery.flat_layer).astype(np.float16)  # half the bytes do
     return arrays
+
+
+def _rows(layer: LinearLayer) -> NDArray[np.float32]:
+    return np.vstack([layer.weights, layer.bias])
 
 
 def _parse(path: Path, encoder: str, arrays: Mapping[str, NDArray[np.generic]]) -> Gallery:
@@ -246,14 +253,17 @@ def _parse(path: Path, encoder: str, arrays: Mapping[str, NDArray[np.generic]]) 
     if not is_sharp or not np.isfinite(astuple(calibration)).all():
         raise GalleryError(f"{path}: its calibration is broken; build it again")
     norms = np.linalg.norm(references, axis=1, keepdims=True)
-    layer = None
-    if "layer" in arrays:
-        layer = _layer(path, arrays["layer"].astype(np.float32), references, names)
+    layer, flat_layer = (
+        _layer(path, arrays[name].astype(np.float32), references, names) if name in arrays else None
+        for name in ("layer", "flat_layer")
+    )
     places = arrays["places"].astype(np.int64) if "places" in arrays else None
     if places is not None and places.shape != labels.shape:
         raise GalleryError(f"{path}: {places.size} places for {labels.size} labels; build it again")
     unit = np.asarray(references / norms, np.float32)
-    return Gallery(encoder, names, unit, labels, calibration, layer, places=places)
+    return Gallery(
+        encoder, names, unit, labels, calibration, layer, places=places, flat_layer=flat_layer
+    )
 
 
 def _layer(
