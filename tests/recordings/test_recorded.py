@@ -82,6 +82,8 @@ def test_a_log_says_how_its_session_was_felt_and_one_that_does_not_was_graded(fe
 
 
 def test_a_session_of_version_1_replays_bit_for_bit_with_every_kind_of_line():
+    # A record holds the name of an object and not what was believed of it: when the word lists
+    # change, old records differ in that belief. The one number in this file is today's.
     outcome = replay(VERSION_1, MATERIALS)
     assert outcome.is_same, outcome.first_difference
     assert outcome.outputs == 32
