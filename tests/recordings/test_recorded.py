@@ -24,6 +24,7 @@ from hapticvlm.rendering.heat.limits import AT_REST
 from hapticvlm.rendering.vibration.voices import Voices
 from hapticvlm.session.hands import Hold
 from hapticvlm.session.settings import SessionSettings
+from hapticvlm.session.targets import RecognitionRequest
 
 PICTURE = Frame(
     id=2,
@@ -72,6 +73,7 @@ def test_a_log_says_how_its_session_was_felt_and_one_that_does_not_was_graded(fe
     session = RecordedSession(settings, None, write_line=lambda line, _: lines.append(line))
     session.receive(Scene(id=1, objects=[SceneObject(object_id="blob")], replace=True), 0.0)
     (looked,) = session.receive(PICTURE, 1.0)
+    assert isinstance(looked, RecognitionRequest)
     session.recognised(looked, Evidence("encoder", (("metal", 0.4), ("glass", 0.4))), {}, 1.1)
     (decision,) = (output for line in lines for output in line.get("out", []))
     assert decision["basis"] == basis

@@ -21,6 +21,7 @@ from websockets.exceptions import ConnectionClosed, ConnectionClosedError, Inval
 
 from hapticvlm.client.local_service import ServiceError, running
 from hapticvlm.commands.main import main
+from hapticvlm.messages import PROTOCOL_MINOR
 from hapticvlm.server.edge.limits import GUESS_S, MAX_CONNECTIONS, MAX_SCENES
 from hapticvlm.server.handshake import CLOSE_MADE_ROOM
 from hapticvlm.server.web import http
@@ -131,13 +132,13 @@ async def test_a_newer_major_is_refused_naming_both_versions(service):
         answer = await client.hello(protocol={"major": 2, "minor": 0})
     assert answer["code"] == "protocol"
     assert "2.0" in answer["text"]
-    assert "1.1" in answer["text"]
+    assert f"this service 1.{PROTOCOL_MINOR}" in answer["text"]
 
 
 async def test_a_newer_minor_is_answered_with_the_services_own(service):
     async with peer(service) as client:
-        answer = await client.hello(protocol={"major": 1, "minor": 9})
-    assert answer["protocol"] == {"major": 1, "minor": 1}
+        answer = await client.hello(protocol={"major": 1, "minor": PROTOCOL_MINOR + 7})
+    assert answer["protocol"] == {"major": 1, "minor": PROTOCOL_MINOR}
 
 
 async def test_the_first_scene_owns_the_outputs_until_it_closes(service):

@@ -158,6 +158,11 @@ public static class Components
         HapticObject vase = Child(null, "Vase", "BrushedSteel");
         var hand = Moves.Hand(new Vector3(0f, 0f, 9f));
         Run(() => client.State == LinkState.Ready, "no welcome");
+        // An earlier scene may have stopped the outputs of this service. A release lifts that.
+        Player.Send(hand.gameObject, "OnTriggerEnter", vase.gameObject.GetComponent<Collider>());
+        RunFor(10);
+        Player.Send(hand.gameObject, "OnTriggerExit", vase.gameObject.GetComponent<Collider>());
+        RunFor(10);
         foreach (var each in new[] { magazine, chest, vase })
         {
             Player.Send(hand.gameObject, "OnTriggerEnter", each.gameObject.GetComponent<Collider>());
