@@ -41,6 +41,7 @@ def scratch(tmp_path_factory):
 
 @pytest.mark.nightly
 @pytest.mark.process
+@pytest.mark.slow
 @pytest.mark.parametrize("defect", mutate.DEFECTS, ids=lambda defect: defect.planted.strip())
 def test_a_planted_defect_of_the_service_is_caught(defect, scratch):
     assert mutate.is_caught(defect, scratch)
