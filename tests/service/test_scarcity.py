@@ -1,5 +1,6 @@
 """With few descriptors or little memory the service runs, or says in one line why it does not."""
 
+import asyncio
 import signal
 import subprocess
 import sys
@@ -8,6 +9,8 @@ import pytest
 from pace import PACE
 from plain_words import is_plain
 from ports import free_port
+
+from hapticvlm.commands.run_service import report_error
 
 pytestmark = [
     pytest.mark.nightly,
@@ -42,12 +45,11 @@ def test_64_descriptors_are_enough():
     assert code == 0
 
 
-@pytest.mark.parametrize("limit", [16, 20])
-def test_too_few_descriptors_are_said_in_one_line(limit):
+@pytest.mark.parametrize("limit", [16, 20, 24])
+def test_few_descriptors_are_enough_or_said_in_one_line(limit):
+    # How many are needed at once differs from run to run, by what the parts open as they start.
     first, errors, code = started("RLIMIT_NOFILE", limit)
-    assert first == ""
-    assert code == 2
-    assert "Too many open files" in errors
+    assert code == 0 if first else (code == 2 and "Too many open files" in errors)
     assert "Traceback" not in errors
 
 
@@ -57,3 +59,14 @@ def test_little_memory_is_enough_or_said_without_a_traceback(megabytes):
     assert code == 0 if first else "memory" in errors
     assert "Traceback" not in errors
     assert is_plain(errors)
+
+
+async def test_memory_that_is_used_up_in_a_callback_is_one_sentence(caplog):
+    loop = asyncio.get_running_loop()
+    loop.set_exception_handler(report_error)
+    failed = loop.create_future()
+    failed.set_exception(MemoryError())
+    failed.add_done_callback(asyncio.Future.result)
+    await asyncio.sleep(0)
+    assert "no memory or no thread is left" in caplog.text
+    assert "Traceback" not in caplog.text

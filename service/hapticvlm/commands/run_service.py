@@ -16,9 +16,10 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from functools import partial
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from hapticvlm import __version__
+from hapticvlm.errors import out_of_memory
 from hapticvlm.messages import Devices
 from hapticvlm.processes.model_worker import WorkerReply
 from hapticvlm.server import log_writer, service_info, systemd
@@ -36,6 +37,7 @@ COLLECT_AFTER = (50_000, 20, 100)  # new objects, then collections of the younge
 SWITCH_S = 0.001  # a stop passes through the plate's thread, which a busy loop delays otherwise
 
 T = TypeVar("T")
+logger = logging.getLogger(__name__)
 
 
 async def run(options: ServeOptions, where: Address, parts: ServiceParts) -> None:
@@ -45,6 +47,7 @@ async def run(options: ServeOptions, where: Address, parts: ServiceParts) -> Non
     """
     stopping = asyncio.Event()
     _on_signals(asyncio.get_running_loop(), stopping)
+    asyncio.get_running_loop().set_exception_handler(report_error)
     gateway = Gateway(
         parts.speaker,
         parts.plate,
@@ -84,6 +87,16 @@ async def run(options: ServeOptions, where: Address, parts: ServiceParts) -> Non
     finally:
         await asyncio.to_thread(parts.close)
     print("hapticvlm stopped, outputs at rest", flush=True)
+
+
+def report_error(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+    """Log an error that nobody waited for: as a sentence if memory was used up."""
+    error = context.get("exception")
+    sentence = None if error is None else out_of_memory(error)
+    if sentence is None:
+        loop.default_exception_handler(context)
+    else:
+        logger.error("%s", sentence)
 
 
 async def _start(parts: ServiceParts, gateway: Gateway) -> None:
