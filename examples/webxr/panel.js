@@ -13,7 +13,7 @@ export function explain(decision, plate) {
     ['evidence', decision.evidence.map(evidence).join('; ') || 'none'],
     ['ambient', `${range('ambient', decision)} (${decision.ambient_source})`],
     ['surface', `${range('surface', decision)} (${decision.surface_source}: ${decision.surface_why})`],
-    ['felt as', decision.felt ?? 'nothing'],
+    ['felt as', decision.felt ?? (decision.basis === 'expectation' ? 'a mean of materials' : 'nothing')],
     ['setpoint', setpoint(decision)],
     ['plate', plate ? `${celsius(plate.plate_c)}, setpoint ${celsius(plate.setpoint_c)}` : 'no telemetry yet'],
     ['vibration', decision.pattern ?? 'none'],

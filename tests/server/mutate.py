@@ -91,8 +91,8 @@ DEFECTS = (
     # phases
     Defect("server/edge/socket.py", "            self._receive(data, time.monotonic())", "            self.protocol.receive_data(data)", f"{PHASES} -k leave_every_later_read_short"),
     Defect("server/edge/socket.py", "            self._hold_up()\n            self._listener.on_request", "            self._listener.on_request", f"{PHASES} -k nothing_is_read"),
-    Defect("server/edge/socket.py", "if self._hello_bytes > MAX_HELLO_BYTES:", "if False:", f"{PHASES} -k each_budget"),
-    Defect("server/edge/socket.py", "            if self._limits.frames is None:", "            if True:", f"{PHASES} -k is_admitted"),
+    Defect("server/edge/socket.py", "if self._hello_bytes > most:", "if False:", f"{PHASES} -k each_budget"),
+    Defect("server/edge/socket.py", "            if most is None:", "            if True:", f"{PHASES} -k is_admitted"),
     Defect("server/edge/limits.py", "self._frames > most", "False", f"{PHASES} -k each_budget"),
     Defect("server/edge/socket.py", "        self._expire(self._limits.seconds)\n        self._listener.limiter.add", "        self._listener.limiter.add", f"{PHASES} -k says_nothing"),
     Defect("server/edge/socket.py", "        self._update_reading()\n        self._expire(self._limits.seconds)\n", "        self._update_reading()\n", f"{PHASES} -k says_nothing"),
@@ -107,7 +107,6 @@ DEFECTS = (
     Defect("server/edge/listener.py", "        if is_loopback(socket.remote_address[0]):", "        if True:", f"{PHASES} -k spared"),
     Defect("server/edge/listener.py", "        if len(self._connecting) > MAX_WAITING_SOCKETS:", "        if False:", f"{PHASES} -k no_keys"),
     Defect("server/websocket.py", "        asyncio.get_running_loop().call_later(STOP_S, self._expire, handler)\n", "", f"{PHASES} -k no_slot"),
-    Defect("server/web/scene_pages.py", 'if file.suffix == ".html" else', "if True else", f"{SCENES} -k forty_readers"),
     # stop and leases
     Defect("devices/plate/requests.py", "if isinstance(message, Rest) and isinstance(self._message, Off):", "if False:", f"{PLATE} -k does_not_undo"),
     Defect("devices/plate/session.py", "elif now - self._unfollowed_since > TRACKING_TIMEOUT_S:", "elif False:", f"{PLATE} -k follows_no"),

@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import os
 import random
 import socket
 import struct
@@ -177,7 +178,7 @@ def message_of(size):
 
 BEFORE_HELLO_EXCESS = {
     "frames": (frame(PING) * (HELLO_FRAMES + 1), 1008),
-    "bytes of one frame": (message_of(MAX_HELLO_BYTES + 1), 1009),
+    "bytes of one frame": (message_of(MAX_HELLO_BYTES + 1_000), 1009),
     "bytes of fragments": (
         frame(BINARY, bytes(6000), fin=False) + frame(0, bytes(6000), fin=False) * 2,
         1009,
@@ -201,8 +202,8 @@ async def test_a_hello_as_long_as_is_allowed_comes_through():
     async with listening(service) as port, raw(port) as (reader, writer):
         writer.write(KEY)
         await opened(reader)
-        writer.write(message_of(MAX_HELLO_BYTES - 8))  # with its header
-        await until(lambda: service.first)
+        writer.write(frame(PING, b"p" * 125) * (HELLO_FRAMES - 1) + message_of(MAX_HELLO_BYTES))
+        await until(lambda: service.first == [bytes(MAX_HELLO_BYTES)])
 
 
 @pytest.mark.parametrize("phase", [Phase.ASKING, Phase.CLOSING])
@@ -403,6 +404,50 @@ async def test_a_reader_that_reads_nothing_of_a_long_answer_is_cut_off(kind, mon
         await until(lambda: limiter.sockets)
         await until(lambda: not limiter.sockets)
         silent.close()
+
+
+def answering():
+    """The tasks that answer a request or serve its socket."""
+    return [task for task in asyncio.all_tasks() if task.get_coro().__name__ == "_open"]
+
+
+async def test_a_file_is_read_no_further_when_its_reader_has_gone(tmp_path):
+    file = tmp_path / "build.data"
+    size = 64 * 1024**3  # a sparse file, which would take a minute to read
+    with file.open("wb") as build:
+        build.truncate(size)
+    head = Headers([("Content-Length", str(size))])
+
+    async def answer(*_):
+        return FileResponse(200, "OK", head, path=file, size=size)
+
+    async with listening(Service(), answer=answer) as port, raw(port) as (reader, writer):
+        writer.write(KEY)
+        await reader.readexactly(1_000_000)
+        writer.transport.abort()
+        await until(lambda: not answering())
+
+
+@pytest.mark.parametrize("change", ["cut", "deleted"])
+async def test_a_file_that_changes_while_it_is_sent_ends_the_connection(change, tmp_path, caplog):
+    file = tmp_path / "program.wasm"
+    file.write_bytes(bytes(LONG))
+    head = Headers([("Content-Length", str(LONG))])
+
+    async def answer(*_):
+        return FileResponse(200, "OK", head, path=file, size=LONG)
+
+    async with listening(Service(), answer=answer) as port, raw(port) as (reader, writer):
+        writer.write(KEY)
+        await reader.readexactly(1_000)
+        if change == "cut":
+            os.truncate(file, 1_000)
+        else:
+            file.unlink()
+        assert len(await rest_of(reader)) < LONG
+        await until(lambda: not answering())
+    assert "has changed while it was sent" in caplog.text
+    assert "Traceback" not in caplog.text
 
 
 async def test_messages_behind_a_close_are_not_carried_out():

@@ -97,12 +97,13 @@ def _lexicon(known: tuple[Material, ...]) -> Lexicon:
     """Build the lexicon; what is read later overrides what was read before."""
     table, engine, world = map(_toml, ("names", "engine_words", "languages"))
     grammar, noise = table["grammar"], table["grammar"]["noise"].split()
-    phrases = _engine_runs(engine) | _phrases(table)
+    engine_runs = _engine_runs(engine)
+    phrases = engine_runs | _phrases(table)
     items = _all("plain", engine["plain"])
     # Phrases are written as one word as well: "piggybank".
     items |= {"".join(run): item for run, item in phrases.items() if sum(map(len, run)) > 6}
     items |= _all("part", engine["part"])
-    items |= {run[0]: item for run, item in _engine_runs(engine).items() if len(run) == 1}
+    items |= {run[0]: item for run, item in engine_runs.items() if len(run) == 1}
     items |= _entries("weak", table["weak"]) | _entries("thing", table["things"])
     items |= {word: replace(items[word], kind="picky") for word in engine["picky"].split()}
     items |= _class_words(frozenset(grammar["form"].split()))

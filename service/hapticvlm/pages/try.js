@@ -101,7 +101,7 @@ function because(decision) {
   const feels = decision.thermal_cue ? `${warmthWord(decision.setpoint_c)}: ${degrees(decision.contact_c)} under the hand` : "no noticeable warmth or cold";
   return [
     ["evidence", looks.join("; ") || "none"],
-    ["felt as", decision.felt ?? "nothing"],
+    ["felt as", decision.felt ?? (decision.basis === "expectation" ? "a mean of materials" : "nothing")],
     ["warmth", feels],
     ["surface", `${degrees(decision.surface_c)} (${decision.surface_why || decision.surface_source})`],
     ["vibration", decision.pattern ?? (hand.pressed ? "felt now" : "press to feel it")],

@@ -42,7 +42,7 @@ def from_declaration(
     if facts and facts.material and facts.material != UNKNOWN:
         return (Evidence("scene", ((facts.material, 1.0),)),)
     found: list[Evidence] = []
-    named = names.from_name(name_of(target, facts) or "", lexicon, surface_of(facts))
+    named = names.from_name(name_of(target, facts) or "", lexicon, surface_name_of(facts))
     if named:
         found.append(named)
     if facts and facts.shader and not ladder.is_sure(found):
@@ -62,7 +62,7 @@ def name_of(target: Target, facts: SceneObject | None) -> str | None:
     )
 
 
-def surface_of(facts: SceneObject | None) -> str | None:
+def surface_name_of(facts: SceneObject | None) -> str | None:
     """Return the name of the object's largest surface, if the scene gives one."""
     return facts.surfaces[0].name or None if facts and facts.surfaces else None
 
@@ -302,7 +302,7 @@ class SceneObjects:
     def _given(self, target: ThingTarget, known: ObjectState) -> tuple[Evidence, ...]:
         if known.declared is None:
             known.declared = from_declaration(target, known.facts, self._lexicon)
-            name, surface = name_of(target, known.facts), surface_of(known.facts)
+            name, surface = name_of(target, known.facts), surface_name_of(known.facts)
             known.detail = sub_materials.from_name(name or "", self._lexicon, surface)
             known.table = known.detail.refine(self._table)
         return known.declared

@@ -40,6 +40,7 @@ TURN_BYTES = 256 * 1024  # at once of one frame whose length is known: it is cop
 HELLO_FRAMES = 4  # WebSocket frames of any kind before hello
 MAX_REQUEST_BYTES = 32 * 1024  # browsers send the cookies of all servers of a host
 MAX_HELLO_BYTES = 16 * 1024
+FRAME_BYTES = 14 + 125  # the longest header of a frame, and the longest ping
 MAX_TEXT_BYTES = MIB  # text carries no pictures, and JSON is slow to parse
 HELD_BYTES = 64 * MIB  # of all sockets together: unfinished messages, and those that wait
 REQUEST_S = 5.0  # for the request, and for each piece of its answer
@@ -76,8 +77,8 @@ class Phase(Enum):
 class PhaseLimits:
     """The whole budget of a connection in one phase; None: limited by the rates above only.
 
-    `input_bytes` may arrive in the phase, or be kept of it; `frames` of WebSocket may arrive;
-    `read_bytes` are taken at once. After `seconds` the connection is cut off.
+    `input_bytes` of the phase may arrive, headers of frames included; `frames` of WebSocket may
+    arrive; `read_bytes` are taken at once. After `seconds` the connection is closed or cut off.
     """
 
     input_bytes: int | None
@@ -88,7 +89,9 @@ class PhaseLimits:
 
 PHASES = {
     Phase.ASKING: PhaseLimits(MAX_REQUEST_BYTES, 0, REQUEST_S, READ_BYTES),
-    Phase.BEFORE_HELLO: PhaseLimits(MAX_HELLO_BYTES, HELLO_FRAMES, HELLO_S, READ_BYTES),
+    Phase.BEFORE_HELLO: PhaseLimits(
+        MAX_HELLO_BYTES + HELLO_FRAMES * FRAME_BYTES, HELLO_FRAMES, HELLO_S, READ_BYTES
+    ),
     Phase.OPEN: PhaseLimits(None, None, None, TURN_BYTES),
     Phase.CLOSING: PhaseLimits(0, 0, CLOSE_S, READ_BYTES),
     Phase.CLOSED: PhaseLimits(0, 0, None, READ_BYTES),

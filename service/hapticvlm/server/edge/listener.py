@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import asyncio
 import errno
-import http
 import logging
 import os
 import socket as socket_
@@ -37,7 +36,7 @@ from hapticvlm.server.edge.limits import (
     REQUEST_S,
     TokenBucket,
 )
-from hapticvlm.server.edge.request import HttpRequest
+from hapticvlm.server.edge.request import HttpRequest, RequestError, refusal
 from hapticvlm.server.edge.socket import ClientSocket
 
 BACKLOG = 128  # connections that wait in the kernel
@@ -129,8 +128,7 @@ class Listener:
             response = await self._answer(socket, request)
         except Exception:
             logger.exception("no answer for %s", request.path[:80])
-            status = http.HTTPStatus.INTERNAL_SERVER_ERROR
-            response = socket.protocol.reject(status, "internal error\n")
+            response = refusal(RequestError(500, "internal error"))
         if response is None:
             response = socket.accept(request)
         if self._is_closing:

@@ -134,7 +134,7 @@ def parse(head: bytes) -> HttpRequest:
 
 
 def refusal(error: RequestError) -> Response:
-    """Return the answer to a request that could not be read."""
+    """Return the answer to a request that could not be read or answered."""
     body = f"{error.text}\n".encode()
     headers = Headers(
         [

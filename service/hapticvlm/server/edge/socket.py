@@ -33,7 +33,6 @@ from hapticvlm.server.counters import Count
 from hapticvlm.server.edge import request
 from hapticvlm.server.edge.limiter import SocketLimiter
 from hapticvlm.server.edge.limits import (
-    MAX_HELLO_BYTES,
     MAX_REQUEST_BYTES,
     MAX_TEXT_BYTES,
     PHASES,
@@ -244,7 +243,7 @@ class ClientSocket(asyncio.BufferedProtocol):
         if response.status_code == HTTPStatus.SWITCHING_PROTOCOLS:
             self.emit([response.serialize()])
             self._enter(Phase.BEFORE_HELLO)
-            self._expire(None)  # the server says in words that no hello came
+            self._expire(None)  # the server ends this phase in time, and says so in words
             self._go_on()
             return
         is_head = self.request is not None and self.request.method == "HEAD"
@@ -261,21 +260,26 @@ class ClientSocket(asyncio.BufferedProtocol):
     async def _send_body(self, body: bytes | bytearray) -> None:
         view = memoryview(body)
         for start in range(0, len(view), PIECE):
+            if self.transport.is_closing():
+                return
             await self._send_piece(view[start : start + PIECE])
 
     async def _send_file(self, response: FileResponse) -> None:
         for start in range(0, response.size, PIECE):
             count = min(PIECE, response.size - start)
             # The file is opened for each piece, so a crowd of readers holds no descriptors.
-            piece = await asyncio.to_thread(_read_piece, response.path, start, count)
+            try:
+                piece = await asyncio.to_thread(_read_piece, response.path, start, count)
+            except OSError:
+                piece = b""
             if len(piece) != count:
                 logger.warning("%s has changed while it was sent", response.path)
                 self.transport.abort()
+            if self.transport.is_closing():
+                return
             await self._send_piece(piece)
 
     async def _send_piece(self, piece: bytes | memoryview) -> None:
-        if self.transport.is_closing():
-            return
         # The time is that of one piece: a slow network takes long for all of them.
         self._expire(self._limits.seconds)
         self.transport.write(piece)
@@ -328,10 +332,11 @@ class ClientSocket(asyncio.BufferedProtocol):
     def _receive(self, data: bytes, now: float) -> None:
         """Take bytes of the present phase."""
         if self._is_websocket:
-            if self._limits.frames is None:
+            most = self._limits.input_bytes
+            if most is None:
                 self._parse(data, now)
             else:
-                self._parse_hello(data, now)
+                self._parse_hello(data, most, now)
             self._process()
             # Answers to control frames leave last. When the client closes, its outputs rest before
             # it is told that the connection is closed.
@@ -423,14 +428,16 @@ class ClientSocket(asyncio.BufferedProtocol):
         elif not self.transport.is_closing():
             self.transport.resume_reading()
 
-    def _parse_hello(self, data: bytes, now: float) -> None:
-        """Take frames until one of them completes a message; keep what follows for later."""
+    def _parse_hello(self, data: bytes, most: int, now: float) -> None:
+        """Take frames until one of them completes a message; keep what follows for later.
+
+        Before that at most `most` bytes may come.
+        """
         while data and self.state is State.OPEN and not (self._inbox or self._has_ended):
             frame, data = self._boundaries.split(data)
             self._hello_bytes += len(frame)
-            if self._hello_bytes > MAX_HELLO_BYTES:
-                text = f"more than {MAX_HELLO_BYTES} bytes before hello"
-                self.close(CloseCode.MESSAGE_TOO_BIG, text)
+            if self._hello_bytes > most:
+                self.close(CloseCode.MESSAGE_TOO_BIG, f"more than {most} bytes before hello")
                 return
             self._parse(frame, now)
         if self._inbox and not self._has_ended:

@@ -2,13 +2,12 @@
 
 A web build of an engine has tens of megabytes. Read on the event loop it would hold up every touch
 for as long as the disk takes, and kept in memory it would be there once for every reader. So files
-leave in pieces. Only a page is read whole, for the hashes of its inline scripts.
+leave in pieces.
 """
 
 from __future__ import annotations
 
 import asyncio
-import http as statuses
 from pathlib import Path
 
 from websockets.http11 import Response
@@ -17,8 +16,6 @@ from hapticvlm import documents
 from hapticvlm.server.edge.request import HttpRequest
 from hapticvlm.server.edge.socket import FileResponse
 from hapticvlm.server.web import http, scene_files
-
-MAX_PAGE_BYTES = 8 * documents.MIB
 
 
 async def answer(
@@ -38,28 +35,17 @@ def _file(folder: Path, path: str) -> Response:
     if file is None:
         return http.response(404, "no such file\n")
     try:
-        response = _page(file) if file.suffix == ".html" else _piecewise(file)
-    except (OSError, ValueError) as error:
+        # The policy names the inline scripts of a page by their hashes, so a page is read first.
+        page = file.read_bytes().decode(errors="replace") if file.suffix == ".html" else ""
+        size = file.stat().st_size
+    except OSError as error:
         return http.response(500, f"{path[:80]}: {documents.reason(error)}\n")
+    csp = http.CSP + scene_files.policy(page)
+    head = http.response(200, b"", scene_files.kind(file) or "", csp)
+    del head.headers["Content-Length"]
+    head.headers["Content-Length"] = str(size)
     for name, value in scene_files.ISOLATION:
-        response.headers[name] = value
+        head.headers[name] = value
     if (encoding := scene_files.encoding(file)) is not None:
-        response.headers["Content-Encoding"] = encoding
-    return response
-
-
-def _page(file: Path) -> Response:
-    """Return a page with the policy that its own scripts need. Raises OSError, ValueError."""
-    body = documents.read_bytes(file, MAX_PAGE_BYTES)
-    csp = http.CSP + scene_files.policy(body.decode(errors="replace"))
-    return http.response(200, body, scene_files.kind(file) or "", csp)
-
-
-def _piecewise(file: Path) -> Response:
-    size = file.stat().st_size
-    csp = http.CSP + scene_files.policy("")
-    headers = http.response(200, b"", scene_files.kind(file) or "", csp).headers
-    del headers["Content-Length"]
-    headers["Content-Length"] = str(size)
-    phrase = statuses.HTTPStatus.OK.phrase
-    return FileResponse(200, phrase, headers, path=file, size=size)
+        head.headers["Content-Encoding"] = encoding
+    return FileResponse(head.status_code, head.reason_phrase, head.headers, path=file, size=size)
