@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import multiprocessing
 import pickle
+import sys
 import threading
 import time
 from collections.abc import Callable
@@ -26,7 +27,7 @@ from typing import Any
 import msgspec
 
 from hapticvlm import __version__, backoff
-from hapticvlm.errors import HapticVLMError, one_line, out_of_memory
+from hapticvlm.errors import MORE_MEMORY, HapticVLMError, one_line, out_of_memory
 
 START_S = 60.0  # a child that fails reports it at once; only a busy machine takes this long
 STEADY_S = 10.0  # a child that ran for so long has recovered: its next failure counts as the first
@@ -85,7 +86,13 @@ class _Entry:
             reason = out_of_memory(error) or one_line(error)
             Started(error=f"the {self._name} cannot be loaded: {reason}").send(control)
             return
-        target(*arguments, control)
+        try:
+            target(*arguments, control)
+        except (MemoryError, RuntimeError, ImportError) as error:
+            scarcity = out_of_memory(error)
+            if scarcity is None:
+                raise
+            sys.exit(f"the {self._name} ended: {scarcity}")
 
 
 class Child:
@@ -229,7 +236,7 @@ class Child:
             data = self.control.recv_bytes(MAX_STARTED_BYTES)
             started = msgspec.msgpack.decode(data, type=Started)
         except (EOFError, OSError, msgspec.MsgspecError):
-            return f"the {self._name} died while it started"
+            return f"the {self._name} died while it started; if memory is short, {MORE_MEMORY}"
         if started.error is not None:
             return started.error
         self._ready_at = time.monotonic()

@@ -60,7 +60,6 @@ def run_engine(shared: Shared, settings: AudioSettings, control: Connection) -> 
     reason why it cannot play.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, _raise_terminated)
     ring = Ring(shared, tuple(material.name for material in settings.materials))
     table_cache.load(CACHE)
     engine = Engine(ring, settings)
@@ -97,8 +96,10 @@ def run_engine(shared: Shared, settings: AudioSettings, control: Connection) -> 
         return
     if settings.realtime:
         request_priority()  # otherwise it could be preempted while the audio thread waits for it
+    # Until now SIGTERM ends the process at once, for nothing has been played.
     Started((name,)).send(control)
     with suppress(EOFError, OSError, _Terminated):
+        signal.signal(signal.SIGTERM, _raise_terminated)
         while not control.poll(player.poll_interval_s):
             player.poll_output(time.monotonic())
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
