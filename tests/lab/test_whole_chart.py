@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
+import numpy as np
 import pytest
 
 from hapticvlm.evidence.ladder import Evidence, decide
@@ -11,7 +13,12 @@ from hapticvlm.materials import MATERIALS
 from hapticvlm.session.decisions import choose_rendition
 from hapticvlm_lab.bench.material.answers import embed
 from hapticvlm_lab.bench.material.data import Source, thin
-from hapticvlm_lab.bench.material.reading import default_captures, read_capture
+from hapticvlm_lab.bench.material.reading import (
+    default_captures,
+    read_capture,
+    read_kits,
+    scene_of,
+)
 from hapticvlm_lab.bench.whole import chart, deciding, feeling
 from hapticvlm_lab.bench.whole.chart import Row, undominated
 from hapticvlm_lab.bench.whole.deciding import STATED as STATED_ALL
@@ -61,16 +68,16 @@ def test_names_find_some_and_the_eye_beside_them_finds_more(room: Source) -> Non
         felt = [feeling.felt(each.rendition, each.truth, feeling.DEFAULT) for each in found]
         return sum(each.recognised for each in felt) / len(felt)
 
-    assert recognised("nothing") < recognised("names") < recognised(deciding.DEFAULT)
-    assert recognised(deciding.DEFAULT) < recognised(STATED_ALL)
+    assert recognised("nothing") < recognised("names") < recognised(deciding.ALL)
+    assert recognised(deciding.ALL) < recognised(STATED_ALL)
 
 
 @pytest.mark.nightly
 def test_a_scene_that_states_nothing_is_decided_by_the_eye_alone(room: Source) -> None:
     mute = replace(room, stated={})
     fitting = [way for way in deciding.ways() if deciding.fits(way, mute)]
-    assert not any(way.rungs for way in fitting)
-    assert [way.name for way in fitting if deciding.is_default(way, mute)] == ["lite0"]
+    assert not any(way.rungs or way.refers for way in fitting)
+    assert [way.name for way in fitting if deciding.is_default(way, mute)] == ["eye"]
 
 
 @pytest.mark.nightly
@@ -78,7 +85,7 @@ def test_the_table_names_the_default_its_interval_and_where_it_is_weakest(
     room: Source, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(chart, "ROUNDS", 1)
-    rows = chart.measure([room])
+    rows = chart.measure([(room, "renders")])
     chart.show(rows)
     table = capsys.readouterr().out
     default = next(row for row in rows if row.is_default)
@@ -86,12 +93,36 @@ def test_the_table_names_the_default_its_interval_and_where_it_is_weakest(
     assert default.mb > 10.0
     costs_ms = {row.decides: row.look_ms for row in rows}
     assert costs_ms["nothing"] == costs_ms[STATED_ALL] == 0.0
-    assert 0.0 < costs_ms["names"] < costs_ms["lite0"]
-    assert costs_ms["lite0"] < costs_ms["lite2"]
+    assert 0.0 < costs_ms["names"] < costs_ms["eye"]
     line = next(line for line in table.splitlines() if "(default)" in line)
     assert f"{default.share:.0%} [" in line
     assert default.worst in line
-    assert f"default {default.share:.0%} for {default.core_ms:.1f} ms" in table
+    assert f"all {default.share:.0%} in {default.look_ms:.1f} ms" in table
+
+
+def test_kits_are_scenes_whose_names_show_what_the_unnamed_are_made_of(tmp_path: Path) -> None:
+    # Four named and one unnamed object of one kit: two colours, so that an eye tells them apart.
+    crops = np.zeros((5, 64, 64, 4), np.uint8)
+    crops[..., 3] = 255
+    crops[:2, ..., :3] = (120, 70, 30)
+    crops[2:4, ..., :3] = (150, 155, 160)
+    crops[4, ..., :3] = (118, 72, 31)
+    names = ("oak_crate", "oak_plank", "steel_beam", "steel_pipe", "thing")
+    labels = ["wood", "wood", "metal", "metal", "wood"]
+    np.savez(
+        tmp_path / "kit.npz", big=crops, label=labels, path=[f"kits/kit/{name}" for name in names]
+    )
+    source = read_kits(tmp_path)
+    assert {scene_of(view.object_id) for view in source.views} == {"kits/kit"}
+    ways = {way.name: way for way in deciding.ways()}
+    assert not deciding.fits(ways["names, shaders"], source)
+
+    def felt(name: str) -> str | None:
+        decisions = deciding.decided(ways[name], source, embed(ways[name], source))
+        return next(each for each in decisions if each.object_id.endswith("thing")).rendition.felt
+
+    assert felt("eye") != "wood"
+    assert felt("eye, references") == "wood"
 
 
 def test_only_what_no_cheaper_one_reaches_is_worth_its_cost() -> None:
@@ -103,4 +134,4 @@ def test_only_what_no_cheaper_one_reaches_is_worth_its_cost() -> None:
 
 
 def _row(name: str, share: float, ms: float) -> Row:
-    return Row("s", name, "", False, 9, share, 0.0, 1.0, 0.0, 0.0, ms, 0.0, 0.0, "")
+    return Row("s", "renders", name, "", False, 9, share, 0.0, 1.0, 0.0, 0.0, ms, 0.0, 0.0, "")

@@ -56,6 +56,12 @@ def add(commands: Commands) -> None:
         "whole pipelines: objects recognised by touch, against processor time",
     )
     labelled_pictures(whole)
+    whole.add_argument(
+        "--kits",
+        type=Path,
+        metavar="FOLDER",
+        help="game kits, drawn there by `python -m hapticvlm_lab.training.kits --held-back` (none)",
+    )
     stability = commands.add_parser("stability", help="draw under which conditions a method fails")
     subjects = stability.add_subparsers(title="subjects", required=True, metavar="WHAT")
     _material(subjects, _perturb_material, PERTURBED)
@@ -158,7 +164,7 @@ def _chart_vibration(options: argparse.Namespace) -> int:
 def _chart_whole(options: argparse.Namespace) -> int:
     from hapticvlm_lab.bench.whole import chart
 
-    return chart.run(_data(options), options.out, as_json=options.json)
+    return chart.run(_data(options), options.kits, options.out, as_json=options.json)
 
 
 def _where(options: argparse.Namespace) -> Where:

@@ -33,7 +33,10 @@ SHADER: frozenset[messages.Rung] = frozenset({"shader"})
 
 @dataclass(frozen=True, eq=False)
 class Method:
-    """One row of the chart. `cut` None: objects are cut out as the source allows."""
+    """One row of the chart. `cut` None: objects are cut out as the source allows.
+
+    `refers`: beliefs are adjusted by references to the named objects of the same scene.
+    """
 
     name: str
     family: Family
@@ -43,6 +46,7 @@ class Method:
     cut: Cut | None = None
     fused: bool = False
     is_default: bool = False
+    refers: bool = False
 
     def fits(self, source: Source) -> bool:
         """Return whether the source has what this method needs and no other method does the same.

@@ -12,6 +12,9 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
 from hapticvlm import captures, materials, messages
 from hapticvlm_lab.bench.material.data import (
     Source,
@@ -29,7 +32,7 @@ PICTURES = ("caltech101", "pb_renders")
 UNKNOWN_PICTURES = "unlabelled_caltech101"
 UNKNOWN_OF = "caltech101"  # the source whose collection those unknown pictures come from
 UNKNOWN_EACH = 8  # pictures of each of its folders
-Kind = Literal["renders", "photographs"]
+Kind = Literal["renders", "photographs", "game kits"]
 
 HOUSE = Path(__file__).parents[4]
 
@@ -91,8 +94,11 @@ def read_pictures(data: Path, name: str) -> Source | None:
     return Source(name, tuple(ordered), note=note)
 
 
-def sources_of(data: Path | None) -> list[tuple[Source, Kind]]:
-    """Read the sets that taught, chose and calibrated nothing, with their kind."""
+def sources_of(data: Path | None, kits: Path | None = None) -> list[tuple[Source, Kind]]:
+    """Read the sets that taught, chose and calibrated nothing, with their kind.
+
+    `kits`: folder of drawn game kits, as `hapticvlm_lab.training.kits --held-back` writes them.
+    """
     sets: list[tuple[Source, Kind]] = [
         (read_capture(path), "renders") for path in default_captures()
     ]
@@ -101,7 +107,43 @@ def sources_of(data: Path | None) -> list[tuple[Source, Kind]]:
         source = read_pictures(data, name)
         if source is not None:
             sets.append((source, "photographs"))
+    if kits is not None:
+        sets.append((read_kits(kits), "game kits"))
     return sets
+
+
+def read_kits(folder: Path) -> Source:
+    """Read drawn crops of game kits; objects are named by their files. Raises CaptureError."""
+    files = sorted(folder.glob("*.npz"))
+    if not files:
+        text = f"{folder} has no KIT.npz; `python -m hapticvlm_lab.training.kits --held-back` draws"
+        raise captures.CaptureError(text)
+    views: list[View] = []
+    for path in files:
+        with np.load(path) as file:
+            drawn = zip(file["big"], file["label"].tolist(), file["path"].tolist(), strict=True)
+            views += [_drawn(big, label, object_id) for big, label, object_id in drawn]
+    ordered = [view for group in by_object(views).values() for view in group]
+    stated = {view.object_id: Stated(Path(view.object_id).stem) for view in views}
+    return Source("game kits", tuple(ordered), stated)
+
+
+def scene_of(object_id: str) -> str:
+    """Return the scene of an object: the folder of its kit; all objects of a capture are of one."""
+    return object_id.rpartition("/")[0]
+
+
+def _drawn(big: NDArray[np.uint8], label: str, object_id: str) -> View:
+    from PIL import Image
+
+    height, width, _ = big.shape
+    frame = messages.Frame(
+        id=1, captured_at=0.0, format="rgb8", width=width, height=height, origin="top",
+        image=big[..., :3].tobytes(),
+    )  # fmt: skip
+    mask = BytesIO()
+    Image.fromarray(big[..., 3]).save(mask, "PNG")
+    return View(frame, object_id, label, mask.getvalue())
 
 
 def picture(path: Path, truth: str, object_id: str) -> View:

@@ -20,7 +20,9 @@ import numpy as np
 from hapticvlm import messages
 from hapticvlm.evidence.ladder import Evidence, decide
 from hapticvlm.vision.flatness import is_flat
+from hapticvlm.vision.galleries.gallery import Gallery
 from hapticvlm.vision.pictures import crop
+from hapticvlm.vision.scene_references import SceneReferences
 from hapticvlm_lab.bench.material.answers import evidence_of, object_evidence
 from hapticvlm_lab.bench.material.data import Source
 from hapticvlm_lab.bench.material.methods import Method
@@ -30,6 +32,7 @@ QUALITY = 80
 TURNS = 100
 MOST_S = 2.0  # per method: slow ones get fewer turns, stated as n
 LEAST = 20
+NAMED = 20  # objects whose names give references, at most
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +61,7 @@ def costs(methods: Sequence[Method], stated: Source | None) -> dict[str, Cost]:
     times: dict[str, Cost] = {}
     same: dict[tuple[object, ...], Cost | None] = {}
     for method in methods:
-        work = (id(method.encoder), method.rungs)
+        work = (id(method.encoder), method.rungs, method.refers)
         if work not in same:
             stage = _stage(method, picture, stated)
             same[work] = None if stage is None else _timed(stage, floor)
@@ -77,6 +80,7 @@ def _stage(method: Method, jpeg: bytes, stated: Source | None) -> Callable[[], o
         return read if method.rungs else None
     encoder = method.encoder
     gallery = method.gallery
+    references = _named_objects(gallery) if method.refers and gallery is not None else None
     size: dict[str, Any] = {"width": FRAME_PX, "height": FRAME_PX}
     frame = messages.Frame(id=1, captured_at=0.0, format="jpeg", image=jpeg, origin="top", **size)
 
@@ -86,9 +90,21 @@ def _stage(method: Method, jpeg: bytes, stated: Source | None) -> Callable[[], o
         if gallery is None:
             return embeddings
         row = gallery.beliefs(embeddings, np.array([is_flat(cut)]))[0]
-        return decide([*read(), evidence_of(row, gallery.candidates)])
+        seen = evidence_of(row, gallery.candidates)
+        if references is not None:
+            seen = references.adjust(seen, embeddings[0], None)
+        return decide([*read(), seen])
 
     return recognise
+
+
+def _named_objects(gallery: Gallery) -> SceneReferences:
+    """Return references to as many objects as a scene has named; their pictures do not matter."""
+    references = SceneReferences()
+    for place in range(NAMED):
+        material = gallery.candidates[place % len(gallery.candidates)]
+        references.add(str(place), material, gallery.references[place])
+    return references
 
 
 def _reading(method: Method, stated: Source | None) -> Callable[[], list[Evidence]]:

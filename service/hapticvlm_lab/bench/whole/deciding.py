@@ -1,32 +1,40 @@
 """The methods to decide on the material of an object, and the decision of each.
 
-A method reads what the scene states (names, shaders), recognises the object's pictures with an
-encoder, or both, through the product's own ladder, fusion and rendition. "Nothing" is the floor; a
-scene that states every material is the ceiling.
+A method is a choice of rungs: what the scene states (names, shaders), what the encoder sees of the
+object, and the references that named objects of the same scene give to the others; each through the
+product's own ladder, fusion and rendition. "Nothing" is the floor; a scene that states every
+material is the ceiling.
 """
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from hapticvlm.evidence.ladder import Evidence, decide, fuse_recognitions, pool
-from hapticvlm.materials import MATERIALS
+from hapticvlm.materials import MATERIALS, UNKNOWN
 from hapticvlm.session.decisions import Rendition, choose_rendition
 from hapticvlm.vision.encoders.loading import load_encoder
+from hapticvlm.vision.flatness import is_flat
 from hapticvlm.vision.galleries.storage import load_gallery
+from hapticvlm.vision.scene_references import SceneReferences
 from hapticvlm_lab.bench.material.answers import encoder_evidence, object_evidence
-from hapticvlm_lab.bench.material.data import Source
+from hapticvlm_lab.bench.material.data import Source, crops, shuffled
 from hapticvlm_lab.bench.material.methods import NAME, SHADER, Floats, Method
+from hapticvlm_lab.bench.material.reading import scene_of
+from hapticvlm_lab.bench.material.timing import NAMED
 
 NOTHING = "nothing"
 STATED = "every material stated"  # the ceiling: it costs its author, not the machine
-EYES = ("lite0", "lite2")  # the default first
-DEFAULT = f"names, shaders and {EYES[0]}"
-GUESS = f"{EYES[0]}, always its best guess"
-GRADED = f"{EYES[0]}, graded"
-STATEMENTS = NAME | SHADER
+NAMES = "names"
+STATEMENTS = "names, shaders"
+EYE = "eye"
+REFERRED = "eye, references"
+ALL = "all"
+GUESS = "eye, always its best guess"
+GRADED = "eye, graded"
+RUNGS = (NOTHING, NAMES, STATEMENTS, EYE, REFERRED, ALL, STATED)  # what the figure shows
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,32 +46,37 @@ class Decided:
     rendition: Rendition
 
 
+_BY_NAME = Method(NAMES, "stated", rungs=NAME)
+
+
 def ways() -> list[Method]:
     """List the methods. Raises EncoderError, GalleryError."""
-    eyes = {eye: load_encoder(eye) for eye in EYES}
-    galleries = {eye: load_gallery(encoder=eyes[eye]) for eye in EYES}
+    eye = load_encoder()
+    gallery = load_gallery(encoder=eye)
+    stated = NAME | SHADER
     return [
         Method(NOTHING, "guess"),
-        Method("names", "stated", rungs=NAME),
-        Method("names and shaders", "stated", rungs=STATEMENTS),
-        *(Method(eye, "ours", eyes[eye], galleries[eye]) for eye in EYES),
-        *(Method(name, "ours", eyes[EYES[0]], galleries[EYES[0]]) for name in (GUESS, GRADED)),
-        *(
-            Method(f"names, shaders and {eye}", "ladder", eyes[eye], galleries[eye], STATEMENTS)
-            for eye in EYES
-        ),
+        Method(NAMES, "stated", rungs=NAME),
+        Method(STATEMENTS, "stated", rungs=stated),
+        Method(EYE, "ours", eye, gallery),
+        Method(REFERRED, "ours", eye, gallery, refers=True),
+        *(Method(name, "ours", eye, gallery) for name in (GUESS, GRADED)),
+        Method(ALL, "ladder", eye, gallery, stated, refers=True),
         Method(STATED, "stated"),
     ]
 
 
 def fits(way: Method, source: Source) -> bool:
     """Return whether a source has what this method reads; otherwise another does the same."""
-    return not way.rungs or bool(source.stated)
+    has_shaders = any(stated.shader for stated in source.stated.values())
+    if way.name == STATEMENTS and not has_shaders:
+        return False
+    return bool(source.stated) or not (way.rungs or way.refers)
 
 
 def is_default(way: Method, source: Source) -> bool:
     """Return whether the service decides so: by pictures alone if the scene states nothing."""
-    return way.name == (DEFAULT if source.stated else EYES[0])
+    return way.name == (ALL if source.stated else EYE)
 
 
 def decided(way: Method, source: Source, embeddings: Floats | None) -> list[Decided]:
@@ -71,6 +84,8 @@ def decided(way: Method, source: Source, embeddings: Floats | None) -> list[Deci
     # All views of an object are fused as a session fuses what it sees over time; what the scene
     # states of the object comes on top, and the ladder decides which of them speaks first.
     seen = encoder_evidence(way, source, embeddings)
+    if way.refers and embeddings is not None:
+        seen = _referred(way, source, embeddings, seen)
     places: dict[str, list[int]] = defaultdict(list)
     for place, view in enumerate(source.views):
         if view.truth in MATERIALS:
@@ -79,6 +94,39 @@ def decided(way: Method, source: Source, embeddings: Floats | None) -> list[Deci
         Decided(name, source.views[at[0]].truth, _rendition(way, source, at, seen))
         for name, at in places.items()
     ]
+
+
+def _referred(
+    way: Method, source: Source, embeddings: Floats, seen: Sequence[Evidence]
+) -> list[Evidence]:
+    """Adjust the evidence of each view by references to named objects of its scene."""
+    assert way.encoder is not None
+    flat = [is_flat(crop) for crop in crops(source, source.cut, way.encoder.side)]
+    references = _references(source, embeddings)
+    return [
+        references[scene_of(view.object_id)].adjust(
+            evidence, row, view.object_id, is_flat=is_picture_flat
+        )
+        for view, evidence, row, is_picture_flat in zip(
+            source.views, seen, embeddings, flat, strict=True
+        )
+    ]
+
+
+def _references(source: Source, embeddings: Floats) -> Mapping[str, SceneReferences]:
+    """Collect references of each scene: up to NAMED of its objects that their names decide."""
+    # A headset looks at everything from time to time, so each named object has one picture here.
+    # Which of them a scene holds is drawn by a checksum, because a kit has more than a scene.
+    scenes: dict[str, SceneReferences] = defaultdict(SceneReferences)
+    counts: dict[str, int] = defaultdict(int)
+    first = {view.object_id: place for place, view in reversed(list(enumerate(source.views)))}
+    for object_id in sorted(first, key=shuffled):
+        material = decide(object_evidence(_BY_NAME, source, object_id)).material
+        scene = scene_of(object_id)
+        if material != UNKNOWN and counts[scene] < NAMED:
+            counts[scene] += 1
+            scenes[scene].add(object_id, material, embeddings[first[object_id]])
+    return scenes
 
 
 def _rendition(
