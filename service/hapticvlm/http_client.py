@@ -8,11 +8,14 @@ from __future__ import annotations
 
 import asyncio
 import ipaddress
+import math
 import os
 import ssl
 import string
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass
+from email.utils import parsedate_to_datetime
 from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
@@ -33,12 +36,13 @@ class HttpError(HapticVLMError):
 
 @dataclass(frozen=True, slots=True)
 class Address:
-    """Address of an endpoint; `path` is what precedes /v1."""
+    """Address of an endpoint; `path` precedes that of a request, `query` follows it."""
 
     is_encrypted: bool
     host: str
     port: int
     path: str
+    query: str = ""
 
     @property
     def name(self) -> str:
@@ -47,7 +51,7 @@ class Address:
 
     @property
     def url(self) -> str:
-        """The URL without /v1."""
+        """The URL that precedes the path of a request."""
         return f"http{'s' if self.is_encrypted else ''}://{self.name}{self.path}"
 
     @property
@@ -106,11 +110,14 @@ def printable(text: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Response:
-    """Response of a peer: its status, its body as received, its Retry-After header."""
+    """Response of a peer: its status, its body as received, the time until it may be asked again.
+
+    `wait_s` is in s, None if the peer names none.
+    """
 
     status: int
     body: bytes
-    retry_after: str | None
+    wait_s: float | None
 
 
 class HttpClient:
@@ -125,16 +132,23 @@ class HttpClient:
     """
 
     def __init__(
-        self, address: Address, token: str | None, content_type: str, max_bytes: int
+        self,
+        address: Address,
+        token: str | None,
+        content_type: str,
+        max_bytes: int,
+        header: str | None = None,
     ) -> None:
         """Set up a client without connecting. Raises ModuleNotFoundError without httpx2.
 
-        A response of more than `max_bytes` is an HttpError.
+        A response of more than `max_bytes` is an HttpError. `header`: the one that carries the
+        token as it is; None for a bearer token in Authorization.
         """
         import httpx2  # noqa: F401 - takes a quarter of a second, so only remote users load it
 
         self.address = address
         self._token = token
+        self._header = header
         self._content_type = content_type
         self._max_bytes = max_bytes
         self._runner: asyncio.Runner | None = None
@@ -162,6 +176,10 @@ class HttpClient:
             reason = _reason(error)
         raise HttpError(self.redacted(reason))
 
+    def url_of(self, path: str) -> str:
+        """Return the URL that a request of this path goes to."""
+        return self.address.url + path + self.address.query
+
     def close(self) -> None:
         """Close the connection; the next request opens another."""
         if self._runner is not None and self._client is not None:
@@ -178,7 +196,8 @@ class HttpClient:
 
         headers = {"Content-Type": self._content_type, "Accept-Encoding": "identity"}
         if self._token is not None:
-            headers["Authorization"] = f"Bearer {self._token}"
+            bearer = {"Authorization": f"Bearer {self._token}"}
+            headers |= bearer if self._header is None else {self._header: self._token}
         return httpx2.AsyncClient(
             headers=headers,
             verify=ssl.create_default_context() if self.address.is_encrypted else False,
@@ -197,14 +216,34 @@ class HttpClient:
     ) -> Response:
         async with (
             asyncio.timeout(deadline - time.monotonic()),
-            client.stream(verb, self.address.url + path, content=body) as response,
+            client.stream(verb, self.url_of(path), content=body) as response,
         ):
             data = bytearray()
             async for chunk in response.aiter_raw():
                 data += chunk
                 if len(data) > self._max_bytes:
                     raise HttpError(f"the response is larger than {self._max_bytes} bytes")
-            return Response(response.status_code, bytes(data), response.headers.get("Retry-After"))
+            return Response(response.status_code, bytes(data), _wait_s(response.headers))
+
+
+def _wait_s(headers: Mapping[str, str]) -> float | None:
+    """Return the seconds that a peer asks to wait; None if it names no time that makes sense.
+
+    Retry-After holds seconds or a date (RFC 9110, 10.2.3); some endpoints send milliseconds in a
+    header of their own.
+    """
+    for name, unit_s in (("retry-after-ms", 1e-3), ("retry-after", 1.0)):
+        text = headers.get(name, "")
+        try:
+            wait = float(text) * unit_s
+        except ValueError:
+            try:
+                wait = parsedate_to_datetime(text).timestamp() - time.time()
+            except (ValueError, OverflowError):
+                continue
+        if math.isfinite(wait) and wait >= 0:
+            return wait
+    return None
 
 
 def _reason(error: BaseException) -> str:

@@ -151,12 +151,6 @@ def test_the_longer_of_two_names_that_begin_alike_is_meant() -> None:
     [
         {"content": [{"token": "2", "logprob": 0.7}]},
         {"content": [{"token": "2", "logprob": float("nan")}]},
-        {"content": [{"token": "2", "logprob": "high"}]},
-        {"content": [{"token": "2", "logprob": True}]},
-        {"content": [{"token": "2"}]},
-        {"content": ["2"]},
-        {"content": 7},
-        ["2"],
         {
             "content": [
                 {
@@ -175,4 +169,20 @@ def test_log_probabilities_that_cannot_be_are_refused(logprobs: object) -> None:
 
 @pytest.mark.parametrize("logprobs", [None, {}, {"content": None}, {"content": []}])
 def test_log_probabilities_may_be_missing(logprobs: object) -> None:
+    assert read_places({"logprobs": logprobs}) == ()
+
+
+@pytest.mark.parametrize(
+    "logprobs",
+    [
+        {"content": [{"token": "2", "logprob": "-0.1"}]},
+        {"content": [{"token": "2", "logprob": True}]},
+        {"content": [{"token": "2"}]},
+        {"content": ["2"]},
+        {"content": 7},
+        ["2"],
+        None,
+    ],
+)
+def test_log_probabilities_of_another_form_leave_the_answer_to_its_text(logprobs: object) -> None:
     assert read_places({"logprobs": logprobs}) == ()

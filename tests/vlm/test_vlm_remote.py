@@ -7,6 +7,8 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+from email.utils import format_datetime
 from typing import Any
 
 import numpy as np
@@ -225,7 +227,14 @@ def test_a_material_is_weighed_by_log_probabilities() -> None:
 
 @pytest.mark.parametrize(
     ("text", "beliefs"),
-    [("Metal.", {"metal": 0.6}), ("unknown", {}), ("It is glass", {"glass": 0.6})],
+    [
+        ("Metal.", {"metal": 0.6}),
+        ("unknown", {}),
+        ("It is glass", {"glass": 0.6}),
+        ("stainless steel", {"metal": 0.6}),
+        ("Oak", {"wood": 0.6}),
+        ("**wood**<|im_end|>", {"wood": 0.6}),
+    ],
 )
 def test_a_material_named_in_text_is_believed_but_not_for_sure(
     text: str, beliefs: dict[str, float]
@@ -234,8 +243,13 @@ def test_a_material_named_in_text_is_believed_but_not_for_sure(
         assert dict(vlm(served.url).material(PICTURE, PICTURE, NAMES).beliefs) == beliefs
 
 
+def test_what_a_thing_is_not_is_not_an_answer() -> None:
+    with endpoint(says("It is not metal")) as served, pytest.raises(VlmError, match="not"):
+        vlm(served.url).material(PICTURE, PICTURE, NAMES)
+
+
 def test_two_materials_or_none_are_not_an_answer() -> None:
-    for text in ("wood or glass", "banana", ""):
+    for text in ("wood or glass", "banana", "", "a thing of many parts in oak"):
         with endpoint(says(text)) as served, pytest.raises(VlmError, match="materials"):
             vlm(served.url).material(PICTURE, PICTURE, NAMES)
 
@@ -249,6 +263,7 @@ def test_two_materials_or_none_are_not_an_answer() -> None:
         (says(""), "no temperature"),
         (says(None), "no text"),
         (says(["21"]), "no text"),
+        (says([]), "no text"),
         (sends('{"choices": []}'), "no choices"),
         (sends('{"choices": 21}'), "no choices"),
         (sends('{"choices": [null]}'), "no choices"),
@@ -393,20 +408,131 @@ def test_a_token_travels_in_clear_text_to_this_machine_only() -> None:
 
 
 @pytest.mark.parametrize(
-    ("url", "place", "path"),
+    ("url", "asked"),
     [
-        ("http://127.0.0.1:8000", "127.0.0.1:8000", ""),
-        ("http://127.0.0.1:8000/v1/", "127.0.0.1:8000", ""),
-        ("https://gpu.example", "gpu.example:443", ""),
-        ("https://gpu.example/team/v1", "gpu.example:443", "/team"),
-        ("http://[::1]:8000", "[::1]:8000", ""),
-        ("http://localhost", "localhost:80", ""),
+        ("http://127.0.0.1:8000", "http://127.0.0.1:8000/v1"),
+        ("http://127.0.0.1:8000/v1/", "http://127.0.0.1:8000/v1"),
+        ("https://gpu.example", "https://gpu.example:443/v1"),
+        ("https://gpu.example/team", "https://gpu.example:443/team/v1"),
+        ("https://gpu.example/team/v1", "https://gpu.example:443/team/v1"),
+        ("https://gpu.example/v1/chat/completions", "https://gpu.example:443/v1"),
+        ("https://gpu.example/v1beta/openai/", "https://gpu.example:443/v1beta/openai"),
+        ("https://gpu.example/api/paas/v4", "https://gpu.example:443/api/paas/v4"),
+        ("http://[::1]:8000", "http://[::1]:8000/v1"),
+        ("http://localhost", "http://localhost:80/v1"),
     ],
 )
-def test_urls_are_taken_with_or_without_v1(url: str, place: str, path: str) -> None:
+def test_a_url_is_taken_as_written_and_v1_is_added_where_it_has_no_version(
+    url: str, asked: str
+) -> None:
     address = read_address(url)
-    assert (address.name, address.path) == (place, path)
+    assert address.url == asked
     assert address.is_loopback == ("gpu" not in url)
+
+
+def test_a_deployment_of_azure_is_asked_with_its_query_and_its_header() -> None:
+    with endpoint(says("21")) as served:
+        url = f"{served.url}/openai/deployments/eye/chat/completions?api-version=2024-10-21"
+        remote = vlm(url, token="s3cret", header="api-key", model="eye")
+        assert remote.ambient(PICTURE).value_c == 21.0
+        request = served.requests[-1]
+    assert request.path == "/openai/deployments/eye/chat/completions?api-version=2024-10-21"
+    assert request.headers["api-key"] == "s3cret"
+    assert "authorization" not in request.headers
+
+
+@pytest.mark.parametrize("header", ["", "two words", "X:", "a\r\nb", "-x"])
+def test_a_header_that_cannot_be_one_is_refused(header: str) -> None:
+    with pytest.raises(VlmError, match="--vlm-header"):
+        vlm("http://127.0.0.1:8000", header=header)
+
+
+@pytest.mark.parametrize(
+    ("reply", "cure"),
+    [
+        (sends('{"error": "no route"}', "404 Not Found"), "/v1/chat/completions: check --vlm-url"),
+        (sends('{"error": "who?"}', "401 Unauthorized"), "HAPTICVLM_VLM_TOKEN holds no token"),
+        (
+            sends('{"error": "longer than the context of 2048"}', "400 Bad Request"),
+            "a smaller --image-tokens",
+        ),
+    ],
+)
+def test_what_a_user_can_do_about_an_error_is_said(reply: Reply, cure: str) -> None:
+    assert cure in refused(reply, model="some/vlm")
+
+
+def thinker(answer: dict[str, Any], thought: dict[str, Any]) -> Reply:
+    """A model whose first tokens are its thought: few of them leave no answer."""
+
+    def reply(sock: socket.socket, request: Request) -> None:
+        has_room = request.body["max_tokens"] > 100
+        message = {"role": "assistant", **(answer if has_room else thought)}
+        choice = {"message": message, "finish_reason": "stop" if has_room else "length"}
+        sends(json.dumps({"choices": [choice]}))(sock, request)
+
+    return reply
+
+
+@pytest.mark.parametrize(
+    ("thought", "answer"),
+    [
+        ({"content": ""}, {"content": "22"}),
+        ({"content": None, "reasoning_content": "Snow? No"}, {"content": "22"}),
+        ({"content": "<think>It may be 20 or"}, {"content": "<think>20 or 25?</think>\n\n22"}),
+        ({"content": "<think>It may be 20 or"}, {"content": "It may be 20.</think>22"}),
+        (
+            {"content": [{"type": "thinking", "thinking": "Snow?"}]},
+            {"content": [{"type": "thinking", "thinking": "20?"}, {"type": "text", "text": "22"}]},
+        ),
+    ],
+)
+def test_a_model_that_thinks_first_is_asked_again_with_room_and_then_always(
+    thought: dict[str, Any], answer: dict[str, Any]
+) -> None:
+    with endpoint(thinker(answer, thought)) as served:
+        remote = vlm(served.url, model="some/vlm")
+        assert [remote.ambient(PICTURE).value_c for _ in range(2)] == [22.0, 22.0]
+        tokens = [question["max_tokens"] for question in served.questions]
+    assert tokens[0] < 100
+    assert min(tokens[1:]) >= 1000
+    assert len(tokens) == 5  # the first wording twice, the others once
+
+
+def test_a_model_that_only_thinks_is_reported_as_such() -> None:
+    text = refused(says("", finish_reason="length"), model="some/vlm")
+    assert "thinks first and gave no answer" in text
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        *("<|begin_of_box|>22<|end_of_box|>", "22<|im_end|>", "22</s>", "<answer>22</answer>"),
+        *(r"\boxed{22}", r"$22^\circ C$", r"$22\,^{\circ}\text{C}$", "**22 °C**", "`22`"),
+        *('```json\n{"temperature_celsius": 22}\n```', "```\n22\n```"),
+    ],
+)
+def test_the_marks_around_an_answer_are_taken_off(text: str) -> None:
+    with endpoint(says(text)) as served:
+        assert vlm(served.url, model="some/vlm").ambient(PICTURE).value_c == 22.0
+
+
+def test_log_probabilities_do_not_make_an_answer_of_what_is_none() -> None:
+    reply = tells(
+        ("5", {"5": 1.0}), (" degrees", {" degrees": 1.0}), (" below zero", {" below zero": 1.0})
+    )
+    assert "no temperature" in refused(reply, model="some/vlm")
+
+
+def test_fewer_log_probabilities_are_asked_for_where_twenty_are_refused() -> None:
+    def few(sock: socket.socket, request: Request) -> None:
+        text = '{"error": {"message": "top_logprobs must be at most 5"}}'
+        is_over = request.body.get("top_logprobs", 0) > 5
+        reply = tells(("9", {"9": 1.0}))
+        (sends(text, "400 Bad Request") if is_over else reply)(sock, request)
+
+    with endpoint(few) as served:
+        assert vlm(served.url, model="some/vlm").ambient(PICTURE).method == "logprobs"
 
 
 @pytest.mark.parametrize(
@@ -467,6 +593,22 @@ def test_one_that_asks_for_patience_is_given_it() -> None:
         with pytest.raises(RestingError):
             remote.ambient(PICTURE)
         clock.now = 17.1
+        assert remote.ambient(PICTURE).value_c == 21.0
+
+
+@pytest.mark.parametrize("header", ["Retry_After", "retry_after_ms"])
+def test_patience_is_asked_for_by_a_date_or_in_milliseconds_too(header: str) -> None:
+    clock = Clock()
+    date = format_datetime(datetime.now(UTC) + timedelta(seconds=40), usegmt=True)
+    wait = date if header == "Retry_After" else 40_000
+    with endpoint([sends("", "429 Too Many Requests", **{header: wait}), says("21")]) as served:
+        remote = vlm(served.url, clock, model="some/vlm")
+        with pytest.raises(VlmError, match="HTTP 429"):
+            remote.ambient(PICTURE)
+        clock.now = 20.0
+        with pytest.raises(RestingError):
+            remote.ambient(PICTURE)
+        clock.now = 41.0
         assert remote.ambient(PICTURE).value_c == 21.0
 
 

@@ -15,7 +15,7 @@ import pytest
 from conftest import peer, status
 from pace import PACE
 from serving import endpoint, says, sends, tells
-from test_server import OBJECTS, frame, until
+from test_server import OBJECTS, frame, get, until
 from tiers import nightly_except
 from tiny_llava import write_llava
 
@@ -160,6 +160,21 @@ async def test_a_failing_endpoint_leaves_the_labelled_default_and_touches_are_an
     assert (decision["ambient_c"], decision["ambient_low_c"]) == (22.0, 18.0)
     assert found["last_error"]
     assert found["answered"] == 0
+
+
+async def test_a_scene_is_told_that_its_model_fails_and_what_can_be_done():
+    def unauthorised(sock, request):
+        sends('{"error": "wrong key"}', "401 Unauthorized")(sock, request)
+
+    with endpoint(unauthorised) as served, running(["--vlm-url", served.url]) as service:
+        async with scene(service) as client:
+            await client.ask(**frame(1))
+            error = await client.event("error", code="model")
+        with get(service, "/metrics") as answer:
+            metrics = answer.read().decode()
+    assert "fails: the endpoint answers HTTP 401: wrong key" in error["text"]
+    assert "HAPTICVLM_VLM_TOKEN holds no token" in error["text"]
+    assert "hapticvlm_vlm_failed_total 1.0" in metrics
 
 
 LIKELY = "plastic"  # to the encoder too, but not enough to be named by it alone

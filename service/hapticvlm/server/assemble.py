@@ -144,6 +144,7 @@ def _vlm_worker(options: ServeOptions) -> VlmWorker | None:
             model=options.vlm or DEFAULT_MODEL,
             url=options.vlm_url,
             token=os.environ.get("HAPTICVLM_VLM_TOKEN"),
+            header=options.vlm_header,
             device=options.vlm_device,
             threads=options.vlm_threads,
             image_tokens=options.image_tokens,

@@ -253,6 +253,14 @@ class ServeOptions:
             "URL",
         ),
     ] = None
+    vlm_header: Annotated[
+        str | None,
+        Flag(
+            SURROUNDINGS,
+            "header that carries that token instead of Authorization (api-key for Azure)",
+            "NAME",
+        ),
+    ] = None
     vlm_device: Annotated[str, Flag(SURROUNDINGS, "where that model runs: cpu or cuda", "NAME")] = (
         "cpu"
     )

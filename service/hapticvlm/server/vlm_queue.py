@@ -19,6 +19,7 @@ from hapticvlm.vlm.worker import Question, VlmReply, VlmWorker
 
 MAX_OBJECTS = 8
 MAX_AGE_S = 30.0  # a frame that waited longer shows a scene of long ago
+NEWS_S = 60.0  # between two reports on failing and answering again, which may alternate
 
 Deliver = Callable[[Connection, list[Action]], None]
 
@@ -39,6 +40,9 @@ class VlmQueue:
         self.failed = 0
         self.dropped = 0
         self.last_error: str | None = None
+        self._is_failing = False
+        self._news: str | None = None
+        self._news_at = -NEWS_S
 
     def put(self, connection: Connection, ask: Ask, now: float) -> None:
         """Queue a question; a newer one about the same thing takes its place."""
@@ -80,10 +84,11 @@ class VlmQueue:
         self._under_way = None
         answer = reply.value
         if answer.error is not None:
-            self.failed = self.failed + 1
+            self.failed += 1
             self.last_error = answer.error
         else:
             self.answered += 1
+        self._note(answer.error, now)
         if under_way is not None:
             self._answer(*under_way, answer)
         self.feed(now)
@@ -97,7 +102,20 @@ class VlmQueue:
         if trouble is not None:
             self._fail(trouble)
         self.feed(now)
-        return trouble
+        news = self._news
+        self._news = None
+        return trouble or news
+
+    def _note(self, error: str | None, now: float) -> None:
+        """Keep the first failure, and the first answer after failures, to be reported."""
+        # A model that refuses each question would otherwise be known to the dashboard alone, while
+        # a scene waits for a temperature that never comes.
+        if (error is not None) == self._is_failing or now - self._news_at < NEWS_S:
+            return
+        self._is_failing = error is not None
+        self._news_at = now
+        name = f"the vision-language model {self.worker.name}"
+        self._news = f"{name} answers again" if error is None else f"{name} fails: {error}"
 
     def leave(self, connection: Connection) -> None:
         """Drop the questions of a connection that left."""

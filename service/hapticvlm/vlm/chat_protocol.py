@@ -15,9 +15,11 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
-from hapticvlm.evidence.ladder import Evidence
+from hapticvlm.evidence.ladder import Evidence, decide
+from hapticvlm.evidence.names import from_name
 from hapticvlm.evidence.reading import Reading
 from hapticvlm.materials import UNKNOWN
+from hapticvlm.vlm.answer_text import answer_text
 from hapticvlm.vlm.contract import Picture, QuestionText, VlmError, widened
 from hapticvlm.vlm.endpoint import EndpointError, Json
 from hapticvlm.vlm.limits import ANSWER_TOKENS, LEAST_SHARE, TEXT_BELIEF, THINKING_TOKENS, TOP
@@ -35,9 +37,14 @@ from hapticvlm.vlm.sentence import read_celsius
 QUALITY = 90  # of the JPEG
 # Parameters that some endpoints refuse: the newest models take `max_completion_tokens` instead of
 # `max_tokens` and set the temperature themselves, other endpoints have no log-probabilities.
-PARAMETERS = ("max_tokens", "temperature", "logprobs")
+PARAMETERS = ("reasoning_effort", "max_tokens", "temperature", "top_logprobs", "logprobs")
 UNKNOWN_FIELD = (400, 422)
-REFUSING = (*UNKNOWN_FIELD, 403)  # 403: OpenAI, for log-probabilities of a reasoning model
+# 403: OpenAI, for log-probabilities of a reasoning model. 500, 501: servers without any.
+REFUSING = (*UNKNOWN_FIELD, 403, 500, 501)
+FEW = 5  # log-probabilities that every endpoint with any gives
+_FIRST_NUMBER = re.compile(r"\s*([-\N{MINUS SIGN}]?\d{1,3})")
+SHORT_WORDS = 3  # of an answer that is a name
+_DENIALS = frozenset({"not", "no", "never", "isn", "neither", "nor"})
 TOKEN_SIDE = 28  # px of a picture that become one token: Qwen2-VL's patches of 14, merged 2 x 2
 
 
@@ -58,11 +65,18 @@ def question(
     }
 
 
+def thinking(body: Json) -> Json:
+    """Return a body for a model that thinks first: without a thought where it can, or with room."""
+    return {**body, "max_tokens": THINKING_TOKENS, "reasoning_effort": "none"}
+
+
 def without(body: Json, refused: Collection[str]) -> Json:
     """Return a body without those of PARAMETERS that the endpoint refuses."""
     kept = {name: value for name, value in body.items() if name not in refused}
     if "logprobs" in refused:
-        del kept["top_logprobs"]
+        kept.pop("top_logprobs", None)
+    elif "top_logprobs" in refused:
+        kept["top_logprobs"] = FEW
     if "max_tokens" in refused:
         kept["max_completion_tokens"] = THINKING_TOKENS
     return kept
@@ -76,10 +90,12 @@ def refused_parameter(body: Json, status: int | None, text: str) -> str | None:
     if status not in REFUSING:
         return None
     for name in PARAMETERS:
-        if name in body and name in text:
+        is_fewest = name == "top_logprobs" and body.get(name) == FEW
+        if name in body and name in text and not is_fewest:
             return name
-    is_unnamed = status in UNKNOWN_FIELD and "logprobs" in body
-    return "logprobs" if is_unnamed else None
+    if status not in UNKNOWN_FIELD:
+        return None
+    return next((name for name in ("reasoning_effort", "logprobs") if name in body), None)
 
 
 def first_choice(answer: Json) -> Json:
@@ -89,15 +105,6 @@ def first_choice(answer: Json) -> Json:
     if not isinstance(first, dict):
         raise EndpointError("the endpoint's answer has no choices; is it a chat endpoint?")
     return first
-
-
-def text_of(choice: Json) -> str:
-    """Return a choice's text. Raises EndpointError."""
-    message = choice.get("message")
-    text = message.get("content") if isinstance(message, dict) else None
-    if not isinstance(text, str):
-        raise EndpointError("the endpoint's answer has no text")
-    return text
 
 
 def model_names(answer: Json) -> list[str]:
@@ -130,7 +137,13 @@ def _image_part(picture: Picture) -> Json:
 
 
 def ambient_by_logprobs(choices: Sequence[Json], seconds: float) -> Reading | None:
-    """Read a temperature from log-probabilities, one choice for each wording; None without them."""
+    """Read a temperature from log-probabilities, one choice for each wording; None without them.
+
+    They are followed only along an answer that states the number with which it begins: "5 degrees
+    below zero" begins with a number, too, and so may a thought.
+    """
+    if not all(_begins_with_what_it_states(choice) for choice in choices):
+        return None
     replies = [_reply(choice, fit_number) for choice in choices]
     known = [reply for reply in replies if reply is not None]
     if len(known) < len(replies):
@@ -142,12 +155,25 @@ def ambient_by_logprobs(choices: Sequence[Json], seconds: float) -> Reading | No
     return Reading(value.value_c, low_c, high_c, deviation, "logprobs", seconds, value.share)
 
 
+def _begins_with_what_it_states(choice: Json) -> bool:
+    written = choice.get("message", {}).get("content")
+    number = _FIRST_NUMBER.match(written) if isinstance(written, str) else None
+    if number is None:
+        return False
+    try:
+        stated = read_celsius(answer_text(choice))
+    except VlmError:
+        return False
+    first = int(number[1].replace("\N{MINUS SIGN}", "-"))
+    return stated.low_c == stated.high_c == first
+
+
 def ambient_by_text(choices: Sequence[Json], seconds: float) -> Reading:
     """Read the temperature that the texts state, one choice for each wording. Raises VlmError.
 
     The interval encloses those of all wordings.
     """
-    stated = [read_celsius(text_of(choice)) for choice in choices]
+    stated = [read_celsius(answer_text(choice)) for choice in choices]
     values = [one.value_c for one in stated]
     deviation = float(np.std(values, ddof=1)) if len(values) > 1 else None
     intervals = [widened(one.value_c, one.low_c, one.high_c) for one in stated]
@@ -166,14 +192,25 @@ def material_by_logprobs(choice: Json, names: Sequence[str]) -> Evidence | None:
 
 
 def material_by_text(choice: Json, names: Sequence[str]) -> Evidence:
-    """Read the one material that a text names; empty evidence for unknown. Raises VlmError."""
-    text = text_of(choice)
-    words = set(re.findall(r"\w+", text.lower()))
+    """Read the one material that a text names; empty evidence for unknown. Raises VlmError.
+
+    A short answer may name it in a word of its own, as the name of an object does: oak, cloth.
+    """
+    text = answer_text(choice)
+    words = re.findall(r"\w+", text.lower())
     named = [name for name in (*names, UNKNOWN) if name.lower() in words]
-    if len(named) != 1:
+    if not named and len(words) <= SHORT_WORDS:
+        named = [name for name in (_named_by(text),) if name in names]
+    if len(named) != 1 or _DENIALS & set(words):
         excerpt = " ".join(text.split())[:80]
-        raise VlmError(f"the model's answer names {len(named)} materials: `{excerpt}`")
+        what = f"{len(named)} materials" if len(named) != 1 else "what it is not"
+        raise VlmError(f"the model's answer names {what}: `{excerpt}`")
     return Evidence("vlm", () if named == [UNKNOWN] else ((named[0], TEXT_BELIEF),))
+
+
+def _named_by(text: str) -> str:
+    evidence = from_name(text)
+    return UNKNOWN if evidence is None else decide([evidence]).material
 
 
 def _reply(choice: Json, fits: Fits) -> CandidateMass | None:

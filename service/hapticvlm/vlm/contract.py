@@ -33,12 +33,14 @@ class VlmSettings:
     """The model to use. With a `url` it is asked over HTTP, else it is loaded in the process.
 
     `image_tokens` is the largest number of tokens that a picture becomes: fewer are faster and show
-    less. `token` is sent to the endpoint as a bearer token.
+    less. `token` is sent to the endpoint as a bearer token, or as it is in a header of the name
+    `header`.
     """
 
     model: str = DEFAULT_MODEL
     url: str | None = None
     token: str | None = field(default=None, repr=False)
+    header: str | None = None
     device: str = "cpu"
     threads: int = 1
     image_tokens: int = IMAGE_TOKENS

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import http
 import json
-import math
+import re
 from contextlib import closing
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
+from urllib.parse import urlsplit
 
 from hapticvlm import http_client
 from hapticvlm.http_client import (
@@ -28,6 +29,11 @@ from hapticvlm.vlm.limits import ANSWER_BYTES
 Json = dict[str, Any]
 
 FLAG = "--vlm-url"
+CHAT = "/chat/completions"
+MODELS = "/models"
+_VERSION = re.compile(r"/v\d")
+_VERSION_QUERY = re.compile(r"api-version=[\w.-]+")
+_HEADER = re.compile(r"[A-Za-z][A-Za-z0-9-]{0,63}")
 
 
 class EndpointError(VlmError):
@@ -47,7 +53,7 @@ def judge(response: Response) -> Json:
         raise EndpointError(f"the endpoint redirects (HTTP {status}); give its target", status)
     if status != http.HTTPStatus.OK:
         problem = f"the endpoint answers HTTP {status}: {_error_text(data) or 'no message'}"
-        raise EndpointError(problem, status, _wait_s(response.retry_after))
+        raise EndpointError(problem, status, response.wait_s)
     try:
         answer = json.loads(data, parse_constant=_refuse)
     except (ValueError, RecursionError):
@@ -72,15 +78,6 @@ def _error_text(data: bytes) -> str:
     return printable(str(message)) if message else _decoded(data)
 
 
-def _wait_s(retry_after: str | None) -> float | None:
-    """Return the seconds of a Retry-After header; None if absent, a date or invalid."""
-    try:
-        wait = float(retry_after or "")
-    except ValueError:
-        return None
-    return wait if math.isfinite(wait) and wait >= 0 else None
-
-
 def _refuse(name: str) -> None:
     raise ValueError(f"{name} is not JSON")
 
@@ -90,11 +87,30 @@ def _decoded(data: bytes) -> str:
 
 
 def read_address(url: str) -> Address:
-    """Parse an endpoint's URL, with or without /v1 at its end. Raises VlmError."""
+    """Parse an endpoint's URL. Raises VlmError.
+
+    It is taken as written, with or without /chat/completions at its end. Only where it has no
+    version, /v1 is added. The one query it may have is Azure's api-version.
+    """
+    written, mark, query = url.partition("?")
+    if mark and not _VERSION_QUERY.fullmatch(query):
+        problem = f"{FLAG}: only ?api-version= may follow ?, and no #"
+        raise VlmError(f"{problem}; a key is given in HAPTICVLM_VLM_TOKEN")
+    base = written.rstrip("/").removesuffix(CHAT)
     try:
-        return http_client.read_address(url, FLAG)
+        address = http_client.read_address(base, FLAG)
     except HttpError as error:
         raise VlmError(str(error)) from None
+    path = urlsplit(base).path.rstrip("/")
+    has_version = bool(mark) or _VERSION.search(path) is not None
+    return replace(address, path=path if has_version else f"{path}/v1", query=mark + query)
+
+
+def check_header(name: str | None) -> str | None:
+    """Return the name of a header that may carry the token. Raises VlmError."""
+    if name is not None and not _HEADER.fullmatch(name):
+        raise VlmError("--vlm-header is the name of a header, like api-key; letters, digits and -")
+    return name
 
 
 def check_token(token: str | None, address: Address) -> str | None:
@@ -111,6 +127,7 @@ class Endpoint:
 
     address: Address
     token: str | None = field(repr=False)
+    header: str | None = None
 
     def post(self, path: str, body: Json, deadline: float) -> Json:
         """Post a JSON body and return the answer's object. Raises EndpointError."""
@@ -121,7 +138,7 @@ class Endpoint:
         return self._send("GET", path, None, deadline)
 
     def _send(self, verb: str, path: str, body: bytes | None, deadline: float) -> Json:
-        client = HttpClient(self.address, self.token, "application/json", ANSWER_BYTES)
+        client = HttpClient(self.address, self.token, "application/json", ANSWER_BYTES, self.header)
         with closing(client):  # requests are seconds apart, so no connection is kept
             try:
                 return judge(client.request(verb, path, body, deadline))
@@ -129,4 +146,19 @@ class Endpoint:
                 raise EndpointError(f"{self.address.name}: {error}") from None
             except EndpointError as error:
                 text = client.redacted(str(error))
+                text += _cure(error.status, text, client.url_of(path), self.token)
                 raise EndpointError(text, error.status, error.wait_s) from None
+
+
+def _cure(status: int | None, text: str, url: str, token: str | None) -> str:
+    """Return what a user can do about an error, after a semicolon; "" if nothing is known."""
+    if status == http.HTTPStatus.NOT_FOUND:
+        return f"; asked was {printable(url)}: check {FLAG}"
+    if status in {http.HTTPStatus.UNAUTHORIZED, http.HTTPStatus.FORBIDDEN}:
+        held = "holds another token" if token else "holds no token"
+        return f"; HAPTICVLM_VLM_TOKEN {held}, --vlm-header names its header"
+    if status in {http.HTTPStatus.BAD_REQUEST, http.HTTPStatus.REQUEST_ENTITY_TOO_LARGE} and any(
+        word in text.lower() for word in ("context", "too long", "maximum length")
+    ):
+        return "; a smaller --image-tokens makes the pictures shorter"
+    return ""

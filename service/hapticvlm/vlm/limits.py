@@ -5,6 +5,7 @@ from __future__ import annotations
 # Candidates and beliefs.
 LEAST_C = -30  # degC, the candidate numbers, each whole degree
 MOST_C = 60
+MOST_WIDTH_C = 30.0  # of a range that is an answer; the whole range is the question, repeated
 # Least share of an answer's probability that must be on candidates, in process and from an
 # endpoint. A model that begins a sentence ("The air is ...") leaves a few per cent to numbers, and
 # these must not be read as its answer.

@@ -53,14 +53,17 @@ class CandidateMass:
 
 
 def read_places(choice: Json) -> tuple[Place, ...]:
-    """Read a choice's log-probabilities, () where it has none. Raises EndpointError."""
+    """Read a choice's log-probabilities, () where it has none or they have an unknown form.
+
+    An answer without them is read from its text. Raises EndpointError for impossible ones.
+    """
     logprobs = choice.get("logprobs")
     if not logprobs:
         return ()
     try:
         return tuple(_place(entry) for entry in logprobs.get("content") or ())
     except (AttributeError, KeyError, TypeError):
-        raise EndpointError("the endpoint's log-probabilities have an unknown form") from None
+        return ()
 
 
 def follow(places: Sequence[Place], fits: Fits, *, is_whole: bool) -> CandidateMass:

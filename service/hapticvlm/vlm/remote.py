@@ -17,6 +17,7 @@ from hapticvlm.backoff import Breaker, State
 from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.evidence.reading import Reading
 from hapticvlm.vlm import chat_protocol
+from hapticvlm.vlm.answer_text import ThoughtOnlyError, answer_text
 from hapticvlm.vlm.contract import (
     DEFAULT_MODEL,
     Picture,
@@ -25,10 +26,16 @@ from hapticvlm.vlm.contract import (
     about_ambient,
     about_material,
 )
-from hapticvlm.vlm.endpoint import Endpoint, EndpointError, Json, check_token, read_address
-
-CHAT = "/v1/chat/completions"
-MODELS = "/v1/models"
+from hapticvlm.vlm.endpoint import (
+    CHAT,
+    MODELS,
+    Endpoint,
+    EndpointError,
+    Json,
+    check_header,
+    check_token,
+    read_address,
+)
 
 Answer = TypeVar("Answer")
 
@@ -53,9 +60,12 @@ class RemoteVlm:
         address = read_address(settings.url)
         self._settings = settings
         self._now = now
-        self._endpoint = Endpoint(address, check_token(settings.token, address))
+        self._endpoint = Endpoint(
+            address, check_token(settings.token, address), check_header(settings.header)
+        )
         self._model = None if settings.model == DEFAULT_MODEL else settings.model
         self._refused: frozenset[str] = frozenset()
+        self._thinks = False
         self._breaker, self._asking = Breaker(), threading.Lock()
 
     @property
@@ -127,14 +137,26 @@ class RemoteVlm:
         return answer
 
     def _choice(self, body: Json, begun: float) -> Json:
+        """Ask; a model that thinks first is asked once more with room for its thought."""
+        deadline = begun + self._settings.timeout_s
+        body = {"model": self._model_name(deadline), **body}
+        if not self._thinks:
+            choice = self._posted(body, deadline)
+            try:
+                answer_text(choice)
+            except ThoughtOnlyError:
+                self._thinks = True  # as are refused parameters, this is remembered
+            else:
+                return choice
+        return self._posted(chat_protocol.thinking(body), deadline)
+
+    def _posted(self, body: Json, deadline: float) -> Json:
         """Ask; retry without each parameter that the endpoint refuses.
 
         Refused parameters are remembered only after a request without them succeeded, so that a
         question that is wrong for another reason does not cost all later ones their
         log-probabilities.
         """
-        deadline = begun + self._settings.timeout_s
-        body = {"model": self._model_name(deadline), **body}
         refused = self._refused
         while True:
             reduced = chat_protocol.without(body, refused)

@@ -59,6 +59,11 @@ def add(commands: Commands) -> None:
         help="ask an OpenAI-compatible endpoint; your pictures are sent there",
     )
     ambient.add_argument(
+        "--vlm-header",
+        metavar="NAME",
+        help="header that carries its token instead of Authorization (api-key for Azure)",
+    )
+    ambient.add_argument(
         "--out", type=Path, metavar="FOLDER", help="draw plots into this folder (no plots)"
     )
     add_json(ambient)
@@ -99,5 +104,6 @@ def _settings(options: argparse.Namespace) -> VlmSettings:
         model=options.vlm if isinstance(options.vlm, str) else DEFAULT_MODEL,
         url=options.vlm_url,
         token=os.environ.get(TOKEN),
+        header=options.vlm_header,
         timeout_s=TIMEOUT_S,
     )

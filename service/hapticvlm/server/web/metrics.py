@@ -28,6 +28,8 @@ _COUNTERS = {
     "engine_restarts": ("restarts of the audio engine", ("speaker", "restarts")),
     "recogniser_restarts": ("restarts of the recogniser", ("recogniser", "restarts")),
     "recogniser_busy_seconds": ("time spent recognising", ("recogniser", "busy_s")),
+    "vlm_answered": ("answers of the vision-language model", ("vlm", "answered")),
+    "vlm_failed": ("its failures", ("vlm", "failed")),
 }
 
 
@@ -79,5 +81,5 @@ def obstacles(status: Mapping[str, Any]) -> list[str]:
 def _at(status: Mapping[str, Any], path: tuple[str, ...]) -> float | None:
     value: Any = status
     for key in path:
-        value = value[key]
+        value = None if value is None else value[key]
     return None if value is None else float(value)
