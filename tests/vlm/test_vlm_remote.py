@@ -2,6 +2,7 @@
 
 import base64
 import json
+import re
 import socket
 import threading
 import time
@@ -332,9 +333,9 @@ def flood(sock: socket.socket, _request: Request) -> None:
 @pytest.mark.parametrize("reply", [hang, dribble])
 def test_one_that_hangs_or_dribbles_is_cut_off_in_time(reply: Reply) -> None:
     started = time.monotonic()
-    assert f"incomplete response after {SOON_S} s" in refused(
-        reply, timeout_s=SOON_S, model="some/vlm"
-    )
+    # What is left of the time when the request is sent is named, on a busy machine less than all.
+    text = refused(reply, timeout_s=SOON_S, model="some/vlm")
+    assert re.search(r"incomplete response after 0\.[0-5]\d* s", text)
     assert time.monotonic() - started < 8 * SOON_S
 
 
