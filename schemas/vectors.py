@@ -92,7 +92,12 @@ def client_messages() -> Iterator[tuple[str, Json]]:
     yield "scene with a thing that hums", {**SCENE, "objects": [fridge]}
     chair = {
         "object_id": "chair",
-        "surfaces": [{"name": "Oak_Varnished"}, {"name": "T_Felt_D.png"}],
+        "surfaces": [
+            {"name": "Oak_Varnished", "shader": {"metallic": 0.0, "roughness": 0.5}},
+            {"name": "T_Felt_D.png", "texture": "0123456789abcdef" * 2},
+            {"material": "metal"},
+            {},
+        ],
     }
     yield "scene with surfaces", {**SCENE, "objects": [chair]}
     yield "scene that forgets", {**SCENE, "replace": False, "objects": [], "forget": ["a", "b"]}
@@ -103,8 +108,10 @@ def client_messages() -> Iterator[tuple[str, Json]]:
         "frame to enrol",
         {**FRAME, "purpose": "enrol", "object_id": "a", "mask": b"\x89PNG", "max_age_ms": 100.0},
     )
+    yield "frame of a texture", {**FRAME, "purpose": "texture", "object_id": "a", "surface": 1}
     for phase in ("approach", "contact", "slide", "release"):
         yield f"touch {phase}", {**TOUCH, "phase": phase}
+    yield "touch of a surface", {**TOUCH, "surface": 3}
     for interaction in ("tap", "strike", "press", "slide", "carve", "swing"):
         yield f"touch {interaction}", {**TOUCH, "interaction": interaction}
     near = {"phase": "approach", "distance_m": 0.05, "closing_mps": 0.5}
@@ -200,6 +207,7 @@ def service_messages() -> Iterator[tuple[str, ServiceMessage]]:
     yield "decision", decision
     cork = msgspec.structs.replace(decision, sub_material="cork", thickness_m=0.005)
     yield "decision on a thing with a sub-material and a thickness", cork
+    yield "decision on a surface", msgspec.structs.replace(decision, surface=0)
     yield (
         "decision on an unknown object",
         Decision(
@@ -282,6 +290,9 @@ def _wrong_values() -> Iterator[tuple[str, Any]]:
     yield "an unknown hand", {**TOUCH, "hand": "third"}
     yield "an empty object id", {**TOUCH, "object_id": ""}
     yield "an object id of 129 characters", {**TOUCH, "object_id": "x" * 129}
+    yield "a surface beyond the most", {**TOUCH, "surface": 64}
+    shouting = {"object_id": "a", "surfaces": [{"texture": "0123456789ABCDEF" * 2}]}
+    yield "a texture's hash in capitals", {**SCENE, "objects": [shouting]}
     yield "a region outside", {**TOUCH, "region": {"x": 0.0, "y": 0.0, "w": 1.5, "h": 0.5}}
     yield "a region without height", {**TOUCH, "region": {"x": 0.0, "y": 0.0, "w": 1.0, "h": 0.0}}
     hot = {"object_id": "sun", "temperature_c": 5500.0}

@@ -35,6 +35,9 @@ Side = Annotated[int, Meta(ge=1, le=MAX_SIDE_PX)]
 ObjectId = Annotated[str, Meta(min_length=1, max_length=128)]
 MaterialName = Annotated[str, Meta(min_length=1, max_length=64)]
 Label = Annotated[str, Meta(max_length=256)]
+MAX_SURFACES = 64
+SurfaceIndex = Annotated[int, Meta(ge=0, le=MAX_SURFACES - 1)]
+ContentHash = Annotated[str, Meta(pattern="^[0-9a-f]{32}$")]
 Picture = Annotated[bytes, Meta(min_length=1, max_length=MAX_MESSAGE_BYTES)]
 
 ErrorCode = Literal[
@@ -81,9 +84,9 @@ FrameFormat = Literal["jpeg", "png", "rgb8", "rgba8"]
 """rgb8 and rgba8 are raw pixels: width x height x 3 or 4 bytes, row by row."""
 FrameOrigin = Literal["top", "bottom"]
 """`top`: the first row is the top of the picture; `bottom`: it is the bottom, as in OpenGL."""
-FramePurpose = Literal["live", "enrol"]
+FramePurpose = Literal["live", "enrol", "texture"]
 """`live`: to be recognised, and a newer frame replaces a waiting one; `enrol`: reference pictures
-of an object, each of which is used."""
+of an object, each of which is used; `texture`: the base-colour map of a surface (since 1.2)."""
 Watch = Literal["frames", "waveform", "log"]
 """`frames`: pictures as they are recognised; `waveform`: the speaker's samples; `log`: lines of
 the service's log."""
@@ -167,8 +170,14 @@ class Vibrates(Wire, frozen=True):
 class ObjectSurface(Wire, frozen=True):
     """A surface of an object: a primitive of glTF, a sub-mesh of Unity, a surface of Godot."""
 
-    name: Label
+    name: Label | None = None
     """Name of its material, or file of its texture, such as Oak_Varnished or T_Planks_D.png."""
+    material: MaterialName | None = None
+    """One of the materials in `welcome`; absent: as the object states, else as recognised."""
+    shader: Shader | None = None
+    """Shader parameters of its material; absent: those of the object."""
+    texture: ContentHash | None = None
+    """Content hash of its base-colour map: 32 hex digits, in lower case."""
 
 
 class SceneObject(Wire, frozen=True):
@@ -199,9 +208,9 @@ class SceneObject(Wire, frozen=True):
     """Vibration, if the object hums by itself."""
     stands_on: Annotated[list[ObjectId], Meta(max_length=16)] | None = None
     """Ids of the objects that carry it."""
-    surfaces: Annotated[list[ObjectSurface], Meta(max_length=64)] | None = None
-    """Its surfaces, the largest first, which a touch feels; their names say more than its own.
-    Since 1.2."""
+    surfaces: Annotated[list[ObjectSurface], Meta(max_length=MAX_SURFACES)] | None = None
+    """Its surfaces, the largest first; their names say more than its own. A touch feels the one
+    that it names by its index in this list. Since 1.2."""
 
 
 class Hello(Wire, frozen=True, tag="hello", tag_field="type"):
@@ -265,6 +274,8 @@ class Frame(Wire, frozen=True, tag="frame", tag_field="type"):
     """Object shown; absent: a view in which touches may name a region."""
     region: Region | None = None
     """Position of the object in the upright picture."""
+    surface: SurfaceIndex = 0
+    """Surface shown, as an index into the object's `surfaces`; absent: the largest. Since 1.2."""
     mask: Picture | None = None
     """Pixels of the object, more precise than a region: a PNG of the frame's size with 1 to 8 bits
     a channel, nonzero = object."""
@@ -293,6 +304,8 @@ class Touch(Wire, frozen=True, tag="touch", tag_field="type"):
     """Contact force; send 1.5 if the engine does not compute forces."""
     object_id: ObjectId | None = None
     """Object touched. Either this or `region` is required, except for release and swing."""
+    surface: SurfaceIndex = 0
+    """Surface touched, as an index into the object's `surfaces`; absent: the largest. Since 1.2."""
     region: Region | None = None
     """Region of the newest frame that is touched."""
     interaction: Interaction | None = None
@@ -497,6 +510,8 @@ class Decision(Wire, frozen=True, tag="decision", tag_field="type"):
     """Whether a person can notice the difference from skin temperature."""
     object_id: str | None = None
     """Object decided on; absent: a region of a frame."""
+    surface: int | None = None
+    """Index of the surface decided on, if the object has more than one. Since 1.2."""
     name: str | None = None
     """Name of the object in the scene; sent to observers only."""
     runner_up: str | None = None

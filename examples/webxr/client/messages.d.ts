@@ -143,7 +143,7 @@ export interface SceneObject {
    */
   'stands_on'?: string[] | null;
   /**
-   * Its surfaces, the largest first, which a touch feels; their names say more than its own. Since 1.2.
+   * Its surfaces, the largest first; their names say more than its own. A touch feels the one that it names by its index in this list. Since 1.2.
    */
   'surfaces'?: ObjectSurface[] | null;
 }
@@ -195,7 +195,19 @@ export interface ObjectSurface {
   /**
    * Name of its material, or file of its texture, such as Oak_Varnished or T_Planks_D.png.
    */
-  'name': string;
+  'name'?: string | null;
+  /**
+   * One of the materials in `welcome`; absent: as the object states, else as recognised.
+   */
+  'material'?: string | null;
+  /**
+   * Shader parameters of its material; absent: those of the object.
+   */
+  'shader'?: Shader | null;
+  /**
+   * Content hash of its base-colour map: 32 hex digits, in lower case.
+   */
+  'texture'?: string | null;
 }
 
 /**
@@ -232,7 +244,7 @@ export interface Frame {
    */
   'origin': FrameOrigin;
   /**
-   * `live`: to be recognised, and a newer frame replaces a waiting one; `enrol`: reference pictures of an object, each of which is used.
+   * `live`: to be recognised, and a newer frame replaces a waiting one; `enrol`: reference pictures of an object, each of which is used; `texture`: the base-colour map of a surface (since 1.2).
    */
   'purpose'?: FramePurpose;
   /**
@@ -243,6 +255,10 @@ export interface Frame {
    * Position of the object in the upright picture.
    */
   'region'?: Region | null;
+  /**
+   * Surface shown, as an index into the object's `surfaces`; absent: the largest. Since 1.2.
+   */
+  'surface'?: number;
   /**
    * Pixels of the object, more precise than a region: a PNG of the frame's size with 1 to 8 bits a channel, nonzero = object.
    */
@@ -264,9 +280,9 @@ export type FrameFormat = "jpeg" | "png" | "rgb8" | "rgba8";
 export type FrameOrigin = "bottom" | "top";
 
 /**
- * `live`: to be recognised, and a newer frame replaces a waiting one; `enrol`: reference pictures of an object, each of which is used.
+ * `live`: to be recognised, and a newer frame replaces a waiting one; `enrol`: reference pictures of an object, each of which is used; `texture`: the base-colour map of a surface (since 1.2).
  */
-export type FramePurpose = "enrol" | "live";
+export type FramePurpose = "enrol" | "live" | "texture";
 
 /**
  * A rectangle of the upright frame, in fractions from its top left corner.
@@ -326,6 +342,10 @@ export interface Touch {
    * Object touched. Either this or `region` is required, except for release and swing.
    */
   'object_id'?: string | null;
+  /**
+   * Surface touched, as an index into the object's `surfaces`; absent: the largest. Since 1.2.
+   */
+  'surface'?: number;
   /**
    * Region of the newest frame that is touched.
    */
@@ -688,6 +708,10 @@ export interface Decision {
    * Object decided on; absent: a region of a frame.
    */
   'object_id'?: string | null;
+  /**
+   * Index of the surface decided on, if the object has more than one. Since 1.2.
+   */
+  'surface'?: number | null;
   /**
    * Name of the object in the scene; sent to observers only.
    */

@@ -138,7 +138,7 @@ namespace HapticVLM.Wire
         }
     }
 
-    public enum FramePurpose { Other, Enrol, Live }
+    public enum FramePurpose { Other, Enrol, Live, Texture }
 
     internal static class FramePurposeWire
     {
@@ -146,6 +146,7 @@ namespace HapticVLM.Wire
         {
             MsgPackWriter.Encoded("enrol"),
             MsgPackWriter.Encoded("live"),
+            MsgPackWriter.Encoded("texture"),
         };
 
         public static FramePurpose Read(ref MsgPackReader r)

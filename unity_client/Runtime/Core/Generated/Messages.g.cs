@@ -81,6 +81,7 @@ namespace HapticVLM.Wire
         public double UnlimitedC;
         public bool ThermalCue;
         public string ObjectId;
+        public long? Surface;
         public string Name;
         public string RunnerUp;
         public Limit? LimitedBy;
@@ -97,6 +98,7 @@ namespace HapticVLM.Wire
         {
             int count = 20;
             if (ObjectId != null) count++;
+            if (Surface != null) count++;
             if (Name != null) count++;
             if (RunnerUp != null) count++;
             if (LimitedBy != null) count++;
@@ -157,6 +159,11 @@ namespace HapticVLM.Wire
             {
                 w.Raw(DecisionKeys.ObjectId);
                 w.Str(ObjectId);
+            }
+            if (Surface != null)
+            {
+                w.Raw(DecisionKeys.Surface);
+                w.Int(Surface.Value);
             }
             if (Name != null)
             {
@@ -329,6 +336,13 @@ namespace HapticVLM.Wire
                         ObjectId = r.Str(pool);
                     }
                 }
+                else if (r.TryKey(DecisionKeys.Surface))
+                {
+                    if (!r.TryNil())
+                    {
+                        Surface = r.Int();
+                    }
+                }
                 else if (r.TryKey(DecisionKeys.Name))
                 {
                     if (!r.TryNil())
@@ -433,6 +447,7 @@ namespace HapticVLM.Wire
             UnlimitedC = default(double);
             ThermalCue = default(bool);
             ObjectId = default(string);
+            Surface = default(long?);
             Name = default(string);
             RunnerUp = default(string);
             LimitedBy = default(Limit?);
@@ -469,6 +484,7 @@ namespace HapticVLM.Wire
         public static readonly byte[] UnlimitedC = MsgPackWriter.Encoded("unlimited_c");
         public static readonly byte[] ThermalCue = MsgPackWriter.Encoded("thermal_cue");
         public static readonly byte[] ObjectId = MsgPackWriter.Encoded("object_id");
+        public static readonly byte[] Surface = MsgPackWriter.Encoded("surface");
         public static readonly byte[] Name = MsgPackWriter.Encoded("name");
         public static readonly byte[] RunnerUp = MsgPackWriter.Encoded("runner_up");
         public static readonly byte[] LimitedBy = MsgPackWriter.Encoded("limited_by");
@@ -817,6 +833,8 @@ namespace HapticVLM.Wire
         public string ObjectId;
         public const int ObjectIdMaxLength = 128;
         public Region? Region;
+        public long? Surface;
+        public const long SurfaceMax = 63;
         public ArraySegment<byte> Mask;
         public double? MaxAgeMs;
         public const double MaxAgeMsMax = 60000.0;
@@ -828,6 +846,7 @@ namespace HapticVLM.Wire
             if (Purpose != null) count++;
             if (ObjectId != null) count++;
             if (Region != null) count++;
+            if (Surface != null) count++;
             if (Mask.Array != null) count++;
             if (MaxAgeMs != null) count++;
             w.MapHeader(count);
@@ -861,6 +880,11 @@ namespace HapticVLM.Wire
             {
                 w.Raw(FrameKeys.Region);
                 Region.Value.Write(w);
+            }
+            if (Surface != null)
+            {
+                w.Raw(FrameKeys.Surface);
+                w.Int(Surface.Value);
             }
             if (Mask.Array != null)
             {
@@ -934,6 +958,10 @@ namespace HapticVLM.Wire
                         it.Region = HapticVLM.Wire.Region.Read(ref r, pool);
                     }
                 }
+                else if (r.TryKey(FrameKeys.Surface))
+                {
+                    it.Surface = r.Int();
+                }
                 else if (r.TryKey(FrameKeys.Mask))
                 {
                     if (!r.TryNil())
@@ -973,6 +1001,7 @@ namespace HapticVLM.Wire
         public static readonly byte[] Purpose = MsgPackWriter.Encoded("purpose");
         public static readonly byte[] ObjectId = MsgPackWriter.Encoded("object_id");
         public static readonly byte[] Region = MsgPackWriter.Encoded("region");
+        public static readonly byte[] Surface = MsgPackWriter.Encoded("surface");
         public static readonly byte[] Mask = MsgPackWriter.Encoded("mask");
         public static readonly byte[] MaxAgeMs = MsgPackWriter.Encoded("max_age_ms");
         public static readonly byte[] Tag = MsgPackWriter.Encoded("frame");
@@ -1229,28 +1258,75 @@ namespace HapticVLM.Wire
     {
         public string Name;
         public const int NameMaxLength = 256;
+        public string Material;
+        public const int MaterialMaxLength = 64;
+        public Shader? Shader;
+        public string Texture;
 
         /// <summary>Appends this one; throws WireException if a field is missing.</summary>
         public void Write(MsgPackWriter w)
         {
-            int count = 1;
+            int count = 0;
+            if (Name != null) count++;
+            if (Material != null) count++;
+            if (Shader != null) count++;
+            if (Texture != null) count++;
             w.MapHeader(count);
-            if (Name == null) throw new WireException("objectsurface: name is missing");
-            w.Raw(ObjectSurfaceKeys.Name);
-            w.Str(Name);
+            if (Name != null)
+            {
+                w.Raw(ObjectSurfaceKeys.Name);
+                w.Str(Name);
+            }
+            if (Material != null)
+            {
+                w.Raw(ObjectSurfaceKeys.Material);
+                w.Str(Material);
+            }
+            if (Shader != null)
+            {
+                w.Raw(ObjectSurfaceKeys.Shader);
+                Shader.Value.Write(w);
+            }
+            if (Texture != null)
+            {
+                w.Raw(ObjectSurfaceKeys.Texture);
+                w.Str(Texture);
+            }
         }
 
         /// <summary>Reads one; fields it does not know are passed over.</summary>
         public static ObjectSurface Read(ref MsgPackReader r, StringPool pool)
         {
-            long seen = 0;
             var it = default(ObjectSurface);
             for (int left = r.MapHeader(); left > 0; left--)
             {
                 if (r.TryKey(ObjectSurfaceKeys.Name))
                 {
-                    it.Name = r.Str(pool);
-                    seen |= 1L;
+                    if (!r.TryNil())
+                    {
+                        it.Name = r.Str(pool);
+                    }
+                }
+                else if (r.TryKey(ObjectSurfaceKeys.Material))
+                {
+                    if (!r.TryNil())
+                    {
+                        it.Material = r.Str(pool);
+                    }
+                }
+                else if (r.TryKey(ObjectSurfaceKeys.Shader))
+                {
+                    if (!r.TryNil())
+                    {
+                        it.Shader = HapticVLM.Wire.Shader.Read(ref r, pool);
+                    }
+                }
+                else if (r.TryKey(ObjectSurfaceKeys.Texture))
+                {
+                    if (!r.TryNil())
+                    {
+                        it.Texture = r.Str(pool);
+                    }
                 }
                 else
                 {
@@ -1258,8 +1334,6 @@ namespace HapticVLM.Wire
                     r.Skip();
                 }
             }
-            if ((seen & 1L) != 1L)
-                throw new WireException("objectsurface: a required field is missing");
             return it;
         }
     }
@@ -1267,6 +1341,9 @@ namespace HapticVLM.Wire
     internal static class ObjectSurfaceKeys
     {
         public static readonly byte[] Name = MsgPackWriter.Encoded("name");
+        public static readonly byte[] Material = MsgPackWriter.Encoded("material");
+        public static readonly byte[] Shader = MsgPackWriter.Encoded("shader");
+        public static readonly byte[] Texture = MsgPackWriter.Encoded("texture");
     }
 
     /// <summary>The reply to a request that succeeded.</summary>
@@ -2553,6 +2630,8 @@ namespace HapticVLM.Wire
         public const double ForceNMax = 200.0;
         public string ObjectId;
         public const int ObjectIdMaxLength = 128;
+        public long? Surface;
+        public const long SurfaceMax = 63;
         public Region? Region;
         public Interaction? Interaction;
         public double? DistanceM;
@@ -2565,6 +2644,7 @@ namespace HapticVLM.Wire
         {
             int count = 7;
             if (ObjectId != null) count++;
+            if (Surface != null) count++;
             if (Region != null) count++;
             if (Interaction != null) count++;
             if (DistanceM != null) count++;
@@ -2588,6 +2668,11 @@ namespace HapticVLM.Wire
             {
                 w.Raw(TouchKeys.ObjectId);
                 w.Str(ObjectId);
+            }
+            if (Surface != null)
+            {
+                w.Raw(TouchKeys.Surface);
+                w.Int(Surface.Value);
             }
             if (Region != null)
             {
@@ -2655,6 +2740,10 @@ namespace HapticVLM.Wire
                         it.ObjectId = r.Str(pool);
                     }
                 }
+                else if (r.TryKey(TouchKeys.Surface))
+                {
+                    it.Surface = r.Int();
+                }
                 else if (r.TryKey(TouchKeys.Region))
                 {
                     if (!r.TryNil())
@@ -2705,6 +2794,7 @@ namespace HapticVLM.Wire
         public static readonly byte[] SpeedMps = MsgPackWriter.Encoded("speed_mps");
         public static readonly byte[] ForceN = MsgPackWriter.Encoded("force_n");
         public static readonly byte[] ObjectId = MsgPackWriter.Encoded("object_id");
+        public static readonly byte[] Surface = MsgPackWriter.Encoded("surface");
         public static readonly byte[] Region = MsgPackWriter.Encoded("region");
         public static readonly byte[] Interaction = MsgPackWriter.Encoded("interaction");
         public static readonly byte[] DistanceM = MsgPackWriter.Encoded("distance_m");
