@@ -513,7 +513,7 @@ class Decision(Wire, frozen=True, tag="decision", tag_field="type"):
     surface: int | None = None
     """Index of the surface decided on, if the object has more than one. Since 1.2."""
     name: str | None = None
-    """Name of the object in the scene; sent to observers only."""
+    """Name of the object or its surface in the scene; sent to observers only."""
     runner_up: str | None = None
     """Second most probable material."""
     limited_by: Limit | None = None

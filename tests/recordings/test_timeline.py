@@ -4,14 +4,17 @@ import json
 
 import numpy as np
 import pytest
-from recorded_session import record
+from recorded_session import record, record_messages, touch
 
 from hapticvlm.materials import MATERIALS
 from hapticvlm.recordings import timeline
+from hapticvlm.recordings.page.page import document
 from hapticvlm.recordings.recorder import SESSION_LOG
+from hapticvlm.recordings.replay import replay
 from hapticvlm.recordings.session_log import SessionLogError
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 from hapticvlm.rendering.vibration.voices import Voices
+from hapticvlm.session.targets import ObjectTarget
 
 
 @pytest.fixture
@@ -38,12 +41,37 @@ def test_the_vibration_stands_at_the_time_of_its_touch(session):
 
 def test_names_decisions_and_plate_are_found_at_their_times(session):
     what = read(session)
-    assert what.name("mug") == "TeaMug_01"
-    assert what.decision_at(0.4, "mug") is None or what.decisions[0].t_s <= 0.4
-    assert what.decision_at(1.0, "mug")["material"] == "ceramic"
+    mug = ObjectTarget("mug")
+    assert what.name(mug) == "TeaMug_01"
+    assert what.decision_at(0.4, mug) is None or what.decisions[0].t_s <= 0.4
+    assert what.decision_at(1.0, mug)["material"] == "ceramic"
     assert {point.plate_c for point in what.plate} == {31.0}
     assert what.touch_at(1.0) is what.touches[0]
     assert what.touch_at(0.2) is None
+
+
+def test_each_surface_that_a_hand_touched_is_an_entry_of_its_own_and_replays_the_same(tmp_path):
+    surfaces = [{"name": "Oak_Floor"}, {"name": "WindowGlass"}, {}]
+    room = {"object_id": "room", "name": "Hall", "surfaces": surfaces}
+    said = [(0.0, {"type": "scene", "objects": [room], "replace": True})]
+    said += [(0.5, touch("contact", "room")), (0.7, touch("slide", "room", surface=1))]
+    said += [(0.9, touch("slide", "room", surface=9)), (1.1, touch("release", "room"))]
+    folder = record_messages(tmp_path, said)
+    what = read(folder)
+
+    touched = [(touch.target, what.name(touch.target), touch.from_s) for touch in what.touches]
+    assert touched == [
+        (ObjectTarget("room"), "Hall, Oak_Floor", pytest.approx(0.5)),
+        (ObjectTarget("room", 1), "Hall, WindowGlass", pytest.approx(0.7)),
+        (ObjectTarget("room"), "Hall, Oak_Floor", pytest.approx(0.9)),
+    ]
+    materials = [what.decision_at(touch.to_s, touch.target)["material"] for touch in what.touches]
+    assert materials == ["wood", "glass", "wood"]
+    assert what.name(ObjectTarget("room", 2)) == "Hall, surface 2"
+    page = document(what, "hall")
+    assert [each["surface"] for each in page["touches"]] == [0, 1, 0]
+    assert [each["surface"] for each in page["decisions"]] == [0, 1]
+    assert replay(folder, MATERIALS).is_same
 
 
 def test_a_folder_without_a_session_is_refused_with_its_name(tmp_path):

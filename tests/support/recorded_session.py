@@ -17,8 +17,8 @@ READING = PlateReading(31.0, 25.0, 32.0, 0.0, False, 0.0, 0.0, ())
 WHITE = (255, 255, 255)
 
 
-def touch(phase, object_id="mug", hand="right"):
-    fields = {"speed_mps": 0.3, "force_n": 1.0, "captured_at": 0.0}
+def touch(phase, object_id="mug", hand="right", **fields):
+    fields |= {"speed_mps": 0.3, "force_n": 1.0, "captured_at": 0.0}
     return {"type": "touch", "phase": phase, "object_id": object_id, "hand": hand, **fields}
 
 
@@ -40,15 +40,19 @@ def frame():
 
 def record(folder):
     """Record 2 s into a folder: a mug is stated, seen, held for a second and let go."""
+    stated = [{"object_id": "mug", "name": "TeaMug_01", "temperature_c": 45.0}]
+    said = [(0.0, {"type": "scene", "objects": stated, "replace": True}), (0.1, frame())]
+    said += [(0.5, touch("contact"))] + [(0.5 + 0.1 * n, touch("slide")) for n in range(1, 11)]
+    return record_messages(folder, [*said, (1.55, touch("release"))])
+
+
+def record_messages(folder, said):
+    """Record these messages, each with its time (s), into a folder."""
     recorder = Recorder(folder, frames=True)
     settings = SessionSettings(owner=True, reading=READING)
     hold = Hold()
     write = recorder.begin(recorded.head(settings, hold))
     running = recorded.RecordedSession(settings, hold, write_line=write)
-    stated = [{"object_id": "mug", "name": "TeaMug_01", "temperature_c": 45.0}]
-    said = [(0.0, {"type": "scene", "objects": stated, "replace": True}), (0.1, frame())]
-    said += [(0.5, touch("contact"))] + [(0.5 + 0.1 * n, touch("slide")) for n in range(1, 11)]
-    said += [(1.55, touch("release"))]
     for number, (at_s, message) in enumerate(said, 1):
         data = msgspec.msgpack.encode({"id": number, **message})
         running.receive(messages.decode(data), BEGAN + at_s)

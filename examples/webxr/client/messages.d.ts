@@ -713,7 +713,7 @@ export interface Decision {
    */
   'surface'?: number | null;
   /**
-   * Name of the object in the scene; sent to observers only.
+   * Name of the object or its surface in the scene; sent to observers only.
    */
   'name'?: string | null;
   /**

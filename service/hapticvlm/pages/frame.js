@@ -14,7 +14,7 @@ let isDrawing = false; // a frame that arrives meanwhile waits
 let decoded = { view: null, pictures: null }; // the newest decoded view, shared by its frame and its thumbnail
 const thumbs = new WeakMap(); // canvas -> time of its last update
 
-export const keyOf = ({ object_id: id }) => id ?? "(touched region)";
+export const keyOf = ({ object_id: id, surface }) => (id ?? "(touched region)") + (surface ? `, surface ${surface}` : "");
 
 // `listener(name)` is called for each new frame.
 export function onFrame(listener) {

@@ -12,10 +12,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.materials import Material
+from hapticvlm.messages import SceneObject
 from hapticvlm.recordings.lines import Input, Key, Output
 from hapticvlm.recordings.log_player import Replayed
 from hapticvlm.recordings.replay import replay, waveform
@@ -29,6 +31,8 @@ from hapticvlm.recordings.session_log import (
 )
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 from hapticvlm.rendering.vibration.voices import Voices
+from hapticvlm.session.scene_objects import title_of
+from hapticvlm.session.targets import ObjectTarget, ThingTarget, of_object, whole
 
 PLATE_STEP_S = 0.04  # fine enough: a visible change of the plate takes a second
 
@@ -52,20 +56,29 @@ class Decided:
     decision: Mapping[str, Any]
 
     @property
-    def object_id(self) -> str | None:
-        """The object it is about; None for the view as a whole."""
-        object_id: str | None = self.decision.get("object_id")
-        return object_id
+    def target(self) -> ThingTarget:
+        """The surface of an object that it is about, or the view as a whole."""
+        return _target_of(self.decision)
 
 
 @dataclass(frozen=True, slots=True)
 class TouchSpan:
-    """One touch: from contact to release."""
+    """One touch of a surface: from contact to release, or to the next surface."""
 
     hand: str
-    object_id: str | None
+    target: ThingTarget
     from_s: float
     to_s: float
+
+    @property
+    def object_id(self) -> str | None:
+        """The object touched; None for a region of the view."""
+        return self.target.object_id if isinstance(self.target, ObjectTarget) else None
+
+    @property
+    def surface(self) -> int:
+        """The index of its surface; 0 is the largest, or the view."""
+        return self.target.surface if isinstance(self.target, ObjectTarget) else 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +94,7 @@ class PlatePoint:
 class Timeline:
     """A session in order of time; `wave` is (N,) float32 at RATE_HZ from time 0."""
 
-    names: Mapping[str, str]
+    names: Mapping[ThingTarget, str]
     pictures: tuple[Picture, ...]
     decisions: tuple[Decided, ...]
     touches: tuple[TouchSpan, ...]
@@ -89,21 +102,23 @@ class Timeline:
     wave: NDArray[np.float32]
     duration_s: float
 
-    def name(self, object_id: str | None) -> str:
-        """Return the scene's name for an object, else its id."""
-        return "the view" if object_id is None else self.names.get(object_id, object_id)
+    def name(self, target: ThingTarget) -> str:
+        """Return the scene's name for a surface of an object, else the object's id."""
+        if not isinstance(target, ObjectTarget):
+            return "the view"
+        return self.names.get(target, target.object_id)
 
     def touch_at(self, t_s: float) -> TouchSpan | None:
         """Return the newest touch that lasts at this time."""
         at_time = (touch for touch in reversed(self.touches) if touch.from_s <= t_s <= touch.to_s)
         return next(at_time, None)
 
-    def decision_at(self, t_s: float, object_id: str | None) -> Mapping[str, Any] | None:
-        """Return the newest decision on an object by this time."""
+    def decision_at(self, t_s: float, target: ThingTarget) -> Mapping[str, Any] | None:
+        """Return the newest decision on a surface of an object by this time."""
         decisions = (
             entry.decision
             for entry in reversed(self.decisions)
-            if entry.t_s <= t_s and entry.object_id == object_id
+            if entry.t_s <= t_s and entry.target == target
         )
         return next(decisions, None)
 
@@ -135,12 +150,12 @@ class _TimelineBuilder:
     folder: Path
     started: float | None = None
     now_s: float = 0.0
-    names: dict[str, str] = field(default_factory=dict)
+    names: dict[ThingTarget, str] = field(default_factory=dict)
     pictures: list[Picture] = field(default_factory=list)
     decisions: list[Decided] = field(default_factory=list)
     touches: list[TouchSpan] = field(default_factory=list)
     plate: list[PlatePoint] = field(default_factory=list)
-    open: dict[str, tuple[str | None, float]] = field(default_factory=dict)
+    open: dict[str, tuple[ThingTarget, float]] = field(default_factory=dict)
 
     def add(self, line: Mapping[str, Any]) -> None:
         now = line.get(Key.NOW)
@@ -159,8 +174,8 @@ class _TimelineBuilder:
     def timeline(self, outcome: Replayed, voices: Voices) -> Timeline:
         started = self.started or 0.0
         wave = waveform(outcome, voices, started)
-        for hand, (object_id, from_s) in self.open.items():
-            self.touches.append(TouchSpan(hand, object_id, from_s, self.now_s))
+        for hand, (target, from_s) in self.open.items():
+            self.touches.append(TouchSpan(hand, target, from_s, self.now_s))
         return Timeline(
             names=self.names,
             pictures=tuple(self.pictures),
@@ -175,10 +190,8 @@ class _TimelineBuilder:
         message = line[Key.MESSAGE]
         match message["type"]:
             case "scene":
-                names = {
-                    object_["object_id"]: object_.get("name") for object_ in message["objects"]
-                }
-                self.names |= {object_id: name for object_id, name in names.items() if name}
+                for facts in msgspec.convert(message["objects"], list[SceneObject]):
+                    self.names |= _names_of(facts)
             case "frame":
                 self._frame(message, line)
             case "touch":
@@ -200,19 +213,34 @@ class _TimelineBuilder:
 
     def _touch(self, message: Mapping[str, Any]) -> None:
         hand = message["hand"]
-        object_id = message.get("object_id")
+        target = _target_of(message)
+        if target not in self.names:
+            target = whole(target)  # as the session feels a surface that nothing states
         before = self.open.get(hand)
         is_held = message["phase"] in ("contact", "slide")
-        if before is not None and (not is_held or before[0] != object_id):
+        if before is not None and (not is_held or before[0] != target):
             self.touches.append(TouchSpan(hand, before[0], before[1], self.now_s))
             del self.open[hand]
         if is_held and hand not in self.open:
-            self.open[hand] = (object_id, self.now_s)
+            self.open[hand] = (target, self.now_s)
 
     def _reading(self, reading: Mapping[str, Any]) -> None:
         if self.plate and self.now_s - self.plate[-1].t_s < PLATE_STEP_S:
             return
         self.plate.append(PlatePoint(self.now_s, reading["setpoint_c"], reading["plate_c"]))
+
+
+def _target_of(message: Mapping[str, Any]) -> ThingTarget:
+    return of_object(message.get("object_id"), message.get("surface") or 0)
+
+
+def _names_of(facts: SceneObject) -> dict[ThingTarget, str]:
+    """Return the names of an object's surfaces; one that is alone has the name of its object."""
+    indices = range(max(1, len(facts.surfaces or ())))
+    return {
+        ObjectTarget(facts.object_id, index): title_of(facts, index) or facts.object_id
+        for index in indices
+    }
 
 
 def _without_do(output: Mapping[str, Any]) -> dict[str, Any]:

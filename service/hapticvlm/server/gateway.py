@@ -194,7 +194,7 @@ class Gateway:
             self.counts[Count.FRAMES_RATE] += 1
         if not isinstance(message, Decision):
             return
-        name = connection.session.name(message.object_id)
+        name = connection.session.name(message.object_id, message.surface)
         event = Event(msgspec.structs.replace(message, id=0, name=name))
         for observer in self.connections:
             if observer is not connection and observer.session.observer:

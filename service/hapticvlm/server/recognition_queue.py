@@ -356,7 +356,9 @@ def _shown(connection: Connection, request: RecognitionRequest) -> SceneContext 
     match request.target:
         case Surroundings():
             return None
-        case ObjectTarget(object_id):
+        case ObjectTarget(object_id, surface):
+            if surface:
+                object_id = name_of(request.target)
             return SceneContext(scene, object_id, request.reference_material)
         case _:
             return SceneContext(scene, None, request.reference_material)

@@ -143,9 +143,14 @@ class Hand:
         """Return what this touch is on: the object it names, else the region it names."""
         if touch.object_id is None and touch.region is not None:
             return HandRegion(self.name)
-        if isinstance(self.target, ObjectTarget) and self.target.object_id == touch.object_id:
-            return self.target  # a renewal makes no new objects
-        return of_object(touch.object_id)
+        kept = self.target
+        if (
+            isinstance(kept, ObjectTarget)
+            and kept.object_id == touch.object_id
+            and kept.surface == touch.surface
+        ):
+            return kept  # a renewal makes no new objects
+        return of_object(touch.object_id, touch.surface)
 
     def release(self, now: float | None = None) -> None:
         """End the lease and the contact; with `now` a lead that failed is remembered."""

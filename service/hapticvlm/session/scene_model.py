@@ -3,20 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable
+from typing import TypeGuard
+
+import msgspec
 
 from hapticvlm.materials import Vibration
-from hapticvlm.messages import Decision, Frame, MessageError, Scene, SceneObject
+from hapticvlm.messages import Decision, Error, Frame, MessageError, Scene, SceneObject, Touch
 from hapticvlm.rendering.heat.contact import ThermalContact
 from hapticvlm.rendering.heat.limits import PlateLimits
 from hapticvlm.rendering.vibration.hum import Hum
 from hapticvlm.session import decisions
-from hapticvlm.session.actions import AskMaterial
+from hapticvlm.session.actions import Action, AskMaterial, Reply
 from hapticvlm.session.decisions import DecisionInputs, Rendition, choose_rendition
 from hapticvlm.session.overrides import MaterialOverrides
 from hapticvlm.session.scene_objects import Cached, ObjectState, SceneObjects
 from hapticvlm.session.settings import SessionSettings
 from hapticvlm.session.surroundings import Surroundings
-from hapticvlm.session.targets import ObjectTarget, RecognitionRequest, ThingTarget
+from hapticvlm.session.targets import (
+    ObjectTarget,
+    RecognitionRequest,
+    ThingTarget,
+    of_object,
+    whole,
+)
 
 
 class SceneModel:
@@ -53,6 +62,27 @@ class SceneModel:
             for target, state in known.items()
             if state and state.announced
         }
+
+    def on_stated_surface(self, touch: Touch) -> tuple[Touch, list[Action]]:
+        """Return the touch on a surface that its object has, and what to tell the client once.
+
+        A mesh may have changed under a hand, and a client may count wrongly. Refused, such a touch
+        would not be felt at all, so it is felt as one of the largest surface.
+        """
+        target = of_object(touch.object_id, touch.surface)
+        if self.objects.has_surface(target):
+            return touch, []
+        state = self._state(whole(target))
+        felt = msgspec.structs.replace(touch, surface=0)
+        if state.is_told or state.facts is None:
+            return felt, []
+        state.is_told = True
+        count = len(state.facts.surfaces or ())
+        text = (
+            f"$.surface: `{touch.object_id}` states {count} surfaces and none with the index "
+            f"{touch.surface}, so its largest one is felt; state it again with all its surfaces"
+        )
+        return felt, [Reply(Error(id=0, code="message", text=text, path="$.surface"))]
 
     def has_verdict(self, target: ThingTarget) -> bool:
         """Whether a verdict on this object is at hand."""
@@ -125,6 +155,8 @@ class SceneModel:
                 verdict, rendition, state.detail, state.facts, ambient, gain, limits
             )
             decision = decisions.decide(_name(target), given, state.table)
+            if _is_one_of_several(target, state.facts):
+                decision = msgspec.structs.replace(decision, surface=target.surface)
             state.decision = Cached(decision, inputs)
         return state.decision.value
 
@@ -179,3 +211,7 @@ class SceneModel:
 
 def _name(target: ThingTarget) -> str | None:
     return target.object_id if isinstance(target, ObjectTarget) else None
+
+
+def _is_one_of_several(target: ThingTarget, facts: SceneObject | None) -> TypeGuard[ObjectTarget]:
+    return isinstance(target, ObjectTarget) and facts is not None and len(facts.surfaces or ()) > 1

@@ -1,9 +1,13 @@
-"""Keeps of each object its evidence, verdict and decision, until one of them changes.
+"""Keeps of each object's surfaces evidence, verdict and decision, until one of them changes.
 
 Evidence is gathered in the ladder's order and only as far as needed: what the scene gives, the
 name, the shader; the encoder's is added when a frame was recognised. Names are read on first need.
 The recognitions of one object are fused, live frames and frames to enrol alike. A frame without an
-object id may show several objects, so there each recognition stands alone. Pure.
+object id may show several objects, so there each recognition stands alone.
+
+Every surface climbs the ladder by itself. Its name, shader and stated material come before those of
+its object, and what pictures show of the object serves each surface that has no picture of its own.
+Pure.
 """
 
 from __future__ import annotations
@@ -26,7 +30,7 @@ from hapticvlm.rendering.heat.contact import ThermalContact
 from hapticvlm.session.decisions import Rendition
 from hapticvlm.session.hums import Hums
 from hapticvlm.session.overrides import MaterialOverrides
-from hapticvlm.session.targets import WHOLE_VIEW, ObjectTarget, Target, ThingTarget
+from hapticvlm.session.targets import WHOLE_VIEW, ObjectTarget, Target, ThingTarget, whole
 
 NO_OVERRIDES = MaterialOverrides()
 MAX_KNOWN = 8192
@@ -67,6 +71,27 @@ def surface_name_of(facts: SceneObject | None) -> str | None:
     return facts.surfaces[0].name or None if facts and facts.surfaces else None
 
 
+def as_surface(target: Target, facts: SceneObject | None) -> SceneObject | None:
+    """Return the object as if this surface were all of it: what the surface states comes first."""
+    if facts is None or not facts.surfaces or not isinstance(target, ObjectTarget):
+        return facts
+    surface = facts.surfaces[target.surface if target.surface < len(facts.surfaces) else 0]
+    return msgspec.structs.replace(
+        facts,
+        surfaces=[surface],
+        material=surface.material or facts.material,
+        shader=surface.shader or facts.shader,
+    )
+
+
+def title_of(facts: SceneObject, index: int) -> str | None:
+    """Return a title of this surface of several, else the object's name if it has one."""
+    surfaces = facts.surfaces or ()
+    if index >= len(surfaces) or len(surfaces) == 1:
+        return facts.name
+    return f"{facts.name or facts.object_id}, {surfaces[index].name or f'surface {index}'}"
+
+
 @dataclass(frozen=True, slots=True)
 class Cached(Generic[T]):
     """A value, and the inputs that it was made from."""
@@ -81,10 +106,11 @@ class Cached(Generic[T]):
 # nothing makes nothing again; whatever changes an input (a picture, an answer, ambient, gain, a
 # limit of the plate) is found by comparing, and nobody has to remember to invalidate anything.
 class ObjectState(msgspec.Struct):
-    """One object: what the scene gives, evidence by source, verdict, and the decision kept.
+    """One surface: what the scene gives of its object, evidence by source, verdict, and decision.
 
     `detail` is what its name says beyond the material, `table` the materials as it has them.
     `announced` is the key of the decision announced last, with the inputs of that decision.
+    `is_told`: the client was told that it touches a surface which this object does not state.
     """
 
     facts: SceneObject | None
@@ -100,6 +126,7 @@ class ObjectState(msgspec.Struct):
     decision: Cached[Decision] | None = None
     announced: Cached[Hashable] | None = None
     contact: Cached[ThermalContact | None] | None = None
+    is_told: bool = False
 
 
 class SceneObjects:
@@ -126,7 +153,7 @@ class SceneObjects:
 
     def generation(self, target: ThingTarget) -> int:
         """Return a number that grows when this target comes to stand for another object."""
-        return self._replaced + self._forgotten_before + self._forgotten.get(target, 0)
+        return self._replaced + self._forgotten_before + self._forgotten.get(whole(target), 0)
 
     def declare(self, scene: Scene) -> None:
         """Receive the scene's objects. Raises MessageError and changes nothing if wrong."""
@@ -144,20 +171,32 @@ class SceneObjects:
             self._among = frozenset(scene.materials)
         self.hums.declare(scene.objects)
         for given in scene.objects:
-            target = ObjectTarget(given.object_id)
-            known = self.known.get(target)
-            state = self.known[target] = ObjectState(self._overrides.applied_to(given))
-            self._declared.add(target)
-            if known is not None:
-                state.recognised = known.recognised
-                state.vlm = known.vlm
-                state.asked_at = known.asked_at
+            self._declare(ObjectTarget(given.object_id), self._overrides.applied_to(given))
+
+    def _declare(self, target: ObjectTarget, facts: SceneObject) -> None:
+        """Receive an object; what was recognised of a surface that it still has is kept."""
+        before = self.surfaces_known(target.object_id)
+        self._declared.add(target)
+        self.known.setdefault(target, ObjectState(facts)).facts = facts
+        for surface in before:
+            known = self.known[surface]
+            if self.has_surface(surface):
+                self.known[surface] = ObjectState(
+                    facts, recognised=known.recognised, vlm=known.vlm, asked_at=known.asked_at
+                )
+            else:
+                del self.known[surface]
+                self._count_forgotten(target)  # its pictures may be under way
 
     def _check(self, scene: Scene) -> None:
         allowed = {*self._table, materials.UNKNOWN}
         for index, given in enumerate(scene.objects):
             if given.material is not None and given.material not in allowed:
                 raise self._no_material(given.material, f"$.objects[{index}].material")
+            for number, surface in enumerate(given.surfaces or ()):
+                if surface.material is not None and surface.material not in allowed:
+                    path = f"$.objects[{index}].surfaces[{number}].material"
+                    raise self._no_material(surface.material, path)
         for index, name in enumerate(scene.materials or ()):
             if name not in allowed:
                 raise self._no_material(name, f"$.materials[{index}]")
@@ -196,6 +235,20 @@ class SceneObjects:
         known = self.known.get(target)
         return known.facts if known else None
 
+    def has_surface(self, target: ThingTarget) -> bool:
+        """Whether this is the largest surface of its object, or another one that it states."""
+        if not isinstance(target, ObjectTarget) or target.surface == 0:
+            return True
+        facts = self.facts(ObjectTarget(target.object_id))
+        return facts is not None and target.surface < len(facts.surfaces or ())
+
+    def surfaces_known(self, object_id: str) -> list[ObjectTarget]:
+        """Return those surfaces of an object of which something is known, the largest first."""
+        facts = self.facts(ObjectTarget(object_id))
+        count = len(facts.surfaces or ()) if facts else 0
+        surfaces = (ObjectTarget(object_id, index) for index in range(max(count, 1)))
+        return [surface for surface in surfaces if surface in self.known]
+
     def given(self, object_id: str) -> SceneObject | None:
         """Return what the scene gives of an object it has shown or declared; None of any other."""
         known = self.known.get(ObjectTarget(object_id))
@@ -233,10 +286,15 @@ class SceneObjects:
         to time all are dropped and every generation grows past them; what is being recognised just
         then is recognised again.
         """
+        if isinstance(target, ObjectTarget):
+            for surface in self.surfaces_known(target.object_id):
+                del self.known[surface]
+            self.hums.forget(target.object_id)
         self.known.pop(target, None)
         self._declared.discard(target)
-        if isinstance(target, ObjectTarget):
-            self.hums.forget(target.object_id)
+        self._count_forgotten(target)
+
+    def _count_forgotten(self, target: ThingTarget) -> None:
         self._forgotten[target] += 1
         if len(self._forgotten) > MAX_KNOWN:
             self._forgotten_before += max(self._forgotten.values())
@@ -257,9 +315,7 @@ class SceneObjects:
         known = self._entry(target)
         before = None if target == WHOLE_VIEW else known.recognised
         known.recognised = ladder.fuse_recognition(before, ladder.restrict(evidence, self._among))
-        new = ladder.decide(self._evidence(target, known))
-        known.verdict = ladder.apply_hysteresis(known.verdict, new)
-        return known.verdict
+        return self._decide_again(target, known)
 
     def wants_question(self, target: ThingTarget, now: float) -> bool:
         """Whether a VLM should be asked what this object is made of; it then counts as asked."""
@@ -275,16 +331,23 @@ class SceneObjects:
         """Receive a VLM's evidence on this object."""
         known = self._entry(target)
         known.vlm = ladder.restrict(evidence, self._among)
-        known.verdict = ladder.apply_hysteresis(
-            known.verdict, ladder.decide(self._evidence(target, known))
-        )
+        self._decide_again(target, known)
+
+    def _decide_again(self, target: ThingTarget, known: ObjectState) -> Verdict:
+        """Decide from all evidence, and with a whole object on the surfaces that it stands for."""
+        new = ladder.decide(self._evidence(target, known))
+        known.verdict = ladder.apply_hysteresis(known.verdict, new)
+        if isinstance(target, ObjectTarget) and target.surface == 0:
+            for surface in self.surfaces_known(target.object_id)[1:]:
+                self._decide_again(surface, self.known[surface])
+        return known.verdict
 
     def _entry(self, target: ThingTarget) -> ObjectState:
         known = self.known.get(target)
         return self._new(target) if known is None else known
 
     def _new(self, target: ThingTarget) -> ObjectState:
-        known = ObjectState(self._overrides.facts(target))
+        known = ObjectState(self.facts(whole(target)) or self._overrides.facts(target))
         if len(self.known) < MAX_KNOWN or self._has_made_room():
             self.known[target] = known
         return known
@@ -295,14 +358,18 @@ class SceneObjects:
         return undeclared is not None and self.known.pop(undeclared, None) is not None
 
     def _evidence(self, target: ThingTarget, known: ObjectState) -> tuple[Evidence, ...]:
+        given = self._given(target, known)
+        if known.recognised is None and known.vlm is None and not ladder.is_sure(given):
+            known = self.known.get(whole(target), known)
         recognised = () if known.recognised is None else (known.recognised.evidence,)
         reply = () if known.vlm is None else (known.vlm,)
-        return (*self._given(target, known), *recognised, *reply)
+        return (*given, *recognised, *reply)
 
     def _given(self, target: ThingTarget, known: ObjectState) -> tuple[Evidence, ...]:
         if known.declared is None:
-            known.declared = from_declaration(target, known.facts, self._lexicon)
-            name, surface = name_of(target, known.facts), surface_name_of(known.facts)
+            facts = as_surface(target, known.facts)
+            known.declared = from_declaration(target, facts, self._lexicon)
+            name, surface = name_of(target, facts), surface_name_of(facts)
             known.detail = sub_materials.from_name(name or "", self._lexicon, surface)
             known.table = known.detail.refine(self._table)
         return known.declared

@@ -43,6 +43,7 @@ from hapticvlm.session.frames import Frames, recognise_scene
 from hapticvlm.session.hands import Hold
 from hapticvlm.session.overrides import MaterialOverrides, with_materials
 from hapticvlm.session.scene_model import SceneModel
+from hapticvlm.session.scene_objects import title_of
 from hapticvlm.session.settings import SessionSettings
 from hapticvlm.session.targets import (
     ObjectTarget,
@@ -72,10 +73,10 @@ class SceneSession:
         """The materials that this scene's objects may have."""
         return self._model.materials
 
-    def name(self, object_id: str | None) -> str | None:
-        """Return what the scene calls this object, if it gave it a name."""
+    def name(self, object_id: str | None, surface: int | None = None) -> str | None:
+        """Return what the scene calls this object or surface of it, if it gave it a name."""
         facts = None if object_id is None else self._model.objects.facts(ObjectTarget(object_id))
-        return None if facts is None else facts.name
+        return None if facts is None else title_of(facts, surface or 0)
 
     @property
     def overrides(self) -> MaterialOverrides:
@@ -205,6 +206,9 @@ class SceneSession:
 
     def _frame(self, frame: Frame, now: float) -> list[Action]:
         check_describes(frame, observer=self.observer)
+        if not self._model.objects.has_surface(of_object(frame.object_id, frame.surface)):
+            text = "$.surface: the object states no surface with this index; state the object first"
+            raise MessageError("message", text, path="$.surface", id=frame.id)
         if not self._frames.admits(frame, now):
             return skipped(RequestId(frame.id), "rate")
         touched: list[Action] = []
@@ -216,7 +220,7 @@ class SceneSession:
 
     def _answer_frame(self, frame: Frame, now: float) -> list[Action]:
         """Answer at once what needs no recognition, else recognise the frame."""
-        target = of_object(frame.object_id)
+        target = of_object(frame.object_id, frame.surface)
         objects = self._model.objects
         if not isinstance(target, ObjectTarget) or objects.needs_recognition(target):
             generation = objects.generation(target)
@@ -232,11 +236,16 @@ class SceneSession:
     def _scene(self, scene: Scene) -> list[Action]:
         check_describes(scene, observer=self.observer)
         updated = () if scene.replace else scene.objects
-        announced = self._model.announced(ObjectTarget(given.object_id) for given in updated)
+        objects = self._model.objects
+        announced = self._model.announced(
+            surface for given in updated for surface in objects.surfaces_known(given.object_id)
+        )
         self._model.declare(scene)
         if scene.replace:
             self._overrides = self._overrides.without_stated()
-        changed = self._touches.announce_changes(announced)
+        changed = self._touches.announce_changes(
+            {target: key for target, key in announced.items() if objects.has_surface(target)}
+        )
         return [Reply(Ok(id=scene.id)), *self._touches.refresh(), *changed]
 
     def _set(self, wanted: Set) -> list[Action]:

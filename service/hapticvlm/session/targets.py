@@ -1,9 +1,9 @@
 """The targets of recognition, which are also the keys of everything known of a scene.
 
-A client names most objects. An object that it does not name is either under a hand (`HandRegion`:
-another object at every contact) or in the middle of a frame without an object id (`WholeView`,
-which may show several objects). The frame as a whole is recognised for its `Surroundings`, which
-are not an object.
+A client names most objects, and which of an object's surfaces it means. An object that it does not
+name is either under a hand (`HandRegion`: another object at every contact) or in the middle of a
+frame without an object id (`WholeView`, which may show several objects). The frame as a whole is
+recognised for its `Surroundings`, which are not an object.
 
 Targets are msgspec structs because they are the keys of the hottest dictionaries: a renewal of a
 lease looks one up some four times, and these hash and compare without running Python.
@@ -19,9 +19,13 @@ from hapticvlm.messages import Frame, HandName
 
 
 class ObjectTarget(msgspec.Struct, frozen=True, gc=False):
-    """An object by the id that its client gave it."""
+    """A surface of an object: the id that its client gave it, and an index into its `surfaces`.
+
+    0 is the largest, which stands for the whole object wherever no surface is named.
+    """
 
     object_id: str
+    surface: int = 0
 
 
 class HandRegion(msgspec.Struct, frozen=True, gc=False):
@@ -71,16 +75,25 @@ class RecognitionRequest:
     reference_material: str | None = None
 
 
-def of_object(object_id: str | None) -> ObjectTarget | WholeView:
-    """Return the target of a frame that names this object, or none."""
-    return WHOLE_VIEW if object_id is None else ObjectTarget(object_id)
+def of_object(object_id: str | None, surface: int = 0) -> ObjectTarget | WholeView:
+    """Return the target of a frame that names this surface of an object, or no object."""
+    return WHOLE_VIEW if object_id is None else ObjectTarget(object_id, surface)
+
+
+def whole(target: ThingTarget) -> ThingTarget:
+    """Return the target that stands for the whole object that this one is a surface of."""
+    if isinstance(target, ObjectTarget) and target.surface:
+        return ObjectTarget(target.object_id)
+    return target
 
 
 def name_of(target: Target) -> str:
     """Return a short text for this target, for logs and to notice an unchanged picture."""
     match target:
-        case ObjectTarget(object_id):
+        case ObjectTarget(object_id, 0):
             return f"object {object_id}"
+        case ObjectTarget(object_id, surface):
+            return f"object {object_id}, surface {surface}"
         case HandRegion(hand):
             return f"{hand} hand"
         case WholeView():

@@ -30,7 +30,7 @@ from hapticvlm.session.actions import (
 from hapticvlm.session.frames import Frames
 from hapticvlm.session.hands import LEASE_S, Hand, Hands, Hold
 from hapticvlm.session.scene_model import SceneModel
-from hapticvlm.session.targets import HandRegion, ThingTarget
+from hapticvlm.session.targets import HandRegion, ThingTarget, whole
 
 NEUTRAL_HOLD_S = 30.0  # between touches the plate is kept neutral, not left to cool to the room
 
@@ -136,7 +136,10 @@ class TouchTracker:
         if self._hold.holds_all(touch.hand):
             text = "outputs are held by stop: send release, then a new approach or contact"
             raise MessageError("unsafe", text, path="$.phase", id=touch.id)
-        return self._move(hand, touch, now)
+        if touch.surface == 0:
+            return self._move(hand, touch, now)
+        touch, told = self._scene.on_stated_surface(touch)
+        return [*self._move(hand, touch, now), *told]
 
     def tick(self, now: float, reading: PlateReading) -> list[Action]:
         """End the leases that lapsed and move the plate along its trajectory."""
@@ -166,9 +169,14 @@ class TouchTracker:
         return actions
 
     def refresh(self) -> list[Action]:
-        """Announce and play what changed for the hands after the scene or a setting changed."""
+        """Announce and play what changed for the hands after the scene or a setting changed.
+
+        A hand on a surface that its object no longer states is on the largest one.
+        """
         actions: list[Action] = []
         for hand in self.hands:
+            if not self._scene.objects.has_surface(hand.target):
+                hand.target = whole(hand.target)
             if hand.is_touching:
                 actions += self.refresh_texture(hand.target)
                 actions += self._announce(hand, cached=False)

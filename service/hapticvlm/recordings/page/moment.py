@@ -31,14 +31,14 @@ def moment(timeline: Timeline, at_s: float | None = None) -> Moment:
     """Return the moment at a time, or the strongest one."""
     t_s = _strongest(timeline) if at_s is None else min(max(at_s, 0.0), timeline.duration_s)
     touch = timeline.touch_at(t_s)
-    decision = touch and timeline.decision_at(t_s, touch.object_id)
+    decision = touch and timeline.decision_at(t_s, touch.target)
     if touch is None or not decision:
         title, description = (
             "A touch, felt by HapticVLM",
             f"A session of {timeline.duration_s:.0f} s.",
         )
     else:
-        title = f"{timeline.name(touch.object_id)}: felt as {decision['material']}"
+        title = f"{timeline.name(touch.target)}: felt as {decision['material']}"
         contact_c = decision.get("contact_c")
         warmth = "" if contact_c is None else f", {contact_c:.0f} °C under the hand"
         description = f"{decision['confidence']:.0%} sure{warmth}. Press play to hear it."

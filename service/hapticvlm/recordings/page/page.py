@@ -26,7 +26,7 @@ HERE = Path(__file__).parent
 PEAKS_PER_S = 100
 LONGEST_S = 900.0  # browsers load larger files badly
 _FIELDS = (
-    *("object_id", "material", "confidence", "runner_up", "source", "evidence"),
+    *("object_id", "surface", "material", "confidence", "runner_up", "source", "evidence"),
     *("contact_c", "setpoint_c", "limited_by"),
 )
 _TYPES = {".jpg": "image/jpeg", ".png": "image/png"}
@@ -66,7 +66,8 @@ def document(timeline: Timeline, title: str) -> dict[str, Any]:
             {
                 "hand": touch.hand,
                 "object_id": touch.object_id,
-                "name": timeline.name(touch.object_id),
+                "surface": touch.surface,
+                "name": timeline.name(touch.target),
                 "from_s": round(touch.from_s, 3),
                 "to_s": round(touch.to_s, 3),
             }

@@ -30,7 +30,8 @@ function newest(list, at) {
 
 const degrees = (value) => (value == null ? "no reading" : `${value.toFixed(1)} °C`);
 const touchAt = (at) => session.touches.findLast((touch) => touch.from_s <= at && at <= touch.to_s);
-const decisionOf = (object, at) => session.decisions.findLast((decision) => decision.t_s <= at && decision.object_id === object);
+const isOn = (touch, { object_id, surface }) => object_id === touch.object_id && (surface ?? 0) === touch.surface;
+const decisionOf = (touch, at) => session.decisions.findLast((decision) => decision.t_s <= at && isOn(touch, decision));
 
 function seek(at, { isPlaying = false } = {}) {
   now = Math.min(Math.max(at, 0), session.duration_s);
@@ -44,7 +45,7 @@ function seek(at, { isPlaying = false } = {}) {
 }
 
 function showState(touch) {
-  const decision = touch && decisionOf(touch.object_id, now);
+  const decision = touch && decisionOf(touch, now);
   const plate = session.plate[newest(session.plate, now)];
   byId("touching").textContent = touch ? `the ${touch.hand} hand touches` : "nothing is touched";
   byId("name").textContent = touch ? touch.name : "";
@@ -112,7 +113,7 @@ function draw() {
   context.clearRect(0, 0, width, height);
   const across = (at) => (at / session.duration_s) * width;
   for (const touch of session.touches) {
-    context.fillStyle = `color-mix(in srgb, ${materialColour(decisionOf(touch.object_id, touch.to_s)?.material)} 25%, transparent)`;
+    context.fillStyle = `color-mix(in srgb, ${materialColour(decisionOf(touch, touch.to_s)?.material)} 25%, transparent)`;
     context.fillRect(across(touch.from_s), 0, Math.max(across(touch.to_s) - across(touch.from_s), 1), height);
   }
   drawWave(context, width, height * 0.5);
@@ -156,7 +157,7 @@ function drawPlate(context, across, top, height) {
 
 function listTouches() {
   for (const touch of session.touches) {
-    const material = decisionOf(touch.object_id, touch.to_s)?.material ?? "undecided";
+    const material = decisionOf(touch, touch.to_s)?.material ?? "undecided";
     const link = Object.assign(document.createElement("a"), { href: `#t=${touch.from_s.toFixed(2)}` });
     link.dataset.from = touch.from_s;
     link.style.setProperty("--body", materialColour(material));
