@@ -53,9 +53,9 @@ class Visit:
 
 
 @contextmanager
-def served(size: tuple[int, int]) -> Iterator[tuple[Service, Page]]:
-    """Serve the examples, and open a page that shows nothing yet."""
-    with running(["--scene", str(EXAMPLES)]) as service, sync_playwright() as playwright:
+def served(size: tuple[int, int], folder: Path = EXAMPLES) -> Iterator[tuple[Service, Page]]:
+    """Serve the examples or another scene, and open a page that shows nothing yet."""
+    with running(["--scene", str(folder)]) as service, sync_playwright() as playwright:
         browser = playwright.chromium.launch(
             executable_path=shutil.which(CHROMIUM), args=["--no-sandbox", *LLVMPIPE]
         )

@@ -30,6 +30,7 @@ export class Haptics extends EventTarget {
   #watch = 0;
   #receivedAt = 0;
   #ids = 0;
+  #minor = 0; // of the service's protocol
   #isClosed = false;
   #isOpen = false;
   #isOwner = false;
@@ -103,7 +104,7 @@ export class Haptics extends EventTarget {
     this.#set(gains);
   }
 
-  /** Sends a touch: {phase, hand, object_id, speed_mps, force_n, interaction?}. */
+  /** Sends a touch: {phase, hand, object_id, surface?, speed_mps, force_n, interaction?}. */
   touch({speed_mps, force_n, ...fields}) {
     if (!this.#isOwner) {
       this.lost.touches++;
@@ -198,6 +199,7 @@ export class Haptics extends EventTarget {
 
   #welcomed(message) {
     this.#isOpen = true;
+    this.#minor = message.protocol.minor;
     this.#wait = FIRST_WAIT;
     this.#problem = '';
     this.#askedAt = -Infinity;
@@ -268,13 +270,24 @@ export class Haptics extends EventTarget {
 
   #send(type, fields) {
     const id = ++this.#ids;
-    this.#socket.send(encode({type, id, ...fields}, {ignoreUndefined: true}));
+    const known = this.#minor < 2 ? withoutSurfaces(fields) : fields;
+    this.#socket.send(encode({type, id, ...known}, {ignoreUndefined: true}));
     return id;
   }
 
   #notify(type, detail) {
     this.dispatchEvent(new CustomEvent(type, {detail}));
   }
+}
+
+/** Returns fields as a service before protocol 1.2 takes them: each object is its largest surface. */
+function withoutSurfaces({surface, objects, ...fields}) {
+  return objects ? {...fields, objects: objects.map(asLargest)} : fields;
+}
+
+function asLargest({surfaces, ...object}) {
+  const [largest] = surfaces ?? [];
+  return largest ? {name: largest.name, material: largest.material, shader: largest.shader, ...object} : object;
 }
 
 function seconds() {

@@ -1,6 +1,6 @@
 /** A client of the HapticVLM service for web scenes; messages are those of docs/protocol.md. */
 import type {
-  Decision, Error as Refusal, Feel, Frame, HandName, Ownership, Scene, SceneObject, Scope, Skipped, Telemetry, Touch, Vibration, Welcome,
+  Decision, Error as Refusal, Feel, Frame, HandName, ObjectSurface, Ownership, Scene, SceneObject, Scope, Skipped, Telemetry, Touch, Vibration, Welcome,
 } from './messages.js';
 
 export type * from './messages.js';
@@ -95,3 +95,24 @@ export class Pulses {
   /** Returns the reason why this controller is silent, in one sentence; empty if there is none. */
   silence(source?: Controller): string;
 }
+
+/** An Object3D of three.js: a mesh, a model of GLTFLoader, or the `getObject3D('mesh')` of an A-Frame entity. */
+export interface Root {
+  name?: string;
+  updateWorldMatrix(parents: boolean, children: boolean): void;
+  traverse(visit: (node: any) => void): unknown;
+}
+
+/** An intersection of a Raycaster of three.js. */
+export interface Hit {
+  object: object;
+  face?: {materialIndex: number} | null;
+}
+
+/**
+ * Returns the surfaces of an object, for its `surfaces`: one for each material of all meshes in `root`, the largest
+ * first. A mesh with groups has several, and so has a model of several meshes. Call it again when materials change.
+ */
+export function surfacesOf(root: Root): ObjectSurface[];
+/** Returns the index of the surface that a ray hit, for `surface` of a touch; 0, the largest, if it is none of `surfacesOf`. */
+export function surfaceAt(root: Root, hit: Hit): number;

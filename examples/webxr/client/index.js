@@ -1,2 +1,3 @@
 export {Haptics} from './haptics.js';
 export {Pulses} from './pulses.js';
+export {surfaceAt, surfacesOf} from './surfaces.js';

@@ -1,0 +1,81 @@
+/**
+ * The surfaces of an object of three.js or A-Frame: one for each material of all meshes in it, the largest first.
+ *
+ * A mesh has several materials where its geometry has groups. GLTFLoader makes a mesh of several primitives a group of
+ * meshes instead, and a whole model is a group as well; both are one object here, so that one id serves all of it.
+ * Needs nothing of three.js but the meshes that it is given.
+ */
+const MOST = 64; // surfaces of an object, the protocol's limit
+const LONGEST = 256; // characters of a name
+
+const orders = new WeakMap(); // root -> its materials, in the order of its surfaces
+
+/** Returns the surfaces of everything in `root`, for `surfaces` of an object; call it again when materials change. */
+export function surfacesOf(root) {
+  const areas = new Map(); // by material
+  root.updateWorldMatrix(true, true);
+  root.traverse((mesh) => mesh.isMesh && measure(mesh, areas));
+  const materials = [...areas.keys()].sort((one, other) => areas.get(other) - areas.get(one));
+  if (materials.length > MOST) console.warn(`hapticvlm: ${materials.length - MOST} small surfaces of ${root.name || 'an object'} are felt as its largest`);
+  orders.set(root, new Map(materials.slice(0, MOST).map((material, index) => [material, index])));
+  return materials.slice(0, MOST).map(describe);
+}
+
+/** Returns the index of the surface that a ray hit, for `surface` of a touch; `hit` is an intersection of a Raycaster. */
+export function surfaceAt(root, {object, face}) {
+  const {material} = object;
+  const touched = Array.isArray(material) ? material[face?.materialIndex ?? 0] : material;
+  return orders.get(root)?.get(touched) ?? 0;
+}
+
+/** Adds the area of a mesh's triangles, as they stand in the scene, to that of their materials. */
+function measure({geometry, material, matrixWorld, count = 1}, areas) {
+  const positions = geometry.attributes.position;
+  if (!positions) return;
+  const {index} = geometry;
+  const end = index ? index.count : positions.count;
+  const parts = Array.isArray(material) ? geometry.groups : [{start: 0, count: end, materialIndex: 0}];
+  const materials = [material].flat();
+  for (const part of parts) {
+    const own = materials[part.materialIndex ?? 0];
+    if (!own) continue;
+    let area = 0;
+    for (let at = part.start; at + 2 < Math.min(part.start + part.count, end); at += 3) {
+      const corners = [at, at + 1, at + 2].map((i) => place(positions, index ? index.getX(i) : i, matrixWorld.elements));
+      area += triangle(...corners);
+    }
+    areas.set(own, (areas.get(own) ?? 0) + count * area);
+  }
+}
+
+function place(positions, i, m) {
+  const [x, y, z] = [positions.getX(i), positions.getY(i), positions.getZ(i)];
+  return [m[0] * x + m[4] * y + m[8] * z, m[1] * x + m[5] * y + m[9] * z, m[2] * x + m[6] * y + m[10] * z];
+}
+
+function triangle(a, b, c) {
+  const [u, v] = [b, c].map((corner) => corner.map((value, i) => value - a[i]));
+  return Math.hypot(u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]) / 2;
+}
+
+/** Returns what a material says of itself: its name, after that of its texture's file, and its shader parameters. */
+function describe(material) {
+  const file = material.map?.name.split('/').at(-1);
+  const name = [file, material.name].filter(Boolean).join('/').slice(-LONGEST);
+  return {name: name || undefined, shader: shaderOf(material)};
+}
+
+/** Returns the parameters that hold for the whole surface: where a map gives one, its factor says nothing. */
+function shaderOf({isMeshStandardMaterial, metalness, metalnessMap, roughness, roughnessMap, transmission, color, map}) {
+  if (!isMeshStandardMaterial) return undefined;
+  return {
+    metallic: metalnessMap ? undefined : share(metalness),
+    roughness: roughnessMap ? undefined : share(roughness),
+    transmission: share(transmission),
+    base_color: map || !color ? undefined : [color.r, color.g, color.b].map(share),
+  };
+}
+
+function share(value) {
+  return Number.isFinite(value) ? Math.min(1, Math.max(0, value)) : undefined;
+}
