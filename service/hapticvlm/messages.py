@@ -234,7 +234,7 @@ class Scene(Wire, frozen=True, tag="scene", tag_field="type"):
     `forget` removes single objects, so that a scene need not send all others again. Unknown ids in
     it are ignored. If `materials` is given, recognition considers only these.
     An observer on the service's own machine may override materials of the owner's objects: it sends
-    `object_id` and `material` only, with `replace` false.
+    `object_id` and `material` only, of objects or of their surfaces, with `replace` false.
     """
 
     id: RequestId

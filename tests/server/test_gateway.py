@@ -103,7 +103,7 @@ def test_only_an_observer_of_this_machine_states_materials(gateway):
     assert (refused.value.code, refused.value.id) == ("protocol", 7)
     assert not owner.session.overrides.stated
     gateway.override_materials(join(gateway, observer=True), stated, 0.0)
-    assert owner.session.overrides.stated == {"a": "metal"}
+    assert owner.session.overrides.stated == {"a": SceneObject(object_id="a", material="metal")}
 
 
 def test_an_observer_never_takes_the_outputs(gateway):

@@ -100,7 +100,8 @@ def test_a_file_outside_the_pages_is_never_served(path, tmp_path):
 @pytest.mark.parametrize(("peer", "code"), [("127.0.0.1", 200), ("192.168.1.9", 403)])
 def test_material_overrides_never_leave_this_machine(peer, code):
     policy = Address("0.0.0.0", token=TOKEN, pages_from="lan").policy()
-    stated = MaterialOverrides({"cup": "glass"}).with_stated([SceneObject("box", material="wood")])
+    cup = SceneObject(object_id="cup", material="glass")
+    stated = MaterialOverrides({"cup": cup}).with_stated([SceneObject("box", material="wood")])
     pages = LoopbackPages(policy, lambda: stated)
     password = base64.b64encode(f":{TOKEN}".encode()).decode()
     header = ("Authorization", f"Basic {password}")

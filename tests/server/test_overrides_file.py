@@ -3,14 +3,18 @@
 import pytest
 
 from hapticvlm.materials import MATERIALS
+from hapticvlm.messages import ObjectSurface, SceneObject
 from hapticvlm.server.web import overrides_file
 
-ODD = {"cup": "glass", 'a "quoted" \\ name\n': "wood", "\x7f\N{SNOWMAN}\N{PILE OF POO}": "metal"}
+NAMES = ("cup", 'a "quoted" \\ name\n', "\x7f\N{SNOWMAN}\N{PILE OF POO}")
+ODD = {name: SceneObject(object_id=name, material="glass") for name in NAMES}
+SURFACES = [ObjectSurface(), ObjectSurface(material="stone")]
+ROOM = {"room": SceneObject(object_id="room", surfaces=SURFACES)}
 
 
 def test_what_was_stated_is_read_again(tmp_path):
     file = tmp_path / "stated.json"
-    for stated in ({}, ODD):
+    for stated in ({}, ODD, ROOM):
         file.write_bytes(overrides_file.text(stated))
         assert overrides_file.read(file, MATERIALS) == stated
 
@@ -20,6 +24,11 @@ def test_what_was_stated_is_read_again(tmp_path):
     [
         ('{"objects": [{"object_id": "cup", "material": "mettal"}]}', "unknown material `mettal`"),
         ('{"objects": [{"object_id": "cup"}]}', "material"),
+        ('{"objects": [{"object_id": "cup", "material": "wood", "sunlit": true}]}', "nothing else"),
+        (
+            '{"objects": [{"object_id": "room", "surfaces": [{}, {"material": "mettal"}]}]}',
+            r"objects\[0\]\.surfaces\[1\]\.material: unknown material `mettal`",
+        ),
         ('{"objects": [{"object_id": "", "material": "wood"}]}', "object_id"),
         ('{"objects": [], "things": []}', "things"),
         ("[" * 100_000, "Save"),

@@ -4,10 +4,21 @@ import { authorised } from "./link.js";
 
 const FILE = "stated.json";
 const URL_LIFETIME_MS = 30_000;
-const stated = new Set(); // ids of objects whose material a person has stated, and may change again
+const stated = new Set(); // keys of objects and surfaces whose material a person has stated, and may change again
 let link = null;
 let current = null;
 let loadedFor = null;
+
+const keyOf = ({ object_id, surface }) => JSON.stringify([object_id, surface ?? null]);
+
+// An object of several surfaces is corrected where it was touched; the others stay as they are.
+const corrected = ({ object_id, surface }, material) =>
+  surface == null ? { object_id, material } : { object_id, surfaces: [...Array(surface).fill({}), { material }] };
+
+function* keysOf({ object_id, material, surfaces = [] }) {
+  if (material) yield keyOf({ object_id });
+  for (const [surface, own] of surfaces.entries()) if (own.material) yield keyOf({ object_id, surface });
+}
 
 export function begin(given) {
   link = given;
@@ -25,9 +36,9 @@ export function welcome({ materials }) {
 
 // Offers the choice for the object shown, unless the scene itself states the material.
 export function offer(decision, title) {
-  const isOther = current?.object_id !== decision.object_id;
+  const isOther = current === null || keyOf(current) !== keyOf(decision);
   current = decision;
-  const isSettled = decision.source === "scene" && !stated.has(decision.object_id);
+  const isSettled = decision.source === "scene" && !stated.has(keyOf(decision)) && !stated.has(keyOf({ object_id: decision.object_id }));
   byId("teach").hidden = !decision.object_id || isSettled;
   byId("teach-save").hidden = !stated.size;
   if (!isOther) return;
@@ -45,7 +56,7 @@ export async function show({ owner }) {
   loadedFor = owner;
   try {
     const { objects } = JSON.parse(await read());
-    for (const { object_id } of objects) stated.add(object_id);
+    for (const object of objects) for (const key of keysOf(object)) stated.add(key);
   } catch {
     loadedFor = null; // retried with the next status
   }
@@ -60,11 +71,11 @@ async function read() {
 
 // The service accepts it for the owner's scene, from this machine only; a refusal is shown unchanged.
 async function state(material) {
-  const { object_id } = current;
-  const isNew = !stated.has(object_id);
-  stated.add(object_id);
-  const answer = await link.ask({ type: "scene", objects: [{ object_id, material }], replace: false });
-  if (answer.type !== "ok" && isNew) stated.delete(object_id);
+  const key = keyOf(current);
+  const isNew = !stated.has(key);
+  stated.add(key);
+  const answer = await link.ask({ type: "scene", objects: [corrected(current, material)], replace: false });
+  if (answer.type !== "ok" && isNew) stated.delete(key);
   byId("teach-save").hidden = !stated.size;
   setText(byId("teach-told"), answer.type === "ok" ? `Corrected to ${material} until the scene ends.` : (answer.text ?? "The service did not answer."));
 }

@@ -20,7 +20,7 @@ from hapticvlm.evidence.ambient import SceneView
 from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.evidence.reading import Reading
 from hapticvlm.materials import Material
-from hapticvlm.messages import ClientMessage, Frame, Hello, Scope
+from hapticvlm.messages import ClientMessage, Frame, Hello, SceneObject, Scope
 from hapticvlm.recordings.lines import VERSION, Input, Key, Line, Output
 from hapticvlm.rendering.heat.limits import PlateReading
 from hapticvlm.session.actions import (
@@ -172,7 +172,10 @@ def head(settings: SessionSettings, hold: Hold) -> Line:
         Key.FEEL: settings.feel,
         Key.READING: _plain(settings.reading),
         Key.MATERIALS: list(settings.table),
-        Key.SAVED_MATERIALS: dict(settings.saved_materials),
+        Key.SAVED_MATERIALS: {
+            object_id: override.material if override.surfaces is None else _plain(override)
+            for object_id, override in settings.saved_materials.items()
+        },
         Key.HOLD: _plain(hold.state),
     }
 
@@ -183,7 +186,12 @@ def settings_of(head: Line, table: Mapping[str, Material]) -> SessionSettings:
         owner=head[Key.OWNER],
         reading=msgspec.convert(head[Key.READING], PlateReading),
         table=table,
-        saved_materials=head[Key.SAVED_MATERIALS],
+        saved_materials={
+            object_id: SceneObject(object_id=object_id, material=override)
+            if isinstance(override, str)
+            else msgspec.convert(override, SceneObject)
+            for object_id, override in head[Key.SAVED_MATERIALS].items()
+        },
         can_ask=head[Key.CAN_ASK],
         contact_resistance=head[Key.CONTACT_RESISTANCE],
         plate_resistance=head[Key.PLATE_RESISTANCE],

@@ -24,6 +24,7 @@ from hapticvlm.devices.speaker.speaker import Speaker
 from hapticvlm.devices.speaker.speaker_files import read_speaker_files
 from hapticvlm.evidence.lexicon import read_lexicon
 from hapticvlm.materials import Material
+from hapticvlm.messages import SceneObject
 from hapticvlm.recordings.recorder import Recorder
 from hapticvlm.server.settings import ServeOptions
 from hapticvlm.server.web import overrides_file
@@ -44,7 +45,7 @@ class ServiceParts:
     vlm: VlmWorker | None
     recorder: Recorder | None
     table: Mapping[str, Material]
-    saved_materials: Mapping[str, str]
+    saved_materials: Mapping[str, SceneObject]
 
     def begin(self) -> None:
         """Let the processes of speaker and recogniser start, and do not wait for them.

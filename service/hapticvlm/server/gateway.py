@@ -49,6 +49,7 @@ from hapticvlm.session.actions import (
     SendVibration,
     Watch,
 )
+from hapticvlm.session.overrides import materials_of
 from hapticvlm.session.targets import RecognitionRequest
 from hapticvlm.vision.worker import RecogniserWorker
 from hapticvlm.vlm.worker import VlmReply, VlmWorker
@@ -122,7 +123,11 @@ class Gateway:
             text = "no scene owns the outputs: connect one, and state its objects' materials then"
             raise MessageError("not_owner", text, path="$.type", id=scene.id)
         self.deliver(self.owner, self.owner.session.override(scene, now))
-        names = ", ".join(f"{each.object_id} {each.material}" for each in scene.objects)
+        names = ", ".join(
+            f"{each.object_id}{path} {material}"
+            for each in scene.objects
+            for path, material in materials_of(each).items()
+        )
         logger.info("%s stated: %s", observer.name, names)
         return Ok(id=scene.id)
 

@@ -32,6 +32,7 @@ from hapticvlm.messages import (
     Party,
     Privacy,
     ProtocolVersion,
+    SceneObject,
     SetpointRange,
     Welcome,
     decode,
@@ -83,7 +84,7 @@ class ServiceInfo:
     asks_elsewhere: bool = False
     crops_elsewhere: bool = False
     recorder: Recorder | None = None
-    saved_materials: Mapping[str, str] = field(default_factory=dict)
+    saved_materials: Mapping[str, SceneObject] = field(default_factory=dict)
     contact_resistance: float | None = None
     plate_resistance: float = PLATE_RESISTANCE
     feel: Feel = "full"

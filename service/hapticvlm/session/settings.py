@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from hapticvlm.materials import MATERIALS, Material
+from hapticvlm.messages import SceneObject
 from hapticvlm.rendering.heat.contact import PLATE_RESISTANCE
 from hapticvlm.rendering.heat.limits import AT_REST, PlateReading
 from hapticvlm.session.decisions import Feel
@@ -26,7 +27,7 @@ class SessionSettings:
     observer: bool = False
     reading: PlateReading = AT_REST
     table: Mapping[str, Material] = field(default_factory=lambda: MATERIALS)
-    saved_materials: Mapping[str, str] = field(default_factory=dict)
+    saved_materials: Mapping[str, SceneObject] = field(default_factory=dict)
     can_ask: bool = False
     contact_resistance: float | None = None
     plate_resistance: float = PLATE_RESISTANCE

@@ -1723,7 +1723,7 @@ namespace HapticVLM.Wire
     /// `forget` removes single objects, so that a scene need not send all others again. Unknown ids in
     /// it are ignored. If `materials` is given, recognition considers only these.
     /// An observer on the service's own machine may override materials of the owner's objects: it sends
-    /// `object_id` and `material` only, with `replace` false.</summary>
+    /// `object_id` and `material` only, of objects or of their surfaces, with `replace` false.</summary>
     public struct Scene
     {
         public long Id;
