@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import shutil
 import struct
@@ -10,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import pytest
+from PIL import Image
 from playwright.sync_api import Page
 from webxr_scene import EXAMPLES, PATIENCE_MS, served
 
@@ -25,7 +27,7 @@ MATERIALS: list[tuple[str, dict[str, Any], str]] = [
     ("Stainless_Steel", {}, "metal"),
     ("Concrete_Wall", {}, "stone"),
     ("Bathroom_Ceramic", {}, "ceramic"),
-    ("Leather_Sofa", {}, "leather"),
+    ("mat5", {"baseColorTexture": {"index": 0}}, "leather"),
     ("Rubber_Mat", {}, "rubber"),
     ("Plastic_White", {}, "plastic"),
     ("Cardboard", {}, "paper"),
@@ -40,6 +42,7 @@ MATERIALS: list[tuple[str, dict[str, Any], str]] = [
     ("Copper", {}, "metal"),
     ("Brick_Wall", {}, "stone"),
 ]
+PICTURE = "T_Leather_D.png"  # of the material that has one, inside the file
 ACROSS = 5  # tiles in a row; the n-th tile is smaller than those before it
 # Reads the room, makes one mesh with groups of it if asked to, and touches the middle of each tile.
 TOUCH_ALL = """async ([isOneMesh, wanted, patience]) => {
@@ -109,6 +112,13 @@ def visit(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Visit]:
         yield visit
 
 
+def picture() -> bytes:
+    """Return a small PNG."""
+    file = io.BytesIO()
+    Image.new("RGB", (4, 4), (90, 60, 40)).save(file, "PNG")
+    return file.getvalue()
+
+
 def room() -> bytes:
     """Return a glTF file: one node, one mesh, a square primitive for each material."""
     data = b""
@@ -138,6 +148,10 @@ def room() -> bytes:
         materials.append({"name": name, "pbrMetallicRoughness": material, "doubleSided": True})
         primitive = {"attributes": {"POSITION": 2 * number}, "indices": 2 * number + 1}
         primitives.append({**primitive, "material": number})
+    pixels = picture()
+    views.append({"buffer": 0, "byteOffset": len(data), "byteLength": len(pixels)})
+    data += pixels + bytes(-len(pixels) % 4)
+    image = {"name": PICTURE, "bufferView": len(views) - 1, "mimeType": "image/png"}
     described = json.dumps(
         {
             "asset": {"version": "2.0"},
@@ -146,6 +160,8 @@ def room() -> bytes:
             "nodes": [{"mesh": 0, "name": "mesh2057757694"}],
             "meshes": [{"primitives": primitives}],
             "materials": materials,
+            "textures": [{"source": 0}],
+            "images": [image],
             "accessors": accessors,
             "bufferViews": views,
             "buffers": [{"byteLength": len(data)}],
@@ -165,7 +181,11 @@ def test_each_surface_of_a_mesh_of_twenty_materials_is_felt_as_what_it_is(
 
     assert seen["parts"] == len(MATERIALS)
     assert seen["refused"] == []
-    assert seen["names"] == [name for name, _, _ in MATERIALS]  # the largest first
+    names = [
+        f"{PICTURE}/{name}" if "baseColorTexture" in factors else name
+        for name, factors, _ in MATERIALS
+    ]
+    assert seen["names"] == names  # the largest first
     indices = [each["surface"] for each in seen["felt"]]
     assert indices == [each["decidedOn"] for each in seen["felt"]] == list(range(len(MATERIALS)))
     assert [each["material"] for each in seen["felt"]] == [truth for _, _, truth in MATERIALS]

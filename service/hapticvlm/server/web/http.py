@@ -31,7 +31,7 @@ CODES = {"/connect.svg": "", "/connect-try.svg": "try"}  # pictures of the addre
 ALIVE = "/healthz"
 REPORTS = ("/readyz", "/metrics")
 PAGES = Path(__file__).parents[2] / "pages"
-CSP = "default-src 'self'; connect-src 'self'; frame-ancestors 'none'; base-uri 'none'"
+CSP = "default-src 'self'; frame-ancestors 'none'; base-uri 'none'"
 
 
 class Ends(Protocol):

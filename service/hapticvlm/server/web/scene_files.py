@@ -42,8 +42,10 @@ SCENE_TYPES = {
 }
 ENCODINGS = {".gz": "gzip", ".br": "br"}
 # Permissions that an engine needs to run. `wasm-unsafe-eval` compiles WebAssembly and nothing else;
-# audio and threads of engines are scripts made on the fly (blob:); their pages style themselves.
+# audio and threads of engines are scripts made on the fly (blob:); their pages style themselves. A
+# glTF file holds its buffers and pictures itself, which loaders fetch as data: and blob:.
 _ENGINE_POLICY = (
+    "; connect-src 'self' data: blob:"
     "; img-src 'self' data: blob:; media-src 'self' data: blob:; worker-src 'self' blob:"
     "; style-src 'self' 'unsafe-inline'; script-src 'self' 'wasm-unsafe-eval' blob:"
 )
