@@ -139,8 +139,9 @@ class Client:
         """Declare the objects of the scene.
 
         - `objects`: a dictionary for each object: `object_id`, and what is known of `name`,
-          `material`, `temperature_c`, `shader`, `thickness_m` (m), `sunlit`, `vibrates` and
-          `stands_on`.
+          `material`, `temperature_c`, `shader`, `thickness_m` (m), `sunlit`, `vibrates`,
+          `stands_on` and `surfaces`, a dictionary for each of its surfaces, the largest first:
+          `name`, `material` and `shader`.
         - `replace`: True (the default) makes these all objects of the scene; False adds or updates
           them and keeps the others.
         - `fields`: `forget`, a list of ids of removed objects; `ambient_c`, the air temperature in
@@ -170,7 +171,8 @@ class Client:
           the impact (default 0).
         - `force_n`: force of the hand in N (default 0).
         - `fields`: `hand`, `left` or `right` (default); `interaction`, such as `tap` or `swing`;
-          `region`, a part of the newest frame; `distance_m` and `closing_mps` of an approach;
+          `surface`, an index into the object's `surfaces` (default 0, the largest); `region`, a
+          part of the newest frame; `distance_m` and `closing_mps` of an approach;
           `captured_at` in s (default: now).
 
         Raises `Refused`, for example with the code `unsafe` while a stop holds the outputs, or
@@ -194,8 +196,9 @@ class Client:
         - `image`: the encoded picture; 448 x 448 px as JPEG is enough.
         - `width`, `height`: its size in px.
         - `fields`: `format`, `jpeg` (default), `png`, `rgb8` or `rgba8`; `origin`, the row that
-          comes first, `top` (default) or `bottom`; `object_id`, the object it shows; `mask`, a
-          PNG of the same size that is nonzero on the object, or `region`, a rectangle around it;
+          comes first, `top` (default) or `bottom`; `object_id`, the object it shows, and `surface`,
+          the index of the surface; `mask`, a PNG of the same size that is nonzero on the object, or
+          `region`, a rectangle around it;
           `purpose`; `max_age_ms`; `captured_at` in s (default: now).
 
         Raises `Refused`, for example for a picture that cannot be decoded.

@@ -66,9 +66,11 @@ def run(opened: Callable[[], Capture], to: Target, pace: Pace, *, as_json: bool)
 
 def describe(decision: Message) -> str:
     """Return a line for a person: object, material, confidence, rung, setpoint."""
+    surface = decision.get("surface")
+    place = f"{decision.get('object_id') or 'the view'}{'' if surface is None else f', {surface}'}"
     limited = f" (limited by {decision['limited_by']})" if decision.get("limited_by") else ""
     return (
-        f"{decision.get('object_id') or 'the view':<22} {decision['material']:<8} "
+        f"{place:<22} {decision['material']:<8} "
         f"{decision['confidence']:4.0%} from {decision['source']:<8} "
         f"plate {decision['setpoint_c']:5.1f} degC{limited}"
     )
@@ -107,7 +109,7 @@ class _Show:
         self._progress = progress
         self._task = progress.add_task(capture.path.name, total=capture.frames or None)
         self._as_json = as_json
-        self._shown: dict[str | None, tuple[str, str]] = {}
+        self._shown: dict[tuple[str | None, int | None], tuple[str, str]] = {}
         self._errors: set[str] = set()
 
     def seen(self, line: Line, answer: Message) -> None:
@@ -124,10 +126,10 @@ class _Show:
         if self._as_json:
             print(json.dumps({"t_s": line.t_s, "truth": line.truth, **answer}), flush=True)
             return
-        object_id = answer.get("object_id")
+        place = (answer.get("object_id"), answer.get("surface"))
         change = (answer["material"], answer["source"])
-        if self._shown.get(object_id) != change:
-            self._shown[object_id] = change
+        if self._shown.get(place) != change:
+            self._shown[place] = change
             self._print(f"{line.t_s:7.2f} s  {describe(answer)}")
 
     def _print(self, text: str) -> None:
