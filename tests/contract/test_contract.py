@@ -147,3 +147,23 @@ def test_a_motor_plays_the_strongest_since_the_last_picture_and_rests_after_the_
     assert told["an empty plan"] == told["a picture long after"] == told["too weak"] == []
     assert told["turned up"] == [1]
     assert told["a gamepad"] == [0.5]
+
+
+def test_surfaces_are_stated_largest_first_and_to_an_older_service_the_largest_alone(run: Run) -> None:
+    require("three")
+    said = json.loads(run("node", HERE / "surfaces.mjs"))
+
+    oak = {"object_id": "room", "name": "Oak", "shader": {"metallic": 0}}
+    assert said["1"] == {"objects": [oak], "touch": None, "frame": None}
+    (room,) = said["2"]["objects"]
+    assert [surface["name"] for surface in room["surfaces"]] == ["Oak", "Glass", "Steel"]
+    assert (said["2"]["touch"], said["2"]["frame"]) == (2, 2)
+
+    assert said["shared"]["names"] == ["Steel", "Oak", "Glass"]
+    assert said["shared"]["hit"] == 0
+    assert (said["shared"]["shader"]["metallic"], said["shared"]["shader"]["roughness"]) == (1, 0.25)
+    assert said["mapped"] == {"name": "T_Planks_D.png/mat3", "shader": {}}
+    assert said["many"]["length"] == 64
+    assert (said["many"]["largest"], said["many"]["smallest"]) == (0, 0)
+    (told,) = said["many"]["told"]
+    assert "6 small surfaces" in told

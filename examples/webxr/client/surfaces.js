@@ -41,21 +41,25 @@ function measure({geometry, material, matrixWorld, count = 1}, areas) {
     if (!own) continue;
     let area = 0;
     for (let at = part.start; at + 2 < Math.min(part.start + part.count, end); at += 3) {
-      const corners = [at, at + 1, at + 2].map((i) => place(positions, index ? index.getX(i) : i, matrixWorld.elements));
-      area += triangle(...corners);
+      if (index) area += triangle(positions, index.getX(at), index.getX(at + 1), index.getX(at + 2), matrixWorld.elements);
+      else area += triangle(positions, at, at + 1, at + 2, matrixWorld.elements);
     }
     areas.set(own, (areas.get(own) ?? 0) + count * area);
   }
 }
 
-function place(positions, i, m) {
-  const [x, y, z] = [positions.getX(i), positions.getY(i), positions.getZ(i)];
-  return [m[0] * x + m[4] * y + m[8] * z, m[1] * x + m[5] * y + m[9] * z, m[2] * x + m[6] * y + m[10] * z];
-}
-
-function triangle(a, b, c) {
-  const [u, v] = [b, c].map((corner) => corner.map((value, i) => value - a[i]));
-  return Math.hypot(u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]) / 2;
+/** Returns the area of a triangle. There may be a million of them, so nothing is made on the way. */
+function triangle(positions, a, b, c, m) {
+  const [x, y, z] = [positions.getX(a), positions.getY(a), positions.getZ(a)];
+  const [ux, uy, uz] = [positions.getX(b) - x, positions.getY(b) - y, positions.getZ(b) - z];
+  const [vx, vy, vz] = [positions.getX(c) - x, positions.getY(c) - y, positions.getZ(c) - z];
+  const px = m[0] * ux + m[4] * uy + m[8] * uz;
+  const py = m[1] * ux + m[5] * uy + m[9] * uz;
+  const pz = m[2] * ux + m[6] * uy + m[10] * uz;
+  const qx = m[0] * vx + m[4] * vy + m[8] * vz;
+  const qy = m[1] * vx + m[5] * vy + m[9] * vz;
+  const qz = m[2] * vx + m[6] * vy + m[10] * vz;
+  return Math.sqrt((py * qz - pz * qy) ** 2 + (pz * qx - px * qz) ** 2 + (px * qy - py * qx) ** 2) / 2;
 }
 
 /** Returns what a material says of itself: its name, after that of its texture's file, and its shader parameters. */
