@@ -276,6 +276,19 @@ def test_what_a_person_says_an_object_is_decides_and_may_be_said_again(
         expect(page.locator("#teach")).to_be_hidden()  # its scene has said what it is
 
 
+def test_the_surface_that_is_corrected_leaves_the_others_of_its_object_as_they_are(
+    service: Service, browser: Browser
+) -> None:
+    with dashboard(browser, service.page, SCREEN) as page, room_of_surfaces(service):
+        page.get_by_role("button", name="Hall, mat14").click()
+        say(page, "leather")
+        expect(page.locator("#material")).to_have_text("leather")
+        say(page, "paper")
+        expect(page.locator("#material")).to_have_text("paper")
+        page.get_by_role("button", name="Hall, Oak_Floor").click()
+        expect(page.locator("#material")).to_have_text("wood")
+
+
 @pytest.mark.nightly
 def test_what_was_said_while_the_list_of_it_was_on_its_way_may_be_said_again(
     service: Service, browser: Browser
@@ -383,6 +396,22 @@ class masked_frame:
             await client.touch("release", "kettle")
             await client.frame(image, 224, 224, format="png", object_id="o7", mask=outline)
             await client.touch("contact", "kettle", speed_mps=0.1, force_n=1.0)
+            self._began.set()
+            while not self._ending.wait(0.1):
+                pass
+
+
+class room_of_surfaces(masked_frame):
+    """A scene of one mesh with two materials, both of which a hand has touched."""
+
+    async def _perform(self) -> None:
+        async with connect(self._service.url, name="scene of a room") as client:
+            surfaces = [{"name": "Oak_Floor"}, {"name": "mat14"}]
+            room = {"object_id": "room", "name": "Hall", "surfaces": surfaces}
+            await client.scene([room])
+            await client.touch("release", "room")
+            for surface in (0, 1):
+                await client.touch("slide", "room", surface=surface, speed_mps=0.1, force_n=1.0)
             self._began.set()
             while not self._ending.wait(0.1):
                 pass
