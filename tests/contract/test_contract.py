@@ -149,7 +149,7 @@ def test_a_motor_plays_the_strongest_since_the_last_picture_and_rests_after_the_
     assert told["a gamepad"] == [0.5]
 
 
-def test_surfaces_are_stated_largest_first_and_to_an_older_service_the_largest_alone(run: Run) -> None:
+def test_surfaces_are_stated_largest_first_and_to_an_older_service_one_alone(run: Run) -> None:
     require("three")
     said = json.loads(run("node", HERE / "surfaces.mjs"))
 
@@ -161,7 +161,8 @@ def test_surfaces_are_stated_largest_first_and_to_an_older_service_the_largest_a
 
     assert said["shared"]["names"] == ["Steel", "Oak", "Glass"]
     assert said["shared"]["hit"] == 0
-    assert (said["shared"]["shader"]["metallic"], said["shared"]["shader"]["roughness"]) == (1, 0.25)
+    steel = said["shared"]["shader"]
+    assert (steel["metallic"], steel["roughness"]) == (1, 0.25)
     assert said["mapped"] == {"name": "T_Planks_D.png/mat3", "shader": {}}
     assert said["many"]["length"] == 64
     assert (said["many"]["largest"], said["many"]["smallest"]) == (0, 0)

@@ -91,6 +91,10 @@ class Visit:
     page: Page
     complaints: list[str] = field(default_factory=list)
 
+    def hear(self, said: Any) -> None:
+        if said.type == "error":
+            self.complaints.append(said.text)
+
 
 @pytest.fixture(scope="module")
 def visit(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Visit]:
@@ -107,7 +111,7 @@ def visit(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Visit]:
     with served((120, 90), folder) as (service, page):
         visit = Visit(page)
         page.on("pageerror", lambda error: visit.complaints.append(str(error)))
-        page.on("console", lambda said: said.type == "error" and visit.complaints.append(said.text))
+        page.on("console", visit.hear)
         page.goto(f"{service.page}scene/empty.html")
         yield visit
 
@@ -122,7 +126,8 @@ def picture() -> bytes:
 def room() -> bytes:
     """Return a glTF file: one node, one mesh, a square primitive for each material."""
     data = b""
-    accessors, views, primitives, materials = [], [], [], []
+    accessors: list[dict[str, Any]] = []
+    views, primitives, materials = [], [], []
     for number, (name, factors, _) in enumerate(MATERIALS):
         x, z, half = 2 * (number % ACROSS), 2 * (number // ACROSS), 0.9 - 0.02 * number
         corners = [
