@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from gltf_room import write_room
 from plain_words import is_plain
 from recorded_session import record
 from tiny_capture import write_capture
@@ -19,6 +20,7 @@ from hapticvlm.recordings import timeline
 from hapticvlm.recordings.recorder import SESSION_LOG
 from hapticvlm.recordings.replay import replay
 from hapticvlm.rendering.vibration.voices import Voices
+from hapticvlm.scenes.reading import read_scene
 from hapticvlm.vision.encoders import onnx_encoder
 from hapticvlm.vision.encoders.encoder import CARD, DEFAULT, SHIPPED
 from hapticvlm_studio.design import design
@@ -96,7 +98,11 @@ def encoder(folder: Path) -> Kind:
     return path, lambda path: onnx_encoder.read_card(path.parent)
 
 
-KINDS = (session, viewed, capture, study, encoder)
+def scene(folder: Path) -> Kind:
+    return write_room(folder / "room.gltf"), read_scene
+
+
+KINDS = (session, viewed, capture, study, encoder, scene)
 
 
 def damages(lines: list[Any], most: int) -> list[tuple[int, tuple[Any, ...], Any]]:

@@ -15,6 +15,7 @@ from hapticvlm.captures.lines import CaptureError, Line
 from hapticvlm.commands import flash
 from hapticvlm.errors import HapticVLMError
 from hapticvlm.recordings.session_log import read_session_log
+from hapticvlm.scenes.reading import read_scene
 from hapticvlm.server import options
 from hapticvlm.server.web import certificate
 from hapticvlm.vision import files
@@ -57,6 +58,7 @@ DOORS: dict[str, Callable[[Path], object]] = {
     "a picture of a table": lambda path: labelled.read_picture(
         labelled.LabelledPicture(path, 20.0, "own")
     ),
+    "a scene": read_scene,
     "an accelerometer's record": speaker_response.read_csv,
 }
 KINDS = ("a fifo", "a folder", "a device")

@@ -19,6 +19,7 @@ REFUSED = {
     "stop": ("stop", "--url", NOWHERE),
     "replay": ("replay", "no-session"),
     "recognise": ("recognise", "no-picture.jpg"),
+    "scan": ("scan", "no-scene.glb"),
     "gallery list": ("gallery", "list", "no-gallery"),
     "gallery test": ("gallery", "test", "no-gallery", "no-pictures"),
     "plate status": ("plate", "status", "--peltier", "no-port"),

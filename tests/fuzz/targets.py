@@ -27,6 +27,9 @@ from hapticvlm.recordings import replay
 from hapticvlm.recordings.recorder import SESSION_LOG
 from hapticvlm.recordings.session_log import SessionLogError
 from hapticvlm.rendering.heat.limits import AT_REST
+from hapticvlm.scenes.reading import read_scene
+from hapticvlm.scenes.scan import scan, surfaces_of
+from hapticvlm.scenes.scene import SceneError
 from hapticvlm.session.actions import DrivePlate, PlayVibration
 from hapticvlm.session.hands import Hold
 from hapticvlm.session.session import SceneSession
@@ -149,6 +152,19 @@ def _serial(data: bytes, _: Path) -> None:
         session.reading(now)
 
 
+def _scene(data: bytes, file: Path) -> None:
+    """A scene that is read is also scanned, and its pictures are read."""
+    file.write_bytes(data)
+    with refusing(SceneError):
+        scene = read_scene(file)
+        for node in scene.objects:
+            for surface in node.surfaces:
+                if surface.texture is not None:
+                    with refusing(SceneError):
+                        surface.texture.read()
+        list(scan(surfaces_of(scene)))
+
+
 TARGETS = {
     "messages": Target(_Sessions(), 1_000_000),
     "pictures": Target(_pictures, 100_000),
@@ -157,6 +173,7 @@ TARGETS = {
     "wav": Target(_wav, 100_000),
     "gallery": Target(_gallery, 100_000),
     "material": Target(_material, 100_000),
+    "scene": Target(_scene, 100_000),
     "config": Target(_config, 100_000),
     "serial": Target(_serial, 100_000),  # of 100 bytes and more
 }

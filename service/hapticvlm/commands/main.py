@@ -21,6 +21,7 @@ from hapticvlm.commands import (
     plate,
     recognise,
     record_replay,
+    scan,
     serve,
     stop,
     stream_demo,
@@ -140,7 +141,7 @@ def _parser() -> argparse.ArgumentParser:
         help="least severe messages to log on stderr (%(default)s)",
     )
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for part in (serve, stop, stream_demo, record_replay, recognise, gallery, plate, doctor):
+    for part in (serve, stop, stream_demo, record_replay, recognise, scan, gallery, plate, doctor):
         part.add(commands)
     for package in PARTS:
         _add_package(commands, package)

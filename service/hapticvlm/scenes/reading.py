@@ -1,0 +1,324 @@
+"""Reads a glTF file as a `Scene`: its tree of nodes, the surfaces of their meshes, materials.
+
+What is broken raises SceneError. What is valid but cannot be read (compressed geometry, missing
+buffers) is said in a note of the scene: names and shaders are still there.
+
+Surfaces are ordered by area, because a touch that names no surface feels the largest. The area is
+that of the mesh, without the node's scale, and is only computed where a mesh has several surfaces;
+where its data cannot be read, the count of triangles stands for it.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any, TypeVar
+from urllib.parse import unquote
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm.errors import printable
+from hapticvlm.evidence.names import MAX_PARENTS
+from hapticvlm.messages import Shader
+from hapticvlm.scenes import gltf
+from hapticvlm.scenes.files import SceneFiles
+from hapticvlm.scenes.scene import Scene, SceneError, SceneNode, Surface, Texture
+
+MAX_OBJECTS = 8192  # as many as the service knows of one scene
+MAX_SURFACES = 64  # of one object, as in the protocol
+MAX_IN_ALL = 32_768  # surfaces of all objects together
+MAX_ID = 128  # characters, as in the protocol
+MAX_NAME = 200  # characters of one name that are kept
+
+T = TypeVar("T")
+
+_TRIANGLES, _STRIP, _FAN = 4, 5, 6
+_AT_ONCE = 1 << 18  # triangles whose area is computed together: 30 MB
+_DTYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+_WIDTHS = {"SCALAR": 1, "VEC3": 3}
+_UNREADABLE = {"image/ktx2": "KTX2", "image/vnd-ms.dds": "DDS", "image/avif": "AVIF"}
+
+
+def read_scene(path: Path, root: Path | None = None) -> Scene:
+    """Read a .gltf or .glb file. Raises SceneError, which names the file.
+
+    Buffers and textures are only read below `root`; default: the folder of the file.
+    """
+    try:
+        return _Reader(SceneFiles(path, root or path.parent)).scene()
+    except SceneError as error:
+        raise SceneError(f"{path}: {error}") from None
+
+
+class _Reader:
+    """The state of reading one file; every mesh, material and texture is read once."""
+
+    def __init__(self, files: SceneFiles) -> None:
+        self._files = files
+        self._document = files.document()
+        self._surfaces: dict[int, tuple[Surface, ...]] = {}
+        self._materials: dict[int, tuple[str | None, Shader | None, Texture | None]] = {}
+        self._unordered: Counter[str] = Counter()  # meshes by the reason why areas are not known
+        self._notes: list[str] = []
+
+    def scene(self) -> Scene:
+        """Walk the tree from its roots; each node counts once, however often it is reached."""
+        nodes = self._document.nodes
+        visited = bytearray(len(nodes))
+        objects: list[SceneNode] = []
+        ids: Counter[str] = Counter()
+        repeated = left_out = in_all = 0
+        waiting: list[tuple[int, tuple[str, ...]]] = [(i, ()) for i in reversed(self._roots())]
+        while waiting:
+            index, parents = waiting.pop()
+            node = _at(nodes, index, "node")
+            if visited[index]:
+                repeated += 1
+                continue
+            visited[index] = 1
+            own = _clean(node.name)
+            surfaces = () if node.mesh is None else self._of_mesh(node.mesh)
+            if len(objects) == MAX_OBJECTS or in_all + len(surfaces) > MAX_IN_ALL:
+                left_out += bool(surfaces)
+            elif surfaces:
+                path = (*parents, own or self._mesh_name(node) or f"#{index}")
+                objects.append(SceneNode(_unique(path, ids), path, surfaces))
+                in_all += len(surfaces)
+            below = (*parents, own)[-MAX_PARENTS:] if own else parents
+            waiting += [(child, below) for child in reversed(node.children)]
+        if repeated:
+            self._notes.append(
+                f"{repeated} nodes have several parents or are below themselves; each counts once"
+            )
+        if left_out:
+            self._notes.append(
+                f"{left_out} objects were left out: a scene has at most {MAX_OBJECTS} objects with "
+                f"{MAX_IN_ALL} surfaces"
+            )
+        for reason, count in self._unordered.items():
+            self._notes.append(
+                f"surfaces of {count} meshes are ordered by triangles, not by area: {reason}"
+            )
+        return Scene(tuple(objects), tuple(self._notes))
+
+    def _roots(self) -> Sequence[int]:
+        document = self._document
+        if document.scenes:
+            return _at(document.scenes, document.scene or 0, "scene").nodes
+        children = {child for node in document.nodes for child in node.children}
+        return [index for index in range(len(document.nodes)) if index not in children]
+
+    def _mesh_name(self, node: gltf.Node) -> str:
+        return "" if node.mesh is None else _clean(self._document.meshes[node.mesh].name)
+
+    def _of_mesh(self, index: int) -> tuple[Surface, ...]:
+        """Return the surfaces of a mesh, the largest first; points and lines are none."""
+        known = self._surfaces.get(index)
+        if known is not None:
+            return known
+        mesh = _at(self._document.meshes, index, "mesh")
+        primitives = [each for each in mesh.primitives if each.mode >= _TRIANGLES]
+        counts = [self._triangles(each) for each in primitives]
+        sizes = self._areas(primitives) or counts
+        order = sorted(range(len(primitives)), key=lambda at: -sizes[at])
+        if len(order) > MAX_SURFACES:
+            name = printable(mesh.name or f"#{index}", 60)
+            self._notes.append(
+                f"mesh {name}: {len(order)} surfaces, of which the {MAX_SURFACES} largest count"
+            )
+        surfaces = tuple(
+            Surface(*self._of_material(primitives[at].material), counts[at])
+            for at in order[:MAX_SURFACES]
+        )
+        self._surfaces[index] = surfaces
+        return surfaces
+
+    def _of_material(self, index: int | None) -> tuple[str | None, Shader | None, Texture | None]:
+        """Return a material's name, shader parameters and base-colour map."""
+        if index is None:
+            return None, None, None
+        known = self._materials.get(index)
+        if known is None:
+            material = _at(self._document.materials, index, "material")
+            reference = _base_color_map(material)
+            texture = None if reference is None else self._texture(reference.index)
+            known = _clean(material.name) or None, _shader(material), texture
+            self._materials[index] = known
+        return known
+
+    def _texture(self, index: int) -> Texture | None:
+        texture = _at(self._document.textures, index, "texture")
+        others = texture.extensions
+        alternatives = (others.webp, others.basisu, others.avif, others.dds)
+        sources = (texture.source, *(each.source for each in alternatives if each))
+        source = next((each for each in sources if each is not None), None)
+        if source is None:
+            return None
+        image = _at(self._document.images, source, "image")
+        return Texture(_picture_name(image) or _clean(texture.name) or None, self._picture(image))
+
+    def _picture(self, image: gltf.Image) -> Callable[[], bytes]:
+        form = _UNREADABLE.get(image.mime_type or "")
+        if form is not None:
+            return partial(_refuse, f"a {form} picture, which is not read; its name counts")
+        if image.uri is not None:
+            return partial(self._files.picture, image.uri)
+        if image.buffer_view is None:
+            return partial(_refuse, "the texture has no picture")
+        view = _at(self._document.buffer_views, image.buffer_view, "buffer view")
+        return partial(self._files.picture_in, view)
+
+    def _triangles(self, primitive: gltf.Primitive) -> int:
+        index = (
+            primitive.indices if primitive.indices is not None else primitive.attributes.position
+        )
+        if index is None:
+            return 0
+        count = _at(self._document.accessors, index, "accessor").count
+        return count // 3 if primitive.mode == _TRIANGLES else max(0, count - 2)
+
+    def _areas(self, primitives: Sequence[gltf.Primitive]) -> list[float] | None:
+        """Return the area of each primitive in square metres of the mesh; None if not known."""
+        if len(primitives) < 2:
+            return None
+        try:
+            return [self._area(primitive) for primitive in primitives]
+        except SceneError as error:
+            self._unordered[str(error)] += 1
+            return None
+
+    def _area(self, primitive: gltf.Primitive) -> float:
+        if primitive.extensions.draco is not None:
+            raise SceneError("compressed with Draco, which is not read")
+        if primitive.mode == _FAN:
+            raise SceneError("triangle fans are not read")
+        if primitive.attributes.position is None:
+            raise SceneError("a primitive has no positions")
+        points = self._array(primitive.attributes.position, "VEC3").astype(np.float32)
+        if primitive.indices is None:
+            corners: NDArray[Any] = np.arange(len(points), dtype=np.uint32)
+        else:
+            corners = self._array(primitive.indices, "SCALAR")[:, 0]
+        if len(corners) and corners.max() >= len(points):
+            raise SceneError("an index is larger than the count of its positions")
+        area = area_m2(points, _corners(corners, primitive.mode))
+        if not np.isfinite(area):
+            raise SceneError("positions are not finite")
+        return area
+
+    def _array(self, index: int, kind: str) -> NDArray[Any]:
+        """Return the data of an accessor, (count, width)."""
+        accessor = _at(self._document.accessors, index, "accessor")
+        dtype = np.dtype(_DTYPES.get(accessor.component_type, "V1"))
+        if accessor.type != kind or dtype.kind == "V" or (kind == "SCALAR" and dtype.kind != "u"):
+            raise SceneError(f"accessor {index} has the type {printable(accessor.type, 20)}")
+        if accessor.buffer_view is None:
+            raise SceneError("an accessor has no data")
+        width = _WIDTHS[kind]
+        view = _at(self._document.buffer_views, accessor.buffer_view, "buffer view")
+        stride = view.byte_stride or width * dtype.itemsize
+        if accessor.count == 0:
+            return np.empty((0, width), dtype)
+        size = (accessor.count - 1) * stride + width * dtype.itemsize
+        data = self._files.geometry(view, accessor.byte_offset, size)
+        return np.ndarray((accessor.count, width), dtype, data, 0, (stride, dtype.itemsize))
+
+
+def area_m2(points: NDArray[np.float32], corners: NDArray[Any]) -> float:
+    """Return the area of triangles with these points (n, 3) and corners (m, 3)."""
+    total = 0.0
+    for at in range(0, len(corners), _AT_ONCE):
+        a, b, c = np.moveaxis(points[corners[at : at + _AT_ONCE]], 1, 0)
+        total += float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum(dtype=np.float64)) / 2.0
+    return total
+
+
+def _corners(corners: NDArray[Any], mode: int) -> NDArray[Any]:
+    """Return the corners of each triangle, (m, 3), without a copy."""
+    if mode == _STRIP and len(corners) >= 3:
+        return np.lib.stride_tricks.sliding_window_view(corners, 3)
+    return corners[: len(corners) // 3 * 3].reshape(-1, 3)
+
+
+def _base_color_map(material: gltf.Material) -> gltf.TextureRef | None:
+    older = material.extensions.glossiness
+    return material.pbr_metallic_roughness.base_color_texture or (
+        None if older is None else older.diffuse_texture
+    )
+
+
+def _shader(material: gltf.Material) -> Shader:
+    """Return the parameters of a material as a whole.
+
+    A map multiplies its factor, so that the factor alone says nothing where there is a map, unless
+    it is 0.
+    """
+    pbr, extensions = material.pbr_metallic_roughness, material.extensions
+    through = extensions.transmission
+    transmission = None if through is None else _share(through.transmission_factor)
+    older = extensions.glossiness
+    if older is not None:
+        return Shader(
+            roughness=_share(1.0 - older.glossiness_factor),
+            transmission=transmission,
+            base_color=_color(older.diffuse_factor),
+        )
+    is_mapped = pbr.metallic_roughness_texture is not None
+    metallic, roughness = _share(pbr.metallic_factor), _share(pbr.roughness_factor)
+    return Shader(
+        metallic=None if is_mapped and metallic else metallic,
+        roughness=None if is_mapped and roughness else roughness,
+        transmission=transmission,
+        base_color=_color(pbr.base_color_factor),
+    )
+
+
+def _share(value: float) -> float:
+    return min(1.0, max(0.0, value))
+
+
+def _color(factor: tuple[float, float, float, float]) -> tuple[float, float, float]:
+    red, green, blue, _ = factor
+    return _share(red), _share(green), _share(blue)
+
+
+def _picture_name(image: gltf.Image) -> str:
+    if image.uri is not None and not image.uri.startswith("data:"):
+        return _clean(unquote(image.uri).replace("\\", "/").rpartition("/")[2])
+    return _clean(image.name)
+
+
+def _refuse(reason: str) -> bytes:
+    raise SceneError(reason)
+
+
+def _clean(name: str | None) -> str:
+    """Return a name as one line of printable characters."""
+    return printable(name or "", MAX_NAME)
+
+
+def _unique(path: tuple[str, ...], ids: Counter[str]) -> str:
+    """Return an id that no other object has: the names, and a number where they are the same."""
+    names = "/".join(path)[-MAX_ID:]
+    ids[names] += 1
+    while ids[names] > 1:
+        ending = f"~{ids[names]}"
+        other = names[: MAX_ID - len(ending)] + ending
+        if other not in ids:
+            ids[other] += 1
+            return other
+        ids[names] += 1
+    return names
+
+
+def _at(parts: Sequence[T], index: int, kind: str) -> T:
+    """Return the part with this index. Raises SceneError if there is none."""
+    if index >= len(parts):
+        raise SceneError(
+            f"not a valid glTF 2.0 file: {kind} {index} of {len(parts)} does not exist; "
+            "export it again"
+        )
+    return parts[index]

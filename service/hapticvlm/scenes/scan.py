@@ -1,0 +1,149 @@
+"""Scans a scene: the decision that the service would make on each surface before any frame. Pure.
+
+Each surface is declared as a client declares it and climbs the same ladder as in a session. Where
+names and shader leave it open, its texture is asked, if the caller gives a way to look at it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+from hapticvlm import materials
+from hapticvlm.evidence import ladder, sub_materials
+from hapticvlm.evidence.ambient import ambient
+from hapticvlm.evidence.ladder import Evidence
+from hapticvlm.evidence.lexicon import Lexicon, read_lexicon
+from hapticvlm.materials import Material
+from hapticvlm.messages import Decision
+from hapticvlm.rendering.heat.limits import AT_REST, limits_of
+from hapticvlm.scenes.declaration import object_of
+from hapticvlm.scenes.scene import Scene, SceneNode, Texture
+from hapticvlm.session import decisions, scene_objects
+from hapticvlm.session.targets import ObjectTarget
+
+Sureness = Literal["sure", "probable", "unknown"]
+Look = Callable[[Texture], Evidence | None]  # returns None for a texture that cannot be read
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One surface of one object, by its index there, and the decision on it.
+
+    `said` is the surface's name as it was declared; `is_named` tells whether any name said
+    something of matter. `texture` is the name of its base-colour map, `has_texture` whether it has
+    one.
+    """
+
+    object_id: str
+    surface: int
+    said: str | None
+    texture: str | None
+    has_texture: bool
+    is_named: bool
+    decision: Decision
+
+    @property
+    def sureness(self) -> Sureness:
+        """`sure` needs no picture, `probable` is named, `unknown` is not."""
+        if self.decision.material == materials.UNKNOWN:
+            return "unknown"
+        return "sure" if self.decision.confidence >= ladder.SURE else "probable"
+
+
+@dataclass(frozen=True, slots=True)
+class Summary:
+    """Counts of surfaces by sureness, and what would make the others sure.
+
+    `help` has a sentence for each cause, with the count of unsure surfaces that it concerns.
+    """
+
+    surfaces: int
+    objects: int
+    counts: Mapping[Sureness, int]
+    help: tuple[str, ...]
+
+
+def surfaces_of(scene: Scene) -> list[tuple[SceneNode, int]]:
+    """Return every surface as its object and its index there."""
+    return [(node, at) for node in scene.objects for at in range(len(node.surfaces))]
+
+
+def scan(
+    surfaces: Iterable[tuple[SceneNode, int]],
+    table: Mapping[str, Material] = materials.MATERIALS,
+    look: Look | None = None,
+) -> Iterator[Row]:
+    """Yield a row for each surface. `look` is asked about a texture once, and only if needed."""
+    lexicon = read_lexicon(table)
+    seen: dict[int, Evidence | None] = {}  # by identity: all objects share their textures
+
+    def looked(texture: Texture) -> Evidence | None:
+        if look is None:
+            return None
+        if id(texture) not in seen:
+            seen[id(texture)] = look(texture)
+        return seen[id(texture)]
+
+    for node, at in surfaces:
+        yield _row(node, at, table, lexicon, looked)
+
+
+def _row(
+    node: SceneNode, at: int, table: Mapping[str, Material], lexicon: Lexicon, look: Look
+) -> Row:
+    surface = node.surfaces[at]
+    declared = object_of(node, lexicon, at)
+    target = ObjectTarget(node.object_id)
+    evidence = scene_objects.from_declaration(target, declared, lexicon)
+    is_named = any(each.rung == "name" for each in evidence)
+    texture = surface.texture
+    if texture is not None and not ladder.is_sure(evidence):
+        shown = look(texture)
+        evidence = evidence if shown is None else (*evidence, shown)
+    said = scene_objects.surface_name_of(declared)
+    detail = sub_materials.from_name(declared.name or "", lexicon, said)
+    verdict = ladder.decide(evidence)
+    refined = detail.refine(table)
+    inputs = decisions.DecisionInputs(
+        verdict=verdict,
+        rendition=decisions.choose_rendition(verdict, refined),
+        detail=detail,
+        facts=declared,
+        ambient=ambient(None),
+        thermal_gain=1.0,
+        limits=limits_of(AT_REST),
+    )
+    decision = decisions.decide(node.object_id, inputs, refined)
+    return Row(
+        object_id=node.object_id,
+        surface=at,
+        said=said,
+        texture=None if texture is None else texture.name,
+        has_texture=texture is not None,
+        is_named=is_named,
+        decision=decision,
+    )
+
+
+def summarise(rows: Sequence[Row]) -> Summary:
+    """Count the surfaces, and say what would make the unsure ones sure."""
+    unsure = [row for row in rows if row.sureness != "sure"]
+    mute = [row.said for row in unsure if row.said and not row.is_named]
+    bare = sum(not row.said and not row.is_named for row in unsure)
+    ambiguous = sum(row.is_named for row in unsure)
+    textured = sum(row.has_texture for row in unsure)
+    examples = ", ".join(list(dict.fromkeys(mute))[:3])
+    causes = (
+        (len(mute), f"have names that say nothing of matter ({examples}); rename their materials"),
+        (bare, "have no material's name; give them a material with a name"),
+        (ambiguous, "have names that leave it open; state `material`"),
+        (textured, "have a texture, which shows more when a client sends frames"),
+    )
+    return Summary(
+        surfaces=len(rows),
+        objects=len({row.object_id for row in rows}),
+        counts={each: sum(row.sureness == each for row in rows) for each in get_args(Sureness)},
+        help=tuple(f"{count} of them {text}" for count, text in causes if count),
+    )

@@ -1,0 +1,400 @@
+"""Reads drawn rooms, and files as strangers make them: odd, broken, huge or hostile."""
+
+from __future__ import annotations
+
+import base64
+import json
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from gltf_room import OBJECT, SURFACES, glb, write_room
+
+from hapticvlm.scenes import files, gltf, reading
+from hapticvlm.scenes.reading import read_scene
+from hapticvlm.scenes.scene import Scene, SceneError
+from hapticvlm.session import scene_objects
+
+Document = dict[str, Any]
+ENDINGS = (".glb", ".gltf")
+MANY = (10_000, pytest.param(100_000, marks=pytest.mark.nightly))
+
+
+def area(size: tuple[float, float, float]) -> float:
+    x, y, z = size
+    return 2.0 * (x * y + y * z + z * x)
+
+
+def write(path: Path, document: Document) -> Path:
+    path.write_text(json.dumps({"asset": {"version": "2.0"}, **document}), encoding="utf-8")
+    return path
+
+
+def scene_of(tmp_path: Path, document: Document) -> Scene:
+    return read_scene(write(tmp_path / "scene.gltf", document))
+
+
+def chairs(count: int, **more: Any) -> Document:
+    """A document with this many nodes of one mesh, all of them roots."""
+    return {
+        "nodes": [{"name": f"Chair_{number}", "mesh": 0} for number in range(count)],
+        "meshes": [{"primitives": [{}]}],
+        **more,
+    }
+
+
+def textured(image: Document, texture: Document | None = None) -> Document:
+    """A document with one surface, whose base-colour map is this picture."""
+    material = {"name": "m", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}
+    return {
+        "nodes": [{"name": "Wall", "mesh": 0}],
+        "meshes": [{"primitives": [{"material": 0}]}],
+        "materials": [material],
+        "textures": [{"source": 0} if texture is None else texture],
+        "images": [image],
+    }
+
+
+def picture(scene: Scene) -> Callable[[], bytes]:
+    texture = scene.objects[0].surfaces[0].texture
+    assert texture is not None
+    return texture.read
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_a_room_of_one_object_has_its_twenty_surfaces_the_largest_first(
+    ending: str, tmp_path: Path
+) -> None:
+    scene = read_scene(write_room(tmp_path / f"room{ending}"))
+    (room,) = scene.objects
+    assert (room.object_id, room.path, scene.notes) == (OBJECT, (OBJECT,), ())
+    largest_first = sorted(SURFACES, key=lambda surface: -area(surface.size))
+    assert [surface.name for surface in room.surfaces] == [each.name for each in largest_first]
+    assert {surface.triangles for surface in room.surfaces} == {12}
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_a_surface_has_the_shader_and_texture_of_its_material(ending: str, tmp_path: Path) -> None:
+    (room,) = read_scene(write_room(tmp_path / f"room{ending}")).objects
+    by_name = {surface.name: surface for surface in room.surfaces}
+    for drawn in SURFACES:
+        surface = by_name[drawn.name]
+        assert surface.shader is not None
+        assert surface.shader.metallic == drawn.metallic
+        assert surface.shader.roughness == drawn.roughness
+        assert surface.shader.transmission == drawn.transmission
+        assert (surface.texture and surface.texture.name) == drawn.texture
+        if surface.texture is None:
+            assert surface.shader.base_color == drawn.color
+        else:
+            assert surface.texture.read().startswith(b"\x89PNG")
+
+
+def test_an_object_is_named_behind_its_parents_and_a_nameless_one_by_its_mesh(
+    tmp_path: Path,
+) -> None:
+    scene = scene_of(
+        tmp_path,
+        {
+            "nodes": [
+                {"name": "Rifle", "children": [1, 2, 3]},
+                {"name": "Magazine", "mesh": 0},
+                {"children": [4], "mesh": 0},
+                {"mesh": 1},
+                {"name": "Spring", "mesh": 1},
+            ],
+            "meshes": [{"name": "Barrel", "primitives": [{}]}, {"primitives": [{}]}],
+        },
+    )
+    assert [node.name for node in scene.objects] == [
+        "Rifle/Magazine",
+        "Rifle/Barrel",
+        "Rifle/Spring",
+        "Rifle/#3",
+    ]
+
+
+def test_objects_of_one_name_and_of_too_long_a_name_have_ids_of_their_own(tmp_path: Path) -> None:
+    names = ["Chair", "Chair", "Chair~2", "Chair", "x" * 300, "y" + "x" * 299]
+    document = chairs(len(names))
+    for node, name in zip(document["nodes"], names, strict=True):
+        node["name"] = name
+    ids = [node.object_id for node in scene_of(tmp_path, document).objects]
+    assert ids[0] == "Chair"
+    assert len(set(ids)) == len(names)
+    assert max(map(len, ids)) <= reading.MAX_ID
+
+
+def test_only_the_scene_that_the_file_shows_is_read(tmp_path: Path) -> None:
+    document = chairs(3, scenes=[{"nodes": [0]}, {"nodes": [2]}], scene=1)
+    assert [node.name for node in scene_of(tmp_path, document).objects] == ["Chair_2"]
+
+
+def test_points_and_lines_are_no_surfaces(tmp_path: Path) -> None:
+    document = chairs(2)
+    document["meshes"] = [{"primitives": [{"mode": 0}, {"mode": 3}]}, {"primitives": [{}]}]
+    document["nodes"][1]["mesh"] = 1
+    assert [node.name for node in scene_of(tmp_path, document).objects] == ["Chair_1"]
+
+
+def test_a_factor_below_a_map_says_nothing_unless_it_is_0(tmp_path: Path) -> None:
+    pbr = {"metallicRoughnessTexture": {"index": 0}, "metallicFactor": 0.0}
+    document = chairs(1, materials=[{"pbrMetallicRoughness": pbr}])
+    document["meshes"] = [{"primitives": [{"material": 0}]}]
+    shader = scene_of(tmp_path, document).objects[0].surfaces[0].shader
+    assert shader is not None
+    assert (shader.metallic, shader.roughness) == (0.0, None)
+
+
+def test_the_older_parameters_give_colour_and_roughness(tmp_path: Path) -> None:
+    older = {"diffuseFactor": [0.5, 0.25, 0.0, 1.0], "glossinessFactor": 0.75}
+    material = {"extensions": {"KHR_materials_pbrSpecularGlossiness": older}}
+    document = chairs(1, materials=[material])
+    document["meshes"] = [{"primitives": [{"material": 0}]}]
+    shader = scene_of(tmp_path, document).objects[0].surfaces[0].shader
+    assert shader is not None
+    assert (shader.metallic, shader.roughness) == (None, 0.25)
+    assert shader.base_color == (0.5, 0.25, 0.0)
+
+
+def test_a_strip_is_measured_like_its_triangles(tmp_path: Path) -> None:
+    """The second surface is the larger one: a strip of two triangles over the same corners."""
+    import struct
+
+    corners = struct.pack("<12f", 0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0)
+    uri = f"data:application/octet-stream;base64,{base64.b64encode(corners).decode()}"
+    document = chairs(
+        1,
+        materials=[{"name": "one triangle"}, {"name": "strip"}],
+        accessors=[
+            {"bufferView": 0, "componentType": 5126, "count": count, "type": "VEC3"}
+            for count in (3, 4)
+        ],
+        bufferViews=[{"buffer": 0, "byteLength": len(corners)}],
+        buffers=[{"byteLength": len(corners), "uri": uri}],
+    )
+    document["meshes"] = [
+        {
+            "primitives": [
+                {"attributes": {"POSITION": 0}, "material": 0},
+                {"attributes": {"POSITION": 1}, "material": 1, "mode": 5},
+            ]
+        }
+    ]
+    scene = scene_of(tmp_path, document)
+    assert [surface.name for surface in scene.objects[0].surfaces] == ["strip", "one triangle"]
+    assert [surface.triangles for surface in scene.objects[0].surfaces] == [2, 1]
+
+
+def without_buffer(document: Document) -> None:
+    document["buffers"][0]["uri"] = "gone.bin"
+
+
+def with_draco(document: Document) -> None:
+    for primitive in document["meshes"][0]["primitives"]:
+        primitive["extensions"] = {"KHR_draco_mesh_compression": {"bufferView": 0}}
+    document["accessors"] = [
+        {key: value for key, value in each.items() if key != "bufferView"}
+        for each in document["accessors"]
+    ]
+
+
+def with_meshopt(document: Document) -> None:
+    for view in document["bufferViews"]:
+        view["extensions"] = {"EXT_meshopt_compression": {"buffer": 0, "mode": "ATTRIBUTES"}}
+
+
+@pytest.mark.parametrize(
+    ("damage", "word"),
+    [(without_buffer, "gone.bin"), (with_draco, "Draco"), (with_meshopt, "meshopt")],
+)
+def test_geometry_that_cannot_be_read_is_told_and_names_are_still_there(
+    damage: Callable[[Document], None], word: str, tmp_path: Path
+) -> None:
+    path = write_room(tmp_path / "room.gltf")
+    document = json.loads(path.read_text())
+    damage(document)
+    path.write_text(json.dumps(document))
+    scene = read_scene(path)
+    assert {surface.name for surface in scene.objects[0].surfaces} == {s.name for s in SURFACES}
+    (note,) = scene.notes
+    assert word in note
+
+
+def test_geometry_beyond_the_budget_is_not_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = write_room(tmp_path / "room.glb")
+    monkeypatch.setattr(files, "GEOMETRY_BYTES", 3000)
+    (note,) = read_scene(path).notes
+    assert "limit" in note
+
+
+@pytest.mark.parametrize(
+    "uri",
+    [
+        "../secret.png",
+        "..%2Fsecret.png",
+        "textures/../../secret.png",
+        "..\\secret.png",
+        "/etc/passwd",
+        "file:///etc/passwd",
+        "https://example.com/wood.png",
+        "C:\\secret.png",
+        "link/secret.png",
+    ],
+)
+def test_a_picture_elsewhere_is_never_read(uri: str, tmp_path: Path) -> None:
+    (tmp_path / "secret.png").write_bytes(b"\x89PNG secret")
+    folder = tmp_path / "scene"
+    folder.mkdir()
+    (folder / "link").symlink_to(tmp_path)
+    read = picture(scene_of(folder, textured({"uri": uri})))
+    with pytest.raises(SceneError, match=r"outside|address"):
+        read()
+
+
+def test_a_folder_that_is_scanned_may_have_its_pictures_in_another_sub_folder(
+    tmp_path: Path,
+) -> None:
+    for name in ("models", "textures"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "textures" / "old oak.png").write_bytes(b"\x89PNG")
+    document = textured({"uri": "../textures/old%20oak.png"})
+    scene = read_scene(write(tmp_path / "models" / "a.gltf", document), tmp_path)
+    texture = scene.objects[0].surfaces[0].texture
+    assert texture is not None
+    assert (texture.name, texture.read()) == ("old oak.png", b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("image", "texture", "word"),
+    [
+        ({"uri": "gone.png"}, None, "gone.png"),
+        ({"mimeType": "image/ktx2", "bufferView": 9}, None, "KTX2"),
+        ({"uri": "a.ktx2"}, {"extensions": {"KHR_texture_basisu": {"source": 0}}}, "KTX2"),
+        ({"uri": "data:image/png;base64,!!!"}, None, "base64"),
+        ({"uri": "data:image/png,plain"}, None, "base64"),
+        ({"uri": "large.png"}, None, "32 MiB"),
+        ({"uri": "a\0b.png"}, None, "not the name of a file"),
+        ({}, None, "no picture"),
+    ],
+)
+def test_a_picture_that_cannot_be_read_says_why(
+    image: Document, texture: Document | None, word: str, tmp_path: Path
+) -> None:
+    (tmp_path / "a.ktx2").write_bytes(b"\xabKTX 20\xbb\r\n\x1a\n")
+    with (tmp_path / "large.png").open("wb") as file:
+        file.truncate(files.MAX_PICTURE_BYTES + 1)
+    read = picture(scene_of(tmp_path, textured(image, texture)))
+    with pytest.raises(SceneError, match=word):
+        read()
+
+
+def test_a_picture_in_the_text_is_decoded(tmp_path: Path) -> None:
+    uri = "data:image/png;base64," + base64.b64encode(b"\x89PNG").decode()
+    scene = scene_of(tmp_path, textured({"uri": uri, "name": "Planks"}))
+    texture = scene.objects[0].surfaces[0].texture
+    assert texture is not None
+    assert (texture.name, texture.read()) == ("Planks", b"\x89PNG")
+
+
+def whole() -> bytes:
+    return glb({"asset": {"version": "2.0"}, **chairs(1)}, bytes(8))
+
+
+BROKEN: dict[str, tuple[bytes, str]] = {
+    "empty": (b"", "not a glTF file"),
+    "text": (b"hello", "not a glTF file"),
+    "another format": (b"Kaydara FBX Binary  \0", "not a glTF file"),
+    "a pointer": (b"version https://git-lfs.github.com/spec/v1\noid", "git lfs pull"),
+    "half a header": (b"glTF\2\0", "header"),
+    "an older .glb": (b"glTF\1\0\0\0" + bytes(12), "version 1"),
+    "cut in its JSON": (whole()[:40], "too early"),
+    "cut in its data": (whole()[:-4], "too early"),
+    "data first": (b"glTF\2\0\0\0\0\0\0\0" + b"\4\0\0\0BIN\0abcd", "begin with JSON"),
+    "glTF 1": (b'{"asset": {"version": "1.0"}, "nodes": {}}', "glTF 2.0"),
+    "no version": (b'{"asset": {}}', "glTF 2.0"),
+    "a wrong type": (b'{"asset": {"version": "2.0"}, "nodes": [{"mesh": "a"}]}', "nodes"),
+    "no such mesh": (b'{"asset": {"version": "2.0"}, "nodes": [{"mesh": 3}]}', "mesh 3"),
+    "no such node": (
+        b'{"asset": {"version": "2.0"}, "nodes": [], "scenes": [{"nodes": [7]}]}',
+        "node 7",
+    ),
+    "nested deep": (b'{"asset": {"version": "2.0"}, "extras": ' + b"[" * 9000, "glTF file"),
+}
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_a_broken_file_is_refused_with_its_name_and_a_reason(name: str, tmp_path: Path) -> None:
+    content, word = BROKEN[name]
+    path = tmp_path / "broken.glb"
+    path.write_bytes(content)
+    with pytest.raises(SceneError) as caught:
+        read_scene(path)
+    assert str(path) in str(caught.value)
+    assert word in str(caught.value)
+
+
+def test_a_text_of_too_many_values_is_refused_before_it_is_parsed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(gltf, "MAX_VALUES", 1000)
+    with pytest.raises(SceneError, match=r"1000 values, the limit"):
+        scene_of(tmp_path, chairs(600))
+
+
+def test_nodes_that_are_below_themselves_count_once(tmp_path: Path) -> None:
+    document = chairs(3, scenes=[{"nodes": [0, 0]}])
+    document["nodes"][0]["children"] = [1, 2]
+    document["nodes"][1]["children"] = [0, 2]
+    scene = scene_of(tmp_path, document)
+    assert [node.name for node in scene.objects] == [
+        "Chair_0",
+        "Chair_0/Chair_1",
+        "Chair_0/Chair_1/Chair_2",
+    ]
+    (note,) = scene.notes
+    assert note.startswith("3 nodes")
+
+
+@pytest.mark.parametrize("count", MANY)
+def test_of_many_nodes_as_many_objects_are_read_as_the_service_knows(
+    count: int, tmp_path: Path
+) -> None:
+    scene = scene_of(tmp_path, chairs(count))
+    assert len(scene.objects) == reading.MAX_OBJECTS == scene_objects.MAX_KNOWN
+    (note,) = scene.notes
+    assert note.startswith(f"{count - reading.MAX_OBJECTS} objects were left out")
+
+
+@pytest.mark.parametrize("count", MANY)
+def test_a_long_chain_of_parents_is_read(count: int, tmp_path: Path) -> None:
+    nodes: list[Document] = [{"name": f"n{at}", "children": [at + 1]} for at in range(count - 1)]
+    document = chairs(0, nodes=[*nodes, {"name": "Cup", "mesh": 0}])
+    (node,) = scene_of(tmp_path, document).objects
+    assert node.path[-2:] == (f"n{count - 2}", "Cup")
+    assert len(node.path) == 1 + 8
+
+
+def test_of_too_many_surfaces_the_largest_are_kept(tmp_path: Path) -> None:
+    document = chairs(1)
+    count = reading.MAX_SURFACES + 5
+    accessors = [{"componentType": 5126, "count": 3 * n, "type": "VEC3"} for n in range(count)]
+    primitives = [{"attributes": {"POSITION": n}} for n in range(count)]
+    document |= {"meshes": [{"primitives": primitives}], "accessors": accessors}
+    scene = scene_of(tmp_path, document)
+    triangles = [surface.triangles for surface in scene.objects[0].surfaces]
+    assert triangles == list(range(count - 1, 4, -1))
+    assert any(f"{count} surfaces" in note for note in scene.notes)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no fifo")
+def test_a_buffer_that_is_no_file_does_not_hang(tmp_path: Path) -> None:
+    path = write_room(tmp_path / "room.gltf")
+    path.with_suffix(".bin").unlink()
+    os.mkfifo(path.with_suffix(".bin"))
+    (note,) = read_scene(path).notes
+    assert "not a regular file" in note
