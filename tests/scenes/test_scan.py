@@ -95,6 +95,15 @@ def test_only_unsure_surfaces_have_their_texture_looked_at_and_each_texture_once
     assert [row.decision.material for row in rows] == ["stone", "wood", "stone", "unknown"]
 
 
+def test_copies_are_decided_alike_and_each_has_its_own_id() -> None:
+    copies = [f"Hall/{name}" for name in ("Chair_1", "Chair_22", "Chair.003", "Chair", "7")]
+    oak = surface("Oak")
+    together = rows_of(*(node(name, surface(None), oak) for name in copies))
+    apart = [row for name in copies for row in rows_of(node(name, surface(None), oak))]
+    assert together == apart
+    assert [row.object_id for row in together[::2]] == copies
+
+
 def test_a_texture_that_cannot_be_read_leaves_the_verdict_as_it_is() -> None:
     thing = node("Thing", surface("mat1", "tex.ktx2"))
     (row,) = scan([(thing, 0)], look=lambda _: None)

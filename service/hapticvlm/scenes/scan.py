@@ -6,9 +6,12 @@ names and shader leave it open, its texture is asked, if the caller gives a way 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+import re
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Literal, get_args
+
+import msgspec
 
 from hapticvlm import materials
 from hapticvlm.evidence import ladder, sub_materials
@@ -22,6 +25,8 @@ from hapticvlm.scenes.declaration import object_of
 from hapticvlm.scenes.scene import Scene, SceneNode, Texture
 from hapticvlm.session import decisions, scene_objects
 from hapticvlm.session.targets import ObjectTarget
+
+_DIGITS = re.compile(r"\d+")
 
 Sureness = Literal["sure", "probable", "unknown"]
 Look = Callable[[Texture], Evidence | None]  # returns None for a texture that cannot be read
@@ -75,19 +80,28 @@ def scan(
     table: Mapping[str, Material] = materials.MATERIALS,
     look: Look | None = None,
 ) -> Iterator[Row]:
-    """Yield a row for each surface. `look` is asked about a texture once, and only if needed."""
+    """Yield a row for each surface. `look` is asked about a texture once, and only if needed.
+
+    Copies are decided on once: evidence splits a name at its numbers and knows no digit, so that
+    Chair_1 and Chair_2 with the same surface are one case.
+    """
     lexicon = read_lexicon(table)
-    seen: dict[int, Evidence | None] = {}  # by identity: all objects share their textures
+    decided: dict[Hashable, Row] = {}
+    seen: dict[int, Evidence | None] = {}  # by identity: a scene shares its textures
 
     def looked(texture: Texture) -> Evidence | None:
-        if look is None:
-            return None
-        if id(texture) not in seen:
+        if look is not None and id(texture) not in seen:
             seen[id(texture)] = look(texture)
-        return seen[id(texture)]
+        return seen.get(id(texture))
 
     for node, at in surfaces:
-        yield _row(node, at, table, lexicon, looked)
+        surface = node.surfaces[at]
+        key = (_DIGITS.sub("0", node.name), surface.name, surface.shader, id(surface.texture))
+        row = decided.get(key)
+        if row is None:
+            row = decided[key] = _row(node, at, table, lexicon, looked)
+        decision = msgspec.structs.replace(row.decision, object_id=node.object_id)
+        yield replace(row, object_id=node.object_id, surface=at, decision=decision)
 
 
 def _row(
