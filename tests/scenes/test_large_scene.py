@@ -13,19 +13,7 @@ from gltf_room import glb
 from hapticvlm.scenes.reading import read_scene
 from hapticvlm.scenes.scan import scan, surfaces_of
 
-WORDS = [
-    "Oak",
-    "Steel",
-    "Glass",
-    "Wool",
-    "Leather",
-    "mat",
-    "Lamp",
-    "Wall",
-    "Chair",
-    "Door",
-    "Cushion",
-]
+WORDS = ("Oak", "Steel", "Glass", "Wool", "Leather", "mat", "Lamp", "Wall", "Chair", "Door")
 MESHES, SURFACES, NODES, SIDE = 400, 5, 3000, 26
 MOST_S = 10.0
 
