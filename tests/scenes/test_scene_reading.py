@@ -139,13 +139,17 @@ def test_points_and_lines_are_no_surfaces(tmp_path: Path) -> None:
     assert [node.name for node in scene_of(tmp_path, document).objects] == ["Chair_1"]
 
 
-def test_a_factor_below_a_map_says_nothing_unless_it_is_0(tmp_path: Path) -> None:
-    pbr = {"metallicRoughnessTexture": {"index": 0}, "metallicFactor": 0.0}
+@pytest.mark.parametrize(("factor", "stated"), [(0.0, 0.0), (1.0, None)])
+def test_a_factor_below_a_map_says_nothing_unless_it_is_0(
+    factor: float, stated: float | None, tmp_path: Path
+) -> None:
+    pbr: Document = {"metallicRoughnessTexture": {"index": 0}}
+    pbr |= {"metallicFactor": factor, "roughnessFactor": factor}
     document = chairs(1, materials=[{"pbrMetallicRoughness": pbr}])
     document["meshes"] = [{"primitives": [{"material": 0}]}]
     shader = scene_of(tmp_path, document).objects[0].surfaces[0].shader
     assert shader is not None
-    assert (shader.metallic, shader.roughness) == (0.0, None)
+    assert (shader.metallic, shader.roughness) == (stated, stated)
 
 
 def test_the_older_parameters_give_colour_and_roughness(tmp_path: Path) -> None:
