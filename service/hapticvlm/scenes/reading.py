@@ -100,7 +100,7 @@ class _Reader:
             )
         for reason, count in self._unordered.items():
             self._notes.append(
-                f"surfaces of {count} meshes are ordered by triangles, not by area: {reason}"
+                f"the surfaces of {count} of the meshes are ordered by triangles: {reason}"
             )
         return Scene(tuple(objects), tuple(self._notes))
 
