@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import base64
 import json
+import math
 import os
+import struct
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -163,33 +165,41 @@ def test_the_older_parameters_give_colour_and_roughness(tmp_path: Path) -> None:
     assert shader.base_color == (0.5, 0.25, 0.0)
 
 
-def test_a_strip_is_measured_like_its_triangles(tmp_path: Path) -> None:
-    """The second surface is the larger one: a strip of two triangles over the same corners."""
-    import struct
-
-    corners = struct.pack("<12f", 0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0)
-    uri = f"data:application/octet-stream;base64,{base64.b64encode(corners).decode()}"
-    document = chairs(
-        1,
-        materials=[{"name": "one triangle"}, {"name": "strip"}],
-        accessors=[
-            {"bufferView": 0, "componentType": 5126, "count": count, "type": "VEC3"}
-            for count in (3, 4)
-        ],
-        bufferViews=[{"buffer": 0, "byteLength": len(corners)}],
-        buffers=[{"byteLength": len(corners), "uri": uri}],
-    )
-    document["meshes"] = [
-        {
-            "primitives": [
-                {"attributes": {"POSITION": 0}, "material": 0},
-                {"attributes": {"POSITION": 1}, "material": 1, "mode": 5},
-            ]
-        }
+def measured(corners: list[float], counts: tuple[int, int], mode: int = 4) -> Document:
+    """A document with two surfaces over the same corners, of which each uses the first ones."""
+    data = struct.pack(f"<{len(corners)}f", *corners)
+    uri = f"data:application/octet-stream;base64,{base64.b64encode(data).decode()}"
+    primitives = [
+        {"attributes": {"POSITION": 0}, "material": 0},
+        {"attributes": {"POSITION": 1}, "material": 1, "mode": mode},
     ]
-    scene = scene_of(tmp_path, document)
-    assert [surface.name for surface in scene.objects[0].surfaces] == ["strip", "one triangle"]
+    accessors = [
+        {"bufferView": 0, "componentType": 5126, "count": count, "type": "VEC3"} for count in counts
+    ]
+    return {
+        "nodes": [{"name": "Sheet", "mesh": 0}],
+        "meshes": [{"primitives": primitives}],
+        "materials": [{"name": "first"}, {"name": "second"}],
+        "accessors": accessors,
+        "bufferViews": [{"buffer": 0, "byteLength": len(data)}],
+        "buffers": [{"byteLength": len(data), "uri": uri}],
+    }
+
+
+def test_a_strip_is_measured_like_its_triangles(tmp_path: Path) -> None:
+    square = [0.0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0]
+    scene = scene_of(tmp_path, measured(square, (3, 4), mode=5))
+    assert [surface.name for surface in scene.objects[0].surfaces] == ["second", "first"]
     assert [surface.triangles for surface in scene.objects[0].surfaces] == [2, 1]
+    assert scene.notes == ()
+
+
+@pytest.mark.parametrize("far", [math.nan, math.inf, 3e38])
+def test_positions_that_no_scene_has_are_told(far: float, tmp_path: Path) -> None:
+    scene = scene_of(tmp_path, measured([far, -far, far, 1, 0, 0, 0, 1, 0], (3, 3)))
+    assert len(scene.objects[0].surfaces) == 2
+    (note,) = scene.notes
+    assert "not finite" in note
 
 
 def without_buffer(document: Document) -> None:

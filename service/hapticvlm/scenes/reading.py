@@ -206,7 +206,7 @@ class _Reader:
             raise SceneError("an index is larger than the count of its positions")
         area = area_m2(points, _corners(corners, primitive.mode))
         if not np.isfinite(area):
-            raise SceneError("positions are not finite")
+            raise SceneError("positions are not finite, or too far apart")
         return area
 
     def _array(self, index: int, kind: str) -> NDArray[Any]:
@@ -228,11 +228,16 @@ class _Reader:
 
 
 def area_m2(points: NDArray[np.float32], corners: NDArray[Any]) -> float:
-    """Return the area of triangles with these points (n, 3) and corners (m, 3)."""
+    """Return the area of triangles with these points (n, 3) and corners (m, 3).
+
+    It is not finite where the points are not, or lie too far apart.
+    """
     total = 0.0
-    for at in range(0, len(corners), _AT_ONCE):
-        a, b, c = np.moveaxis(points[corners[at : at + _AT_ONCE]], 1, 0)
-        total += float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum(dtype=np.float64)) / 2.0
+    with np.errstate(over="ignore", invalid="ignore"):
+        for at in range(0, len(corners), _AT_ONCE):
+            a, b, c = np.moveaxis(points[corners[at : at + _AT_ONCE]], 1, 0)
+            double = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+            total += float(double.sum(dtype=np.float64)) / 2.0
     return total
 
 
