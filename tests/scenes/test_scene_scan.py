@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import msgspec
 import pytest
 from gltf_room import SURFACES, write_room
 
@@ -9,7 +10,7 @@ from hapticvlm import materials, messages
 from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.evidence.lexicon import read_lexicon
 from hapticvlm.rendering.heat.limits import AT_REST, limits_of
-from hapticvlm.scenes.declaration import messages_of, object_of
+from hapticvlm.scenes.declaration import messages_of
 from hapticvlm.scenes.reading import MAX_OBJECTS, read_scene
 from hapticvlm.scenes.scan import Row, scan, summarise, surfaces_of
 from hapticvlm.scenes.scene import Scene, SceneNode, Surface, Texture
@@ -49,15 +50,16 @@ def test_each_surface_of_the_room_is_told_as_what_it_is(room: Scene) -> None:
     assert decided == drawn
 
 
-def test_a_scan_decides_as_the_model_of_a_session_does(room: Scene) -> None:
-    """Each surface is declared to the model as the only one of an object, as older clients do."""
+def test_a_scan_decides_on_each_surface_as_a_session_does(room: Scene) -> None:
     model = SceneModel(SessionSettings(owner=True))
-    (whole,) = room.objects
-    for row in scan(surfaces_of(room)):
-        declared = object_of(whole, LEXICON, row.surface)
-        model.declare(messages.Scene(id=1, objects=[declared], replace=True))
-        target = ObjectTarget(whole.object_id)
-        assert row.decision == model.decision(target, 1.0, limits_of(AT_REST))
+    for message in messages_of(room, LEXICON):
+        model.declare(message)
+    rows = list(scan(surfaces_of(room)))
+    assert len(rows) == len(SURFACES)
+    for row in rows:
+        target = ObjectTarget(row.object_id, row.surface)
+        decision = model.decision(target, 1.0, limits_of(AT_REST))
+        assert msgspec.structs.replace(decision, surface=None) == row.decision
 
 
 def test_a_surface_is_named_by_its_texture_where_its_material_says_nothing() -> None:

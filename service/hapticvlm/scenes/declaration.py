@@ -38,12 +38,12 @@ def messages_of(scene: Scene, lexicon: Lexicon) -> Iterator[messages.Scene]:
 def object_of(node: SceneNode, lexicon: Lexicon, surface: int | None = None) -> SceneObject:
     """Return the declaration of an object, or of one of its surfaces as if it had no other."""
     surfaces = node.surfaces if surface is None else (node.surfaces[surface],)
-    names_said = [surface_name(each, lexicon) for each in surfaces]
     return SceneObject(
         object_id=node.object_id,
         name=node.name[-MAX_LABEL:],
-        shader=surfaces[0].shader,
-        surfaces=[ObjectSurface(name=name or "") for name in names_said],
+        surfaces=[
+            ObjectSurface(name=surface_name(each, lexicon), shader=each.shader) for each in surfaces
+        ],
     )
 
 

@@ -108,8 +108,9 @@ def _row(
     node: SceneNode, at: int, table: Mapping[str, Material], lexicon: Lexicon, look: Look
 ) -> Row:
     surface = node.surfaces[at]
-    declared = object_of(node, lexicon, at)
     target = ObjectTarget(node.object_id)
+    declared = scene_objects.as_surface(target, object_of(node, lexicon, at))
+    assert declared is not None
     evidence = scene_objects.from_declaration(target, declared, lexicon)
     is_named = any(each.rung == "name" for each in evidence)
     texture = surface.texture
