@@ -49,6 +49,7 @@ public static class Components
         Pictures.Run(program, url);
         Owners.Run(program, url);
         Rooms.Run(program, url);
+        SurfaceRooms.Run(program, url);
         EditMode.Run(program, url);
         return Finish();
     }

@@ -2,10 +2,46 @@ using System.Collections.Generic;
 
 namespace UnityEngine
 {
+    public enum MeshTopology { Triangles = 0, Lines = 3 }
+
     public class Mesh : Object
     {
-        public int subMeshCount { get; set; } = 1;
+        public Vector3[] Points = new Vector3[0];
+        public int[][] Triangles = new int[0][]; // of each sub-mesh
         public int Baked;
+
+        public int subMeshCount { get; set; } = 1;
+        public bool isReadable { get; set; } = true;
+
+        public MeshTopology GetTopology(int submesh) { return MeshTopology.Triangles; }
+
+        public uint GetIndexCount(int submesh) { return submesh < Triangles.Length ? (uint)Triangles[submesh].Length : 0u; }
+
+        public void GetVertices(List<Vector3> vertices)
+        {
+            if (!isReadable) Debug.LogError("Not allowed to access vertices on mesh '" + name + "'", this);
+            vertices.Clear();
+            vertices.AddRange(Points);
+        }
+
+        public void GetTriangles(List<int> triangles, int submesh)
+        {
+            if (!isReadable) Debug.LogError("Not allowed to access triangles on mesh '" + name + "'", this);
+            triangles.Clear();
+            triangles.AddRange(Triangles[submesh]);
+        }
+    }
+
+    public struct LOD
+    {
+        public Renderer[] renderers;
+    }
+
+    public class LODGroup : Component
+    {
+        public LOD[] Levels = new LOD[0];
+
+        public LOD[] GetLODs() { return Levels; }
     }
 
     public class MeshFilter : Component
@@ -22,7 +58,8 @@ namespace UnityEngine
 
         public bool enabled { get; set; } = true;
         public bool isPartOfStaticBatch { get; set; }
-        public Material sharedMaterial { get; set; }
+        public Material[] sharedMaterials { get; set; } = { null };
+        public Material sharedMaterial { get { return sharedMaterials[0]; } set { sharedMaterials = new[] { value }; } }
         public Material material { get { return sharedMaterial = sharedMaterial ?? new Material(); } }
         public Matrix4x4 localToWorldMatrix { get { return transform.localToWorldMatrix; } }
 
@@ -40,7 +77,7 @@ namespace UnityEngine
         public void GetSharedMaterials(List<Material> m)
         {
             m.Clear();
-            m.Add(sharedMaterial);
+            m.AddRange(sharedMaterials);
         }
 
         public void GetPropertyBlock(MaterialPropertyBlock properties) { Graphics.Next = this; }

@@ -45,6 +45,7 @@ namespace UnityEngine
     {
         public Vector3 point { get; set; }
         public Vector3 normal { get; set; }
+        public int triangleIndex { get; set; }
     }
 
     public enum QueryTriggerInteraction { UseGlobal, Ignore, Collide }

@@ -56,6 +56,7 @@ namespace UnityEngine
         public System.Func<Ray, float> SurfaceAlong;
 
         public bool convex { get; set; }
+        public Mesh sharedMesh { get; set; }
 
         public override Vector3 ClosestPoint(Vector3 position)
         {
@@ -66,11 +67,39 @@ namespace UnityEngine
         public override bool Raycast(Ray ray, out RaycastHit hitInfo, float maxDistance)
         {
             hitInfo = default(RaycastHit);
+            if (sharedMesh != null) return HitTriangle(ray, ref hitInfo, maxDistance);
             float distance = SurfaceAlong == null ? maxDistance + 1f : SurfaceAlong(ray);
             if (distance > maxDistance) return false;
             hitInfo.point = ray.origin + ray.direction * distance;
             return true;
         }
+
+        // Tries every triangle of the mesh, at the collider's position without rotation. Back faces are not hit (Moeller and Trumbore 1997).
+        bool HitTriangle(Ray ray, ref RaycastHit hit, float most)
+        {
+            int index = 0;
+            bool isHit = false;
+            foreach (int[] triangles in sharedMesh.Triangles)
+            {
+                for (int i = 0; i < triangles.Length; i += 3, index++)
+                {
+                    Vector3 a = sharedMesh.Points[triangles[i]] + transform.position;
+                    Vector3 ab = sharedMesh.Points[triangles[i + 1]] + transform.position - a, ac = sharedMesh.Points[triangles[i + 2]] + transform.position - a;
+                    Vector3 across = Cross(ray.direction, ac), from = ray.origin - a;
+                    float d = Dot(ab, across), u = Dot(from, across) / d, v = Dot(ray.direction, Cross(from, ab)) / d, at = Dot(ac, Cross(from, ab)) / d;
+                    if (d <= 0f || u < 0f || v < 0f || u + v > 1f || at < 0f || at > most) continue;
+                    most = at;
+                    hit.point = ray.origin + ray.direction * at;
+                    hit.triangleIndex = index;
+                    isHit = true;
+                }
+            }
+            return isHit;
+        }
+
+        static float Dot(Vector3 a, Vector3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+        static Vector3 Cross(Vector3 a, Vector3 b) { return new Vector3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x); }
     }
 
     public class SphereCollider : Collider

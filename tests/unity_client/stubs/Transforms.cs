@@ -10,6 +10,8 @@ namespace UnityEngine
 
         public Vector3 localScale { get; set; } = new Vector3(1f, 1f, 1f);
 
+        public Vector3 lossyScale { get { return localScale; } }
+
         public Transform parent
         {
             get { return ReferenceEquals(gameObject.Parent, null) ? null : gameObject.Parent.transform; }

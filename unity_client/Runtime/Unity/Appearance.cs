@@ -6,7 +6,7 @@ using Shader = UnityEngine.Shader;
 
 namespace HapticVLM
 {
-    /// <summary>Reads the names and shader parameters of a game object for the service.</summary>
+    /// <summary>Reads the names, surfaces and shader parameters of an object for the service.</summary>
     internal static class Appearance
     {
         const int TransparentQueue = 3000; // RenderQueue.Transparent
@@ -15,25 +15,36 @@ namespace HapticVLM
         static readonly int MetallicMap = Shader.PropertyToID("_MetallicGlossMap");
         static readonly int Smoothness = Shader.PropertyToID("_Smoothness");
         static readonly int Glossiness = Shader.PropertyToID("_Glossiness");
+        static readonly int[] BaseMaps = { Shader.PropertyToID("_BaseMap"), Shader.PropertyToID("_BaseColorMap"), Shader.PropertyToID("_MainTex") };
         static readonly int BaseColor = Shader.PropertyToID("_BaseColor");
         static readonly int OldColor = Shader.PropertyToID("_Color");
 
-        public static void Read(GameObject of, ref SceneObject stated)
+        /// <summary>
+        /// Reads name, shader parameters and surfaces of an object into its description. Returns its surfaces; `keeps`
+        /// copies its meshes, so that a touch can name one of them.
+        /// </summary>
+        public static ObjectSurfaces Read(HapticObject of, bool keeps, ref SceneObject stated)
         {
-            var renderer = of.GetComponentInChildren<Renderer>();
-            Material material = renderer == null ? null : renderer.sharedMaterial;
-            stated.Name = Name(of, material);
-            if (material != null) stated.Shader = Parameters(material);
+            var surfaces = new ObjectSurfaces(of, keeps);
+            stated.Name = Name(of.gameObject);
+            if (surfaces.Count == 0) return surfaces;
+            stated.Shader = Parameters(surfaces.MaterialOf(0));
+            stated.Surfaces = new List<ObjectSurface>();
+            for (int i = 0; i < surfaces.Count; i++)
+            {
+                Material material = surfaces.MaterialOf(i);
+                stated.Surfaces.Add(new ObjectSurface { Name = NameOf(material), Shader = i == 0 ? null : Parameters(material) });
+            }
+            return surfaces;
         }
 
-        /// <summary>Joins the names of renderer material, collider material and object, which is the noun, behind those of its parents.</summary>
-        static string Name(GameObject of, Material material)
+        /// <summary>Joins the names of collider material and object, which is the noun, behind those of its parents.</summary>
+        static string Name(GameObject of)
         {
             string name = of.name;
             var collider = of.GetComponentInChildren<Collider>();
             var surface = collider == null ? null : collider.sharedMaterial;
             if (surface != null) name = surface.name + " " + name;
-            if (material != null) name = material.name + " " + name;
             for (Transform parent = of.transform.parent; parent != null; parent = parent.parent)
             {
                 string path = parent.name + "/" + name;
@@ -41,6 +52,18 @@ namespace HapticVLM
                 name = path;
             }
             return WireText.Within(name, SceneObject.NameMaxLength);
+        }
+
+        /// <summary>Returns the name of a material behind that of its base colour map, which is read if the material's says nothing.</summary>
+        static string NameOf(Material material)
+        {
+            Texture map = null;
+            for (int i = 0; i < BaseMaps.Length && map == null; i++)
+            {
+                if (material.HasProperty(BaseMaps[i])) map = material.GetTexture(BaseMaps[i]);
+            }
+            string name = map == null ? material.name : map.name + "/" + material.name;
+            return WireText.Within(name.Length > ObjectSurface.NameMaxLength ? material.name : name, ObjectSurface.NameMaxLength);
         }
 
         static HapticVLM.Wire.Shader? Parameters(Material material)

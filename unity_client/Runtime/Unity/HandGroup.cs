@@ -60,7 +60,7 @@ namespace HapticVLM
             UpdateGesture();
             Touches.Move(speed, swung == null ? null : swung.ObjectId);
             if (nearest == null) Touches.Near(null, 0.0, 0.0, to);
-            else Touches.Near(nearest.Near.ObjectId, nearest.NearM, nearest.ClosingMps, to);
+            else Touches.Near(nearest.Near.ObjectId, nearest.NearM, nearest.ClosingMps, to, nearest.NearSurface);
             Touches.Tick(Clock.Now, to);
         }
 

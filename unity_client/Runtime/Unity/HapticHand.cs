@@ -79,6 +79,8 @@ namespace HapticVLM
 
         internal double NearM { get; private set; }
 
+        internal int? NearSurface { get; private set; }
+
         internal double ClosingMps { get; private set; }
 
         internal double FreeSpeedMps { get { return motion.FreeSpeedMps; } }
@@ -154,7 +156,7 @@ namespace HapticVLM
             if (target == null || !target.isActiveAndEnabled) return;
             motion.Follow(other, transform.position);
             group.UpdateGesture();
-            group.Touches.Begin(this, other, target.ObjectId, motion.SpeedMps, ForceOn(other), Link);
+            group.Touches.Begin(this, other, target.ObjectId, motion.SpeedMps, ForceOn(other), Link, target.SurfaceAt(other, transform.position));
         }
 
         void End(Collider other)
@@ -169,8 +171,10 @@ namespace HapticVLM
             for (int i = 0; i < group.Touches.Count; i++)
             {
                 if (!ReferenceEquals(group.Touches.Finger(i), this)) continue;
-                object met = group.Touches.Met(i);
-                group.Touches.Follow(this, met, motion.SpeedMps, ForceOn((Collider)met));
+                var met = (Collider)group.Touches.Met(i);
+                HapticObject target = HapticObject.ById(group.Touches.MetId(i));
+                int? surface = target == null ? null : target.SurfaceAt(met, transform.position);
+                group.Touches.Follow(this, met, motion.SpeedMps, ForceOn(met), surface);
             }
         }
 
@@ -223,6 +227,7 @@ namespace HapticVLM
             if (!Surface.Nearest(nearCollider, position, motion.FreeVelocity, approachM, out point)) return; // keeps the last values
             NearM = (point - position).magnitude;
             ClosingMps = motion.ClosingMps(position, point);
+            NearSurface = Near.SurfaceAt(nearCollider, point);
         }
 
         void FindNearest()

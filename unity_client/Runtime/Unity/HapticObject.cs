@@ -60,11 +60,12 @@ namespace HapticVLM
         [SerializeField, HideInInspector] string scannedBy = "";
         [SerializeField, HideInInspector] float scannedConfidence;
 
-        [SerializeField, Tooltip("Send the service the names and shader parameters of renderer and collider.")]
+        [SerializeField, Tooltip("Send the service the names, surfaces and shader parameters of renderers and collider.")]
         bool readsAppearance = true;
 
         [SerializeField] DecisionEvent onDecision = new DecisionEvent();
 
+        ObjectSurfaces surfaces; // as they were described last; null before
         int index; // in All, so that removal takes the same time in a scene of any size
 
         internal static readonly List<HapticObject> All = new List<HapticObject>();
@@ -79,10 +80,12 @@ namespace HapticVLM
         {
             get
             {
-                if (!string.IsNullOrEmpty(material) && material.Trim().Length > 0) return material.Trim();
+                if (IsChosen) return material.Trim();
                 return string.IsNullOrEmpty(scannedMaterial) ? null : scannedMaterial;
             }
         }
+
+        bool IsChosen { get { return !string.IsNullOrEmpty(material) && material.Trim().Length > 0; } }
 
         /// <summary>The material found by a scan and saved with the scene; empty if there is none.</summary>
         public string ScannedMaterial { get { return scannedMaterial; } }
@@ -158,8 +161,17 @@ namespace HapticVLM
                 Vibrates = hum.level > 0f ? hum.OnTheWire() : (Vibrates?)null,
                 StandsOn = standsOn != null ? new List<string> { standsOn.ObjectId } : null,
             };
-            if (readsAppearance) Appearance.Read(gameObject, ref stated);
+            ObjectSurfaces before = surfaces;
+            surfaces = readsAppearance ? Appearance.Read(this, Application.isPlaying, ref stated) : null;
+            if (before != null) before.Release(); // after the new ones were read, so that their meshes are not copied again
+            if (!IsChosen && surfaces != null && surfaces.Count > 1) stated.Material = null; // a scan sees the object as a whole
             return stated;
+        }
+
+        /// <summary>Returns the surface that a hand at this position touches, as an index into the described ones; null if it is not known.</summary>
+        internal int? SurfaceAt(Collider collider, Vector3 position)
+        {
+            return surfaces == null ? null : surfaces.At(collider, position);
         }
 
         internal void Take(Decision decision)
@@ -206,6 +218,8 @@ namespace HapticVLM
             last.index = index;
             All.RemoveAt(All.Count - 1);
             Ids.Remove(objectId);
+            if (surfaces != null) surfaces.Release();
+            surfaces = null;
         }
 
         /// <summary>Generates a new id for a copy, which starts with the id of its original.</summary>

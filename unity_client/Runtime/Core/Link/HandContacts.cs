@@ -18,6 +18,7 @@ namespace HapticVLM
             public string ObjectId;
             public double SpeedMps;
             public double ForceN;
+            public int? Surface;
         }
 
         readonly Contact[] contacts = new Contact[Capacity];
@@ -40,20 +41,26 @@ namespace HapticVLM
             return contacts[index].Met;
         }
 
+        public string MetId(int index)
+        {
+            return contacts[index].ObjectId;
+        }
+
         /// <summary>Adds a contact; false if it exists already or the list is full.</summary>
-        public bool Add(object finger, object met, string objectId, double speedMps, double forceN)
+        public bool Add(object finger, object met, string objectId, double speedMps, double forceN, int? surface)
         {
             if (Find(finger, met) >= 0 || Count == Capacity) return false;
-            contacts[Count++] = new Contact { Finger = finger, Met = met, ObjectId = objectId, SpeedMps = speedMps, ForceN = forceN };
+            contacts[Count++] = new Contact { Finger = finger, Met = met, ObjectId = objectId, SpeedMps = speedMps, ForceN = forceN, Surface = surface };
             return true;
         }
 
-        public void Follow(object finger, object met, double speedMps, double forceN)
+        public void Follow(object finger, object met, double speedMps, double forceN, int? surface)
         {
             int at = Find(finger, met);
             if (at < 0) return;
             contacts[at].SpeedMps = speedMps;
             contacts[at].ForceN = forceN;
+            contacts[at].Surface = surface;
         }
 
         /// <summary>Removes a contact; false if it does not exist.</summary>
@@ -72,11 +79,12 @@ namespace HapticVLM
             Count = 0;
         }
 
-        /// <summary>Fills in the object, and the greatest speed and force of all contacts with it.</summary>
+        /// <summary>Fills in the object and surface touched last, and the greatest speed and force of all contacts with it.</summary>
         public void Fill(ref Touch touch)
         {
             double speed = 0.0, force = 0.0;
             touch.ObjectId = ObjectId;
+            touch.Surface = Count > 0 ? contacts[Count - 1].Surface : null;
             for (int i = 0; i < Count; i++)
             {
                 if (contacts[i].ObjectId != touch.ObjectId) continue;

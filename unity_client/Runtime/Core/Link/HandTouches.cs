@@ -22,6 +22,7 @@ namespace HapticVLM
             public string ObjectId;
             public double DistanceM;
             public double ClosingMps;
+            public int? Surface;
         }
 
         readonly HandName hand;
@@ -72,20 +73,29 @@ namespace HapticVLM
             return contacts.Met(index);
         }
 
-        public void Begin(object finger, object met, string objectId, double speedMps, double forceN, HapticConnection to)
+        /// <summary>Id of the object of a contact.</summary>
+        public string MetId(int index)
+        {
+            return contacts.MetId(index);
+        }
+
+        /// <summary>
+        /// Begins a contact. `surface` is the index of the touched surface in the object's list; null is the largest.
+        /// </summary>
+        public void Begin(object finger, object met, string objectId, double speedMps, double forceN, HapticConnection to, int? surface = null)
         {
             bool isFirst = !IsTouching;
             string target = ObjectId;
-            if (!contacts.Add(finger, met, objectId, speedMps, forceN)) return;
+            if (!contacts.Add(finger, met, objectId, speedMps, forceN, surface)) return;
             near = default(Nearest);
             if (isFirst) Send(Phase.Contact, gesture ?? BySpeed(speedMps), to);
             else if (target != objectId) Send(Phase.Slide, gesture ?? Interaction.Slide, to);
         }
 
-        /// <summary>Updates speed and force of a contact; the next renewal sends them.</summary>
-        public void Follow(object finger, object met, double speedMps, double forceN)
+        /// <summary>Updates speed, force and surface of a contact; the next renewal sends them.</summary>
+        public void Follow(object finger, object met, double speedMps, double forceN, int? surface = null)
         {
-            contacts.Follow(finger, met, speedMps, forceN);
+            contacts.Follow(finger, met, speedMps, forceN, surface);
         }
 
         /// <summary>
@@ -125,14 +135,14 @@ namespace HapticVLM
         }
 
         /// <summary>
-        /// Updates the object the hand is about to touch, its distance and the closing speed; a null id
+        /// Updates the object the hand is about to touch, its distance, the closing speed and the surface; a null id
         /// when none is near.
         /// </summary>
-        public void Near(string objectId, double distanceM, double closingMps, HapticConnection to)
+        public void Near(string objectId, double distanceM, double closingMps, HapticConnection to, int? surface = null)
         {
             if (IsTouching) return;
             bool isNew = objectId != near.ObjectId;
-            near = new Nearest { ObjectId = objectId, DistanceM = distanceM, ClosingMps = closingMps };
+            near = new Nearest { ObjectId = objectId, DistanceM = distanceM, ClosingMps = closingMps, Surface = surface };
             if (isNew && objectId == null) Release(to);
             else if (isNew) dueAt = 0.0;
         }
@@ -222,6 +232,7 @@ namespace HapticVLM
             touch.ObjectId = swings ? swungId ?? near.ObjectId : near.ObjectId;
             if (swings) touch.SpeedMps = HandContacts.Within(freeSpeedMps, Touch.SpeedMpsMax);
             if (swings || near.ObjectId == null) return;
+            touch.Surface = near.Surface;
             touch.DistanceM = HandContacts.Within(near.DistanceM, Touch.DistanceMMax);
             touch.ClosingMps = near.ClosingMps < 0.0 ? -HandContacts.Within(-near.ClosingMps, Touch.ClosingMpsMax) : HandContacts.Within(near.ClosingMps, Touch.ClosingMpsMax);
         }

@@ -10,6 +10,8 @@ namespace HapticVLM
     /// </summary>
     public sealed class Outbox
     {
+        const int SurfacesSinceMinor = 2; // of the protocol; an older service refuses a message with an unknown field
+
         public readonly SceneRegistry Scene = new SceneRegistry();
         public readonly TouchRing Touches = new TouchRing();
         public readonly FrameMailbox Frames = new FrameMailbox();
@@ -26,6 +28,7 @@ namespace HapticVLM
         Feel feel;
         bool feelChanged;
         Scope stop;
+        volatile bool knowsSurfaces;
 
         public Outbox(bool wantsOutputs = true)
         {
@@ -87,7 +90,8 @@ namespace HapticVLM
             Touches.Clear();
             Frames.Clear();
             Requests.Restart();
-            Scene.Restart(welcome.Materials);
+            knowsSurfaces = welcome.Protocol.Minor >= SurfacesSinceMinor;
+            Scene.Restart(welcome.Materials, knowsSurfaces);
             QueueSettings();
         }
 
@@ -166,6 +170,7 @@ namespace HapticVLM
             Touch touch;
             if (!Touches.Take(out touch)) return false;
             touch.Id = Ids.Next();
+            if (!knowsSurfaces) touch.Surface = null;
             touch.Write(writer);
             Requests.Sent(touch.Id, Kind.Touch, touch.CapturedAt);
             return true;

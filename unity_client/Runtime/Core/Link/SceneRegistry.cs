@@ -27,6 +27,7 @@ namespace HapticVLM
         readonly List<string> allowedKnown = new List<string>();
         double? ambientC;
         bool sendsAll = true;
+        bool knowsSurfaces;
 
         public int Count { get { lock (gate) return objects.Count; } }
 
@@ -37,6 +38,7 @@ namespace HapticVLM
             sceneObject.ObjectId = WireText.Within(sceneObject.ObjectId, SceneObject.ObjectIdMaxLength);
             sceneObject.Name = WireText.Within(sceneObject.Name, SceneObject.NameMaxLength);
             sceneObject.Material = WireText.Within(sceneObject.Material, SceneObject.MaterialMaxLength);
+            sceneObject.Surfaces = Within(sceneObject.Surfaces);
             lock (gate)
             {
                 objects[sceneObject.ObjectId] = sceneObject;
@@ -77,11 +79,12 @@ namespace HapticVLM
             }
         }
 
-        /// <summary>Queues all objects for a new session, whose service knows these materials.</summary>
-        public void Restart(List<string> known)
+        /// <summary>Queues all objects for a new session, whose service knows these materials, and surfaces or not.</summary>
+        public void Restart(List<string> known, bool nowKnowsSurfaces = false)
         {
             lock (gate)
             {
+                knowsSurfaces = nowKnowsSurfaces;
                 knownMaterials.Clear();
                 knownMaterials.UnionWith(known);
                 sendsAll = true;
@@ -158,9 +161,35 @@ namespace HapticVLM
                 isChanged.Remove(changed[i]);
                 if (!objects.TryGetValue(changed[i], out sceneObject)) continue;
                 if (!IsKnown(sceneObject.Material)) sceneObject.Material = null;
-                batch.Add(sceneObject);
+                batch.Add(knowsSurfaces ? sceneObject : WithoutSurfaces(sceneObject));
             }
             changed.RemoveRange(from, changed.Count - from);
+        }
+
+        static List<ObjectSurface> Within(List<ObjectSurface> surfaces)
+        {
+            if (surfaces == null) return null;
+            var within = new List<ObjectSurface>();
+            for (int i = 0; i < surfaces.Count && i <= Touch.SurfaceMax; i++)
+            {
+                ObjectSurface surface = surfaces[i];
+                surface.Name = WireText.Within(surface.Name, ObjectSurface.NameMaxLength);
+                within.Add(surface);
+            }
+            return within;
+        }
+
+        /// <summary>Puts the name of the largest surface before that of the object, for a service that knows no surfaces.</summary>
+        static SceneObject WithoutSurfaces(SceneObject sceneObject)
+        {
+            List<ObjectSurface> surfaces = sceneObject.Surfaces;
+            sceneObject.Surfaces = null;
+            if (surfaces == null || surfaces.Count == 0 || surfaces[0].Name == null || sceneObject.Name == null) return sceneObject;
+            int leaf = sceneObject.Name.LastIndexOf('/') + 1;
+            string name = sceneObject.Name.Insert(leaf, surfaces[0].Name + " ");
+            if (name.Length > SceneObject.NameMaxLength) name = name.Substring(leaf); // without its parents
+            sceneObject.Name = WireText.Within(name, SceneObject.NameMaxLength);
+            return sceneObject;
         }
     }
 }
