@@ -49,7 +49,8 @@ func _process(_delta: float) -> void:
 	)
 
 
-## The tests' hand on the scene: F takes the ball away, as a game does with what breaks; R brings a rifle.
+## The tests' hand on the scene: F takes the ball away, as a game does with what breaks; R brings a rifle, M a room
+## of one mesh with 20 materials.
 func _unhandled_key_input(event: InputEvent) -> void:
 	if not event.is_pressed():
 		return
@@ -61,6 +62,10 @@ func _unhandled_key_input(event: InputEvent) -> void:
 		magazine.add_child(HapticObject.new())
 		rifle.add_child(magazine)
 		get_tree().current_scene.add_child(rifle)
+	if (event as InputEventKey).keycode == KEY_M:
+		var room: Node3D = load("res://room.gd").new()
+		room.set("say", _say)
+		get_tree().current_scene.add_child(room)
 
 
 func _named(node: Node, name_given: String) -> Node:

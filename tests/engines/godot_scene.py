@@ -53,6 +53,7 @@ def export(folder: Path) -> None:
     first, rest = autoloads.split("\n\n[", 1)  # after the connection, which it listens to
     files["project.godot"] = f"{heading}{AUTOLOAD}{first}\n{PROBE}\n[{rest}".encode()
     files["probe.gd"] = (HERE / "godot_probe.gd").read_bytes()
+    files["room.gd"] = (HERE / "godot_room.gd").read_bytes()
     (folder / "index.pck").write_bytes(pack(files))
 
 

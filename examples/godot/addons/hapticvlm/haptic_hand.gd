@@ -122,6 +122,7 @@ func _approach() -> void:
 	var ahead: HapticObject = HapticObject.by_body[hit["collider"]]
 	var closing := -_velocity.dot(hit["normal"])
 	var fields := {"object_id": ahead.object_id, "distance_m": distance, "closing_mps": closing}
+	fields["surface"] = ahead.surface_at(hit["position"])
 	_send("approach", fields)
 
 
@@ -132,6 +133,7 @@ func _send(phase: String, fields: Dictionary) -> void:
 	var message := {"phase": phase, "hand": hand, "speed_mps": speed_mps, "force_n": force_n}
 	if object != null:
 		message["object_id"] = object.object_id
+		message["surface"] = object.surface_at(global_position)
 	if not interaction.is_empty() and phase != "approach" and phase != "release":
 		message["interaction"] = interaction
 	message.merge(fields, true)

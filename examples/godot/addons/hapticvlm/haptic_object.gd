@@ -5,6 +5,8 @@ extends Node
 ##
 ## Empty properties are not sent: the service then decides the material by name, shader or picture.
 
+const ObjectSurfaces := preload("object_surfaces.gd")
+
 ## All objects, by their body.
 static var by_body := {}
 
@@ -30,6 +32,8 @@ static var by_body := {}
 @export var shows_pictures := true
 ## Its id for the service; empty: its path in the scene.
 @export var object_id := ""
+
+var _surfaces: ObjectSurfaces
 
 
 func _enter_tree() -> void:
@@ -75,6 +79,11 @@ func meshes() -> Array[MeshInstance3D]:
 	return found
 
 
+## Returns the surface that a hand at this position touches, as an index into those sent; 0 is the largest.
+func surface_at(position: Vector3) -> int:
+	return 0 if _surfaces == null else _surfaces.at(position)
+
+
 func _described() -> Dictionary:
 	var object := {"object_id": object_id, "name": _path() if label.is_empty() else label.left(256)}
 	if not material.is_empty():
@@ -90,9 +99,12 @@ func _described() -> Dictionary:
 	var carriers := _carriers()
 	if not carriers.is_empty():
 		object["stands_on"] = carriers
-	var shader := _shader()
-	if not shader.is_empty():
-		object["shader"] = shader
+	_surfaces = ObjectSurfaces.new(meshes())
+	if not _surfaces.described.is_empty():
+		var largest := _surfaces.described[0]
+		if largest.has("shader"):
+			object["shader"] = largest["shader"]
+		object["surfaces"] = _surfaces.described
 	return object
 
 
@@ -117,24 +129,6 @@ func _carriers() -> Array[String]:
 		if carrier != null:
 			found.append(carrier.object_id)
 	return found.slice(0, 16)
-
-
-## Returns the parameters of the first standard material, which identify metals.
-func _shader() -> Dictionary:
-	for mesh in meshes():
-		if mesh.mesh == null or mesh.mesh.get_surface_count() == 0:
-			continue
-		var drawn := mesh.get_active_material(0) as BaseMaterial3D
-		if drawn == null:
-			continue
-		var color := drawn.albedo_color
-		return {
-			"metallic": clampf(drawn.metallic, 0.0, 1.0),
-			"roughness": clampf(drawn.roughness, 0.0, 1.0),
-			"base_color":
-			[clampf(color.r, 0.0, 1.0), clampf(color.g, 0.0, 1.0), clampf(color.b, 0.0, 1.0)],
-		}
-	return {}
 
 
 ## Shortens a path to 128 characters. Paths are the same at every start, so cached decisions remain valid.

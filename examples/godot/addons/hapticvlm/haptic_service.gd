@@ -22,6 +22,7 @@ signal ownership_changed(is_owner: bool)
 const Link := preload("link.gd")
 const SceneRegistry := preload("scene_registry.gd")
 const FrameSlot := preload("frame_slot.gd")
+const SURFACES_SINCE_MINOR := 2  # an older service refuses unknown fields
 const TAKE_EVERY_S := 2.0  # interval between requests for outputs that another scene owns
 const HANDS: Array[String] = ["left", "right"]
 const FASTEST_MPS := 20.0  # limits of the protocol, which a jumping tracked hand can exceed
@@ -44,7 +45,7 @@ var ambient_c := NAN:
 		ambient_c = value
 		_registry.ambient_c = value
 var is_owner := false
-## The newest decision for each object id.
+## The newest decision for each object id, on whichever of its surfaces.
 var decisions := {}
 ## Numbers of dropped messages: touches without a link, frames replaced by a newer one.
 var lost: Dictionary:
@@ -59,6 +60,7 @@ var _lost_touches := 0
 var _took_at := -INF
 var _is_stopped := false
 var _has_touched := false
+var _knows_surfaces := false
 
 
 func _enter_tree() -> void:
@@ -121,6 +123,8 @@ func touch(message: Dictionary) -> void:
 	sent["captured_at"] = Link.now_s()
 	sent["speed_mps"] = clampf(message.get("speed_mps", 0.0), 0.0, FASTEST_MPS)
 	sent["force_n"] = clampf(message.get("force_n", 0.0), 0.0, STRONGEST_N)
+	if not _knows_surfaces:
+		sent.erase("surface")
 	_link.send("touch", sent)
 
 
@@ -182,6 +186,7 @@ func _receive(message: Dictionary, asked: String) -> void:
 
 func _welcome(message: Dictionary) -> void:
 	decisions.clear()
+	_knows_surfaces = message["protocol"]["minor"] >= SURFACES_SINCE_MINOR
 	_registry.restart()
 	_send_scene()
 	_own(message["owner"])
@@ -236,4 +241,12 @@ func _ask_to_feel() -> void:
 
 func _send_scene() -> void:
 	for news in _registry.take_changes():
+		if not _knows_surfaces:
+			news["objects"] = news["objects"].map(_without_surfaces)
 		_link.send("scene", news)
+
+
+static func _without_surfaces(object: Dictionary) -> Dictionary:
+	var without := object.duplicate()
+	without.erase("surfaces")
+	return without
