@@ -10,6 +10,7 @@ from playwright.sync_api import Browser, Page, expect
 
 from hapticvlm.client.local_service import Service
 from hapticvlm.materials import MATERIALS
+from hapticvlm.rendering.vibration.sound_voice import as_sound
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 from hapticvlm_studio.touches.sound import sound
 
@@ -57,24 +58,23 @@ def recorded(page: Page) -> np.ndarray:
     return np.concatenate([block["samples"] for block in blocks])
 
 
-def spectrum(wave: np.ndarray, rate_hz: int = RATE_HZ) -> np.ndarray:
-    """Levels of bands of 20 Hz from 40 to 1000 Hz, dB, of what follows the onset."""
+def spectrum(wave: np.ndarray, rate_hz: int = RATE_HZ, highest_hz: int = 1000) -> np.ndarray:
+    """Levels of bands of 20 Hz from 40 to `highest_hz`, dB, of what follows the onset."""
     onset = int(np.argmax(np.abs(wave) > 0.25 * np.abs(wave).max()))
     part = wave[onset : onset + round(0.12 * rate_hz)]
     power = np.abs(np.fft.rfft(part, rate_hz)) ** 2  # bins of 1 Hz
-    bands = power[40:1000].reshape(-1, 20).sum(axis=1)
+    bands = power[40:highest_hz].reshape(-1, 20).sum(axis=1)
     return np.asarray(10.0 * np.log10(bands / bands.max() + 1e-4))
 
 
 @pytest.mark.nightly
+@pytest.mark.parametrize(("voice", "highest_hz"), [("true", 1000), ("sound", 4000)])
 def test_what_is_heard_of_a_strike_is_glass_for_glass_and_wood_for_wood(
-    listening: tuple[Page, int],
+    listening: tuple[Page, int], voice: str, highest_hz: int
 ) -> None:
     page, rate_hz = listening
-    own = {
-        name: spectrum(sound(MATERIALS[name], "strike", STRIKE, 0.4).wave)
-        for name in ("glass", "wood")
-    }
+    page.locator("#hear-voice").select_option(voice)
+    own = {name: spectrum(played(voice, name), highest_hz=highest_hz) for name in ("glass", "wood")}
     for name in own:
         page.locator("#trial-material").select_option(name)
         recorded(page)
@@ -82,11 +82,17 @@ def test_what_is_heard_of_a_strike_is_glass_for_glass_and_wood_for_wood(
         page.wait_for_function(SOUNDS)
         page.wait_for_timeout(HOLD_MS)
         page.mouse.up()
-        heard = spectrum(recorded(page), rate_hz)
+        heard = spectrum(recorded(page), rate_hz, highest_hz)
         alike = {other: float(np.corrcoef(heard, shape)[0, 1]) for other, shape in own.items()}
-        print(f"{name} heard: correlation of spectra {alike}")
+        print(f"{name} heard, {voice}: correlation of spectra {alike}")
         assert max(alike, key=lambda other: alike[other]) == name
         assert alike[name] > 0.7
+
+
+def played(voice: str, material: str) -> np.ndarray:
+    """The dashboard's strike of this material in this voice, (N,) at RATE_HZ."""
+    wave = sound(MATERIALS[material], "strike", STRIKE, 0.4).wave
+    return wave if voice == "true" else as_sound(wave)
 
 
 def test_nothing_is_heard_a_tenth_of_a_second_after_a_stop(listening: tuple[Page, int]) -> None:

@@ -1,8 +1,11 @@
-// The sound switch of a page: plays the vibration in the browser, and shows its level and delay.
-import { byId, setText } from "./dom.js";
+// The sound switch of a page: plays the vibration in the browser, and shows its level, voice and delay.
+import { byId, make, setText } from "./dom.js";
 import { Sound } from "./sound.js";
 
 const KEY = "hapticvlm-sound"; // "off" once the user has switched it off
+const VOICE_KEY = "hapticvlm-voice";
+const VOICES = { sound: "as sound", true: "true, as for a palm" };
+const ABOUT = "as sound: the vibration moved to where ears and small speakers hear it. true: what the palm speaker gets; needs headphones.";
 export const sound = new Sound();
 let isReal = false; // a palm speaker also plays
 
@@ -11,9 +14,22 @@ export function offerSound() {
   byId("hear").addEventListener("click", toggle);
   byId("hear-level").addEventListener("input", (event) => (sound.level = Number(event.target.value)));
   sound.level = Number(byId("hear-level").value);
+  byId("hear-level").after(voices());
   sound.addEventListener("change", show);
   sound.addEventListener("report", show);
   show();
+}
+
+function voices() {
+  const select = make("select", "", { id: "hear-voice", title: ABOUT, ariaLabel: "Voice" });
+  select.append(...Object.entries(VOICES).map(([value, words]) => make("option", words, { value })));
+  const kept = localStorage.getItem(VOICE_KEY);
+  sound.voice = select.value = kept in VOICES ? kept : "sound";
+  select.addEventListener("change", () => {
+    localStorage.setItem(VOICE_KEY, select.value);
+    sound.voice = select.value;
+  });
+  return select;
 }
 
 // `speaker`: the device in the welcome. If it is real, only the button starts the sound.
