@@ -101,6 +101,8 @@ def test_the_touched_object_is_outlined_in_the_frame(page):
 
 
 def test_the_vibration_of_the_record_is_what_sounds(page):
+    assert page.locator("#voice").input_value() == "sound"
+    page.locator("#voice").select_option("true")
     heard = page.evaluate(
         """async () => {
           const data = await (await fetch(document.getElementById("sound").src)).arrayBuffer();

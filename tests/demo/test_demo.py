@@ -151,7 +151,8 @@ def test_the_page_it_leaves_holds_every_touch_and_its_sound(demo, touches):
     session = json.loads(data)
     assert [touch["name"] for touch in session["touches"]] == [touch.name for touch in touches]
     assert session["frames"]
-    assert session["sound"].startswith("data:audio/wav;base64,")
+    for voice in ("sound", "true"):
+        assert session["voices"][voice].startswith("data:audio/wav;base64,")
     assert max(session["peaks"]) > 0.05
 
 

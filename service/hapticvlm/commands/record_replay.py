@@ -74,6 +74,7 @@ def _add_replay(commands: Commands) -> None:
     replay.add_argument(
         "--wav", type=Path, metavar="FILE", help="write the vibration to this WAV file"
     )
+    touch_options.add_voice(replay, "true", "voice of --wav (true)")
     replay.add_argument(
         "--view",
         action="store_true",
@@ -106,8 +107,10 @@ def _replay(options: argparse.Namespace) -> int:
         outcome = replay.replay(options.folder, table, recogniser)
         if options.wav is not None:
             from hapticvlm.devices.speaker.audio import write_wav
+            from hapticvlm.rendering.vibration.sound_voice import in_voice
 
-            write_wav(options.wav, replay.waveform(outcome, touch_options.voices(options, table)))
+            wave = replay.waveform(outcome, touch_options.voices(options, table))
+            write_wav(options.wav, in_voice(wave, options.voice))
     if options.json:
         print(json.dumps(_fields(outcome, recognised=options.recognise)))
     else:

@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hapticvlm.commands import service_address
+from hapticvlm.commands import service_address, touch_options
 from hapticvlm.commands.parsing import add_json
 from hapticvlm.errors import UsageError
 
@@ -115,6 +115,7 @@ def _add_demo(commands: Commands) -> None:
         action="store_true",
         help="open a WebXR scene in the browser and touch it yourself",
     )
+    touch_options.add_voice(demo, "sound", "voice of vibration.wav (sound)")
     demo.add_argument("--quiet", action="store_true", help="play no sound")
     add_json(demo)
 
@@ -171,7 +172,13 @@ def _demo(options: argparse.Namespace) -> int:
     with nullcontext() if options.json else working("loading"):  # seconds on the first run
         from hapticvlm.demo.run import run
 
-    return run(options.capture, options.out, quiet=options.quiet, as_json=options.json)
+    return run(
+        options.capture,
+        options.out,
+        quiet=options.quiet,
+        voice=options.voice,
+        as_json=options.json,
+    )
 
 
 def _browse() -> int:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hapticvlm.commands.parsing import number_within
+from hapticvlm.rendering.vibration.vibration import VOICES
 
 if TYPE_CHECKING:
     from hapticvlm.materials import Material
@@ -55,6 +56,17 @@ def add_seconds(parser: Options, default_s: float) -> None:
         default=default_s,
         metavar="S",
         help="length of the touch (%(default)s)",
+    )
+
+
+def add_voice(parser: Options, default: str | None, what: str) -> None:
+    """Declare the voice in which `what` is heard; None leaves the default to the command."""
+    parser.add_argument(
+        "--voice",
+        choices=VOICES,
+        default=default,
+        help=f"{what}: `true` is what the palm speaker plays, mostly below 300 Hz; `sound` the "
+        "same touch moved to where ears and small speakers hear it",
     )
 
 

@@ -29,17 +29,27 @@ from hapticvlm.errors import HapticVLMError
 from hapticvlm.materials import MATERIALS
 from hapticvlm.recordings import timeline
 from hapticvlm.recordings.page import page
+from hapticvlm.recordings.page.moment import moment
 from hapticvlm.recordings.timeline import Timeline
+from hapticvlm.rendering.vibration.sound_voice import in_voice
 from hapticvlm.rendering.vibration.voices import Voices
 
 CAPTURE = Path(__file__).parent / "capture"
 SETTLE_S = 0.3  # for the last answers and telemetry
 
 
-def run(path: Path | None, out: Path, *, quiet: bool, as_json: bool = False) -> int:
+def run(
+    path: Path | None,
+    out: Path,
+    *,
+    quiet: bool,
+    voice: str = "sound",
+    as_json: bool = False,
+) -> int:
     """Run the demo; return 0 when every message was answered. Raises HapticVLMError, OSError.
 
-    With `as_json` only the summary is printed, as JSON at the end.
+    vibration.wav is written in `voice` (`vibration.VOICES`). With `as_json` only the summary is
+    printed, as JSON at the end.
     """
     console = Console(highlight=False, soft_wrap=True, quiet=as_json)
     capture = read(CAPTURE if path is None else path)
@@ -54,8 +64,9 @@ def run(path: Path | None, out: Path, *, quiet: bool, as_json: bool = False) -> 
         outcome, show = asyncio.run(_perform(capture, service, console))
     _record(show, out / "decisions.jsonl")
     session_timeline = _timeline(sessions, console)
-    write_wav(out / "vibration.wav", session_timeline.wave)
-    page.write(session_timeline, "the demo", out / "session.html")
+    write_wav(out / "vibration.wav", in_voice(session_timeline.wave, voice))
+    shared = moment(session_timeline)
+    page.write(session_timeline, "the demo", out / "session.html", shared)
     figures = summary.write(capture, outcome, show.decisions, show.telemetry, out)
     console.print((out / "summary.txt").read_text(encoding="utf-8"))
     console.print("Results; open the page in a browser for frames, decisions, plate and sound:")

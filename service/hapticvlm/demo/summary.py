@@ -52,7 +52,7 @@ def summary(
         "underruns": newest.get("underruns"),
         "dropped_frames": newest.get("dropped_frames"),
         "faults": newest.get("faults"),
-        "devices": "plate simulated; see vibration.wav for what the speaker played",
+        "devices": "plate simulated; see session.html for what the speaker played",
     }
 
 

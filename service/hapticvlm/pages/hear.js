@@ -4,7 +4,7 @@ import { Sound } from "./sound.js";
 
 const KEY = "hapticvlm-sound"; // "off" once the user has switched it off
 const VOICE_KEY = "hapticvlm-voice";
-const VOICES = { sound: "as sound", true: "true, as for a palm" };
+const VOICES = { sound: "as sound", true: "true voice" };
 const ABOUT = "as sound: the vibration moved to where ears and small speakers hear it. true: what the palm speaker gets; needs headphones.";
 export const sound = new Sound();
 let isReal = false; // a palm speaker also plays

@@ -6,7 +6,7 @@ import argparse
 import json
 import time
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -63,6 +63,9 @@ def add(commands: Commands) -> None:
         default=SCALES[0],
         help="strength: as the palm speaker plays it, or as controllers and phones need it (palm)",
     )
+    touch_options.add_voice(
+        export, None, "voice of a wav file (true), or in which a page plays (sound)"
+    )
     touch_options.add_force(export)
     touch_options.add_seconds(export, 1.0)
     touch_options.add_temperatures(export)
@@ -80,6 +83,8 @@ class _Job:
 
 
 def _export(options: argparse.Namespace) -> int:
+    if options.voice is not None and options.to not in ("wav", PAGE):
+        raise UsageError(f"--voice is for wav and page; {options.to} drives an actuator")
     with usage_errors():
         table = touch_options.table(options.gallery)
         jobs = list(_jobs(options, table))
@@ -93,6 +98,8 @@ def _export(options: argparse.Namespace) -> int:
         if options.scale == "controller":
             clip = _for_controllers(clip)
         folder = options.out if options.material == ALL and options.out is not None else Path()
+        if options.voice == "sound":
+            clip = _as_sound(clip)
         path = job.path or folder / f"{clip.name}.{options.to}"
         print("  ".join(str(written) for written in write(clip, options.to, path)), flush=True)
     return 0
@@ -109,7 +116,7 @@ def _write_page(
         clips = [_clip(job, options, table) for job in jobs]
     clips = [_for_controllers(clip) for clip in clips] if options.scale != SCALES[0] else clips
     path = options.out or Path(f"{options.material}.html")
-    path.write_text(gallery.page(clips), encoding="utf-8")
+    path.write_text(gallery.page(clips, options.voice or "sound"), encoding="utf-8")
     print(f"{path}: {len(clips)} touches, {path.stat().st_size / 1e6:.1f} MB; open it in a browser")
     return 0
 
@@ -179,6 +186,12 @@ def _for_controllers(clip: Clip) -> Clip:
     from hapticvlm_studio.touches.clip import for_controllers
 
     return for_controllers(clip)
+
+
+def _as_sound(clip: Clip) -> Clip:
+    from hapticvlm.rendering.vibration.sound_voice import as_sound
+
+    return replace(clip, wave=as_sound(clip.wave))
 
 
 def _write_json(path: Path, document: dict[str, Any]) -> None:

@@ -42,6 +42,7 @@ def add(commands: Commands) -> None:
         examples=(
             "hapticvlm feel metal --object-c 5",
             "hapticvlm feel wood --interaction slide --speed 0.2 --plot wood.png --wav wood.wav",
+            "hapticvlm feel glass --wav glass.wav --voice sound",
         ),
     )
     feel.set_defaults(run=_feel)
@@ -71,6 +72,7 @@ def add(commands: Commands) -> None:
     out.add_argument(
         "--wav", type=Path, metavar="FILE", help="write the vibration to this file, 48 kHz mono"
     )
+    touch_options.add_voice(out, "true", "voice of --wav (true)")
     add_json(out)
     touch_options.add_gallery(out)
 
@@ -157,9 +159,10 @@ def _thermal_inputs(options: argparse.Namespace) -> ThermalInputs:
 
 def _write(heat: Heat, sound: Sound, options: argparse.Namespace) -> None:
     if options.wav is not None:
+        from hapticvlm.rendering.vibration.sound_voice import in_voice
         from hapticvlm_studio.touches.sound import write_wav
 
-        write_wav(options.wav, sound.wave)
+        write_wav(options.wav, in_voice(sound.wave, options.voice))
     if options.plot is not None:
         from hapticvlm_studio.touches import plot
 

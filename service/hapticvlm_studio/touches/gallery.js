@@ -2,6 +2,7 @@
 import { materialColour, warmthColour } from "hapticvlm/feel";
 
 const touches = JSON.parse(document.getElementById("touches").textContent);
+const voice = document.getElementById("voice");
 let playing = null;
 
 function end() {
@@ -15,7 +16,8 @@ async function play(button) {
   const isSame = playing?.button === button;
   end();
   if (isSame) return;
-  const sound = new Audio(`data:audio/wav;base64,${touches[button.dataset.touch].wav}`);
+  const touch = touches[button.dataset.touch];
+  const sound = new Audio(`data:audio/wav;base64,${voice.value === "true" ? touch.wav : touch.heard}`);
   playing = { sound, button };
   button.setAttribute("aria-pressed", "true");
   sound.addEventListener("ended", () => playing?.sound === sound && end());
@@ -48,6 +50,7 @@ document.getElementById("main").addEventListener("click", ({ target }) => {
   else if (button) play(button);
 });
 
+voice.addEventListener("change", end);
 for (const section of document.querySelectorAll("section")) {
   section.style.setProperty("--body", materialColour(section.dataset.material));
   const bar = section.querySelector(".bar");

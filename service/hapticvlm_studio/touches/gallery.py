@@ -16,7 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from hapticvlm.recordings.page.one_file import PAGES, assembled, encoded, put, sound
+from hapticvlm.recordings.page.one_file import HEARD_HZ, PAGES, assembled, encoded, put, sound
+from hapticvlm.rendering.vibration.sound_voice import as_sound
 from hapticvlm_studio.touches import ahap, haptic, hjif
 from hapticvlm_studio.touches.clip import Clip
 
@@ -26,8 +27,11 @@ COLUMNS = 100  # of the outline of a vibration
 STOPS = 5  # of the colours of a temperature bar
 
 
-def page(clips: Iterable[Clip]) -> str:
-    """Return the page of these clips, a section for each run of the same material."""
+def page(clips: Iterable[Clip], voice: str = "sound") -> str:
+    """Return the page of these clips, a section for each run of the same material.
+
+    It plays them in this voice (`vibration.VOICES`) until the reader chooses the other one.
+    """
     sections: list[str] = []
     data: dict[str, dict[str, str]] = {}
     for _, group in groupby(clips, key=lambda clip: clip.material):
@@ -35,6 +39,8 @@ def page(clips: Iterable[Clip]) -> str:
         sections.append(_section(touches))
         data |= {clip.name: _files(clip) for clip in touches}
     template = (HERE / "gallery.html").read_text(encoding="utf-8")
+    option = f'<option value="{voice}">'
+    template = put(template, option, option.replace(">", " selected>"))
     filled = put(template, '<main id="main">\n', '<main id="main">\n' + "\n".join(sections))
     styles = (PAGES / "palette.css", HERE / "gallery.css")
     return assembled(filled, styles, (PAGES / "feel.js",), HERE / "gallery.js", data)
@@ -89,7 +95,11 @@ def _files(clip: Clip) -> dict[str, str]:
         "hjif": hjif.document(clip, time.strftime("%Y-%m-%d")),
     }
     packed = {kind: encoded(_packed(document)) for kind, document in documents.items()}
-    return {**packed, "wav": encoded(sound(clip.wave))}
+    return {
+        **packed,
+        "wav": encoded(sound(clip.wave)),
+        "heard": encoded(sound(as_sound(clip.wave), HEARD_HZ)),
+    }
 
 
 def _packed(document: dict[str, Any]) -> bytes:

@@ -187,7 +187,7 @@ def read_wav(path: Path, longest_s: float) -> tuple[NDArray[np.float64], int]:
 
 
 def write_wav(path: Path, samples: NDArray[np.float32]) -> None:
-    """Write samples (N,) at RATE_HZ as a 32-bit float WAV file."""
+    """Write samples (N,) at RATE_HZ as a 16-bit WAV file, which every player reads."""
     import soundfile
 
-    soundfile.write(path, samples, RATE_HZ, format="WAV", subtype="FLOAT")
+    soundfile.write(path, np.clip(samples, -1.0, 1.0), RATE_HZ, format="WAV", subtype="PCM_16")

@@ -29,6 +29,7 @@ POLICY = (
 _EXPORT = re.compile(r"^export (?=(?:const|function) (\w+))", re.MULTILINE)
 _IMPORT = re.compile(r'^import (\{[^}]*\}) from "hapticvlm/(\w+)";$', re.MULTILINE)
 SOUND_HZ = 8000  # the lowest rate that browsers play; the vibration ends at 1 kHz
+HEARD_HZ = 12_000  # for the sound voice, which ends at 5 kHz
 
 
 def assembled(
@@ -83,12 +84,12 @@ def encoded(data: bytes) -> str:
     return base64.b64encode(data).decode()
 
 
-def sound(wave: NDArray[np.float32]) -> bytes:
-    """Return a vibration (N,) at RATE_HZ as a WAV file at SOUND_HZ."""
+def sound(wave: NDArray[np.float32], rate_hz: int = SOUND_HZ) -> bytes:
+    """Return a wave (N,) at RATE_HZ as a WAV file at a lower rate."""
     import soundfile
     from scipy.signal import resample_poly
 
-    slowed = resample_poly(wave, SOUND_HZ, RATE_HZ) if wave.size else np.zeros(1, np.float32)
+    slowed = resample_poly(wave, rate_hz, RATE_HZ) if wave.size else np.zeros(1, np.float32)
     file = io.BytesIO()
-    soundfile.write(file, np.clip(slowed, -1.0, 1.0), SOUND_HZ, format="WAV", subtype="PCM_16")
+    soundfile.write(file, np.clip(slowed, -1.0, 1.0), rate_hz, format="WAV", subtype="PCM_16")
     return file.getvalue()

@@ -18,8 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.recordings.page.moment import Moment
-from hapticvlm.recordings.page.one_file import PAGES, address, assembled, put, sound
+from hapticvlm.recordings.page.one_file import HEARD_HZ, PAGES, address, assembled, put, sound
 from hapticvlm.recordings.timeline import Decided, Picture, Timeline
+from hapticvlm.rendering.vibration.sound_voice import as_sound
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 
 HERE = Path(__file__).parent
@@ -78,7 +79,10 @@ def document(timeline: Timeline, title: str) -> dict[str, Any]:
             for at in timeline.plate
         ],
         "peaks": _peaks(timeline.wave),
-        "sound": address("audio/wav", sound(timeline.wave)),
+        "voices": {
+            "sound": address("audio/wav", sound(as_sound(timeline.wave), HEARD_HZ)),
+            "true": address("audio/wav", sound(timeline.wave)),
+        },
     }
 
 

@@ -181,6 +181,13 @@ async function play() {
   await sound.play();
 }
 
+async function changeVoice() {
+  const wasPlaying = !sound.paused;
+  sound.src = session.voices[byId("voice").value];
+  sound.currentTime = now;
+  if (wasPlaying) await sound.play();
+}
+
 function showPlaying() {
   byId("play").setAttribute("aria-pressed", String(!sound.paused));
   byId("play").textContent = sound.paused ? "Play" : "Pause";
@@ -206,10 +213,11 @@ async function copyLink() {
 byId("title").textContent = session.title;
 byId("facts").textContent = session.facts;
 byId("scrubber").max = session.duration_s;
-sound.src = session.sound;
+sound.src = session.voices[byId("voice").value];
 sound.volume = byId("level").valueAsNumber;
 byId("scrubber").addEventListener("input", (event) => seek(event.target.valueAsNumber));
 byId("level").addEventListener("input", (event) => (sound.volume = event.target.valueAsNumber));
+byId("voice").addEventListener("change", changeVoice);
 byId("chart").addEventListener("pointerdown", (event) => seek((event.offsetX / event.target.clientWidth) * session.duration_s));
 byId("play").addEventListener("click", play);
 byId("link").addEventListener("click", copyLink);

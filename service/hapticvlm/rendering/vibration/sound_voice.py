@@ -28,7 +28,6 @@ All figures are our choice. docs/physics.md 4.8 has what they give; no listener 
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,9 +45,6 @@ LEVEL = 0.22
 EXPONENT = 0.25
 LOWEST = 1e-3  # rms below which the gain no longer rises
 FALL_PER_S = 1.0  # of the held level, as an exponent
-
-VoiceName = Literal["true", "sound"]
-VOICES: tuple[VoiceName, ...] = ("sound", "true")
 
 _HALF = round(HALF_S * IN_HZ)
 _SPAN = 2 * _HALF + 1  # samples of the true voice under the window
@@ -97,7 +93,7 @@ class SoundVoice:
         self._turn = (self._turn + bands.shape[0]) % self._shift.size
         wave = (sizes * (turned * self._shift[turns][:, None]).real).sum(axis=1)
         wave *= np.repeat(self._gains(np.mean(windows**2, axis=1)), self._up)
-        return np.clip(wave, -1.0, 1.0).astype(np.float32)
+        return np.asarray(np.clip(wave, -1.0, 1.0), dtype=np.float32)
 
     def _gains(self, power: _Floats) -> _Floats:
         """Gain (N,) of each sample from the mean squares (N,) around it."""
@@ -108,6 +104,11 @@ class SoundVoice:
         held = fallen * np.maximum(peaks, self._level)
         self._level = float(held[-1])
         return np.asarray(LEVEL * np.maximum(held, LOWEST) ** (EXPONENT - 1.0))
+
+
+def in_voice(wave: NDArray[np.float32], voice: str) -> NDArray[np.float32]:
+    """Return a wave (N,) of the true voice in one of `vibration.VOICES`, both at RATE_HZ."""
+    return as_sound(wave) if voice == "sound" else wave
 
 
 def as_sound(wave: NDArray[np.float32]) -> NDArray[np.float32]:

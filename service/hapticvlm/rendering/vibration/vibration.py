@@ -28,6 +28,7 @@ RATE_HZ = 48_000
 IMPACTS = ("tap", "strike", "press")
 TEXTURES = ("slide", "carve", "swing")
 INTERACTIONS = (*IMPACTS, *TEXTURES)
+VOICES = ("true", "sound")  # what the palm speaker gets, and what ears hear (sound_voice)
 SWEEP_S = {"slide": 0.6, "carve": 0.6, "swing": 0.4}
 PAUSE_S = {"slide": 0.0, "carve": 0.2, "swing": 0.4}  # nothing is felt while a blade returns
 
