@@ -426,7 +426,7 @@ def test_idle_it_says_how_to_connect(service: Service, browser: Browser) -> None
             page.get_by_role("button", name=engine).click()
             expect(page.locator("#snippet")).to_contain_text(service.url)
         expect(page.locator("#qr")).to_be_hidden()
-        expect(page.locator("#reach-said")).to_contain_text("--pages-from lan")
+        expect(page.locator("#reach-said")).to_contain_text("hapticvlm serve --lan")
 
 
 @pytest.mark.nightly

@@ -14,6 +14,7 @@ from dashboard_scene import PATIENCE_MS
 from playwright.sync_api import Error, expect
 
 from hapticvlm.client.local_service import Service, running
+from hapticvlm.server.web.lan import phone_link
 
 pytestmark = pytest.mark.browser
 
@@ -50,13 +51,22 @@ def test_the_dashboard_is_seen_from_the_network_over_https_and_follows_by_wss(br
     page = context.new_page()
     page.add_init_script(WATCH_POLICY)
     page.goto(service.page.replace("0.0.0.0", own_address()))
-    page.locator("#token").fill(TOKEN)
-    page.locator("#token").press("Enter")
     expect(page.locator("#link")).to_contain_text("Connected to hapticvlm")
     expect(page.locator("#token-form")).to_be_hidden()
     assert page.evaluate("isSecureContext")  # what WebXR asks for
     assert page.evaluate("violations") == []
     assert TOKEN not in page.url
+    context.close()
+
+
+def test_the_link_for_a_phone_asks_for_nothing_and_leaves_no_token_in_the_address(browser, service):
+    context = browser.new_context(ignore_https_errors=True)
+    context.set_default_timeout(PATIENCE_MS)
+    page = context.new_page()
+    page.goto(phone_link(service.page.replace("0.0.0.0", own_address()), TOKEN))
+    expect(page.locator("#link")).to_contain_text("Connected to hapticvlm")
+    expect(page.locator("#token-form")).to_be_hidden()
+    assert TOKEN not in page.evaluate("document.URL")
     context.close()
 
 

@@ -45,7 +45,7 @@ def page(browser: Browser, address: str) -> Iterator[Page]:
     context = browser.new_context(http_credentials={"username": "anyone", "password": TOKEN})
     context.set_default_timeout(PATIENCE_MS)
     page = context.new_page()
-    page.goto(f"{address}#token={TOKEN}")
+    page.goto(address)
     expect(page.locator("#link")).to_contain_text("Connected to hapticvlm")
     assert not page.evaluate("isSecureContext")
     assert not page.evaluate("Boolean(AudioContext.prototype.audioWorklet)")

@@ -249,7 +249,7 @@ def test_one_of_the_likeliest_corrects_it_by_one_press(browser, service):
 def test_where_a_phone_can_open_it_is_said(browser, service):
     with visit(browser, service) as page:
         page.get_by_text("Open it on a phone or headset").click()
-        expect(page.locator("#reach-said")).to_contain_text("--pages-from lan")
+        expect(page.locator("#reach-said")).to_contain_text("hapticvlm serve --lan")
 
 
 @pytest.mark.nightly

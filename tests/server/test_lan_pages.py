@@ -84,6 +84,17 @@ def test_pages_are_served_to_the_network_for_the_token(visited):
 
 
 @networked
+def test_a_page_learns_the_token_only_where_its_browser_has_given_it(visited):
+    for base in (at_own_address(visited), visited.page.replace("0.0.0.0", "127.0.0.1")):
+        assert got(base + "token", Authorization=basic(TOKEN))[::2] == (200, TOKEN)
+        for headers in ({}, {"Authorization": basic("wrong")}):
+            code, _, text = got(base + "token", **headers)
+            assert code in (401, 404)
+            assert TOKEN not in text
+    assert got(visited.page.replace("0.0.0.0", "127.0.0.1") + "token")[0] == 404  # no dialog
+
+
+@networked
 def test_a_name_that_was_pointed_here_gets_no_page_even_with_the_token(visited):
     code, _, text = got(at_own_address(visited), Authorization=basic(TOKEN), Host="evil.example")
     assert code == 403
@@ -117,7 +128,7 @@ def test_without_the_flag_the_network_gets_no_page_with_any_token():
     with running(["--host", "0.0.0.0", "--token", TOKEN]) as service:
         code, _, text = got(at_own_address(service), Authorization=basic(TOKEN))
     assert code == 403
-    assert "--pages-from" in text
+    assert "--lan" in text
 
 
 def test_this_machine_sees_pages_without_the_token(visited):

@@ -29,6 +29,7 @@ from hapticvlm.server.assemble import ServiceParts
 from hapticvlm.server.gateway import Gateway
 from hapticvlm.server.settings import ServeOptions
 from hapticvlm.server.supervision import Supervision
+from hapticvlm.server.web import lan
 from hapticvlm.server.web.lan_pages import own_address
 from hapticvlm.server.websocket import WebSocketServer
 
@@ -152,7 +153,7 @@ def _raise_priority() -> bool:
 
 def print_ready(options: ServeOptions, port: int, devices: Devices, *, has_priority: bool) -> None:
     """Print the addresses of the service and its devices."""
-    shown = f"[{options.host}]" if ":" in options.host else options.host
+    shown = "127.0.0.1" if options.lan and options.host == "0.0.0.0" else _bracketed(options.host)
     s = "" if options.tls_cert is None else "s"
     print(f"hapticvlm {__version__} ready on ws{s}://{shown}:{port}/", flush=True)
     print(f"  status page  http{s}://{shown}:{port}/")
@@ -170,11 +171,32 @@ def print_ready(options: ServeOptions, port: int, devices: Devices, *, has_prior
         print(f"  vlm          {options.vlm or 'the default'}, loading", flush=True)
 
 
+def _bracketed(host: str) -> str:
+    return f"[{host}]" if ":" in host else host
+
+
+def _code(link: str) -> Iterator[str]:
+    """Yield the code of a link, and what it is for, where the terminal can show it."""
+    code = lan.terminal_code(link)
+    with contextlib.suppress(UnicodeError, LookupError):
+        code.encode(sys.stdout.encoding or "ascii")
+        yield code.rstrip("\n")
+        yield "  Point a phone's camera at it. It holds the token: show it to nobody else."
+
+
 def _network(options: ServeOptions, scheme: str, port: int) -> Iterator[str]:
     """Yield lines on the network: its address, access to pages, and missing encryption."""
     if is_loopback(options.host):
         return
     address = own_address() if options.host in ("0.0.0.0", "::") else None
+    if options.lan and options.token is not None:
+        host = address or _bracketed(options.host)
+        base = f"{scheme.replace('ws', 'http')}://{host}:{port}/"
+        yield from lan.lines(base, options.token)
+        if options.tls_cert is None:
+            yield "  unencrypted  others on the network can read everything, also the token"
+        yield from _code(lan.phone_link(base, options.token))
+        return
     if address is not None:
         yield f"  from others  {scheme}://{address}:{port}/"
     if options.pages_from == "lan":

@@ -34,7 +34,7 @@ def add(commands: Commands) -> None:
         examples=(
             "hapticvlm serve",
             "hapticvlm serve --speaker default --peltier auto",
-            "hapticvlm serve --host 0.0.0.0 --token SECRET --pages-from lan",
+            "hapticvlm serve --lan",
         ),
     )
     add_options(serve)
@@ -121,7 +121,13 @@ def resolve_options(
         if hasattr(arguments, option.field)
     }
     check_ranges(OPTIONS, flags)
-    return ServeOptions(**_frozen(values | flags))
+    options = ServeOptions(**_frozen(values | flags))
+    if not options.lan:
+        return options
+    from hapticvlm.server.web import lan
+
+    with usage_errors():
+        return lan.opened(options)
 
 
 def _argument(option: Option) -> dict[str, Any]:

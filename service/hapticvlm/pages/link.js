@@ -3,6 +3,10 @@
 // States: connecting, open, silent (connected, but the service hangs), gone, token
 // (the service requires one). Messages are JSON, which browsers parse natively; pictures are base64.
 
+// A link for a phone holds name and password. A page with such an address may fetch nothing, so it begins again
+// without them; the browser has them now.
+if (new URL(document.URL).password) location.replace(location.href);
+
 const FIRST_WAIT_MS = 500;
 const LONGEST_WAIT_MS = 5000;
 const SILENT_MS = 3000; // telemetry arrives every 100 ms
@@ -72,8 +76,10 @@ export class Link {
   }
 
   #refused(error) {
-    if (error.path === "$.token") this.#become("token");
-    else this.onMessage({ ...error, id: 0 });
+    if (error.path !== "$.token") return this.onMessage({ ...error, id: 0 });
+    const isFirst = !this.token;
+    this.#become("token");
+    if (isFirst) givenToken().then((token) => token && this.state === "token" && this.offer(token));
   }
 
   #receive(message) {
@@ -108,6 +114,16 @@ export class Link {
     if (this.state === state) return;
     this.state = state;
     this.onState(state);
+  }
+}
+
+// Returns the token with which this browser got the page, or null: then the user has to type it.
+async function givenToken() {
+  try {
+    const answer = await fetch("/token", { cache: "no-store" });
+    return answer.ok ? await answer.text() : null;
+  } catch {
+    return null;
   }
 }
 

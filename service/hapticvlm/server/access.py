@@ -9,6 +9,7 @@ from typing import Literal
 from hapticvlm.server.addresses import is_loopback
 from hapticvlm.server.web import http
 from hapticvlm.server.web.certificate import Certificate
+from hapticvlm.server.web.lan import new_token
 from hapticvlm.server.web.lan_pages import LanPages, own_names
 
 MIN_TOKEN = 12  # characters
@@ -48,12 +49,13 @@ class Address:
             return
         if self.token is None:
             raise ValueError(
-                f"--host {self.host} can be reached from other machines: add --token SECRET"
+                f"--host {self.host} can be reached from other machines: add a token, such as "
+                f"--token {new_token()}, or start `hapticvlm serve --lan`, which makes one"
             )
         if len(self.token) < MIN_TOKEN:
             raise ValueError(
                 f"--token: {len(self.token)} characters can be guessed; off this machine it needs "
-                f"{MIN_TOKEN} characters or more"
+                f"{MIN_TOKEN} characters or more, such as --token {new_token()}"
             )
 
     def _check_lan(self) -> None:

@@ -63,6 +63,14 @@ class ServeOptions:
     scene: Annotated[
         Path | None, Flag(CONNECTIONS, "serve the web pages of this folder at /scene/", "FOLDER")
     ] = None
+    lan: Annotated[
+        bool,
+        Flag(
+            CONNECTIONS,
+            "open pages and scenes to the local network: makes and keeps a token, and prints links "
+            "and a code for a phone",
+        ),
+    ] = False
     pages_from: Annotated[
         Literal["this-machine", "lan"],
         Flag(

@@ -28,6 +28,7 @@ from hapticvlm.server.web.scene_files import TYPES
 PAGE_TYPES = TYPES | {".jpg": "image/jpeg"}
 NAMES = {"/": "index.html", "/try": "try.html"}  # pages by a shorter address
 CODES = {"/connect.svg": "", "/connect-try.svg": "try"}  # pictures of the addresses to open
+TOKEN = "/token"  # for a page whose browser has given the token
 ALIVE = "/healthz"
 REPORTS = ("/readyz", "/metrics")
 PAGES = Path(__file__).parents[2] / "pages"
@@ -121,6 +122,8 @@ def answer(
     if status is not None and path == "/status":
         found = {**status(), "reach": reach(policy.lan_pages, connection.local_address[1])}
         return response(200, json.dumps(found) + "\n", "application/json")
+    if path == TOKEN:
+        return _token(policy.token, request)
     if path in CODES:
         return _code(policy.lan_pages, connection.local_address[1], CODES[path])
     return _page(path, policy.pages)
@@ -151,7 +154,7 @@ def turn_away(peer: str, request: HttpRequest, lan_pages: LanPages | None) -> Re
     if is_loopback(peer):
         return None
     if lan_pages is None:
-        return response(403, "pages are served to this machine only: see --pages-from\n")
+        return response(403, "pages are served to this machine only: start it with --lan\n")
     refusal = lan_pages.refusal(peer, request.host)
     if refusal is not None:
         return response(403, refusal + "\n")
@@ -165,6 +168,17 @@ def ask_for(token: str, request: HttpRequest) -> Response | None:
     asking = response(401, "the token is the password; any name will do\n")
     asking.headers["WWW-Authenticate"] = CHALLENGE
     return asking
+
+
+def _token(token: str | None, request: HttpRequest) -> Response:
+    """Tell a page the token with which its browser got the page, so that nobody types it twice."""
+    # Browsers of this machine get pages without a token. They get no token either, and no question:
+    # a page that asks here must not open the browser's own dialog.
+    if token is None or request.authorization is None:
+        return response(404, "no token was given\n")
+    if not is_token(request.authorization, token):
+        return response(404, "not the token\n")
+    return response(200, token)
 
 
 def _code(lan_pages: LanPages | None, port: int, place: str) -> Response:

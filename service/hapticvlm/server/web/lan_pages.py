@@ -23,10 +23,7 @@ import segno
 
 CHALLENGE = 'Basic realm="HapticVLM: any name, and the token as password", charset="UTF-8"'
 ANYWHERE = ("192.0.2.1", 9)  # TEST-NET-1 (RFC 5737): nothing is sent to it
-HERE_ONLY = (
-    "Pages go to this machine only. For a phone or headset start "
-    "`hapticvlm serve --host 0.0.0.0 --token SECRET --pages-from lan`."
-)
+HERE_ONLY = "Pages go to this machine only. For a phone or headset start `hapticvlm serve --lan`."
 
 
 @dataclass(frozen=True, slots=True)

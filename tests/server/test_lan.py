@@ -1,0 +1,95 @@
+"""`serve --lan`: opens the service to phones, with a token that it makes and keeps."""
+
+import re
+import stat
+import sys
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from hapticvlm.commands.run_service import print_ready
+from hapticvlm.messages import Device, Devices
+from hapticvlm.server import service_info
+from hapticvlm.server.access import Address
+from hapticvlm.server.settings import ServeOptions
+from hapticvlm.server.web import lan, lan_pages
+
+DEVICES = Devices(speaker=Device("simulated", True), peltier=Device("simulated", True))
+PIXELS = 6  # of a half of a character
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    return tmp_path
+
+
+def read_code(text: str) -> str:
+    """What a camera reads off a terminal with light letters on dark."""
+    rows = [
+        line for line in text.splitlines() if line and not set(line) - set(" \u2580\u2584\u2588")
+    ]
+    halves = []
+    for row in rows:
+        halves.append([letter in "\u2580\u2588" for letter in row])
+        halves.append([letter in "\u2584\u2588" for letter in row])
+    picture = np.kron(np.array(halves, np.uint8) * 255, np.ones((PIXELS, PIXELS), np.uint8))
+    return cv2.QRCodeDetector().detectAndDecode(picture)[0]
+
+
+def test_the_token_is_kept_for_the_next_time_and_only_its_owner_may_read_it() -> None:
+    token = lan.opened(ServeOptions(lan=True)).token
+    assert token == lan.opened(ServeOptions(lan=True)).token
+    if sys.platform != "win32":
+        assert stat.S_IMODE(lan.token_file().stat().st_mode) == 0o600
+
+
+@pytest.mark.parametrize("damaged", [b"", b"short\n", b"\xff\xfe" * 20, b"x" * 10_000])
+def test_a_damaged_token_is_made_anew(damaged: bytes) -> None:
+    lan.token_file().parent.mkdir(parents=True)
+    lan.token_file().write_bytes(damaged)
+    made = lan.kept_token()
+    assert re.fullmatch(r"[a-z0-9]{4}(-[a-z0-9]{4}){2}", made)
+    assert lan.kept_token() == made
+
+
+def test_what_it_makes_is_accepted_off_this_machine() -> None:
+    options = lan.opened(ServeOptions(lan=True))
+    address = service_info.address(options)
+    assert (address.host, address.pages_from) == ("0.0.0.0", "lan")
+    assert len({lan.new_token() for _ in range(100)}) == 100
+
+
+def test_what_the_user_states_stays() -> None:
+    stated = ServeOptions(lan=True, host="192.168.7.7", token="a token of my own")
+    options = lan.opened(stated)
+    assert (options.host, options.token) == ("192.168.7.7", "a token of my own")
+    assert not lan.token_file().exists()
+
+
+@pytest.mark.parametrize("token", [None, "SECRET"])
+def test_a_refused_token_is_answered_with_one_that_would_do(token: str | None) -> None:
+    with pytest.raises(ValueError, match=r"--token [a-z0-9-]{14}") as refused:
+        Address("0.0.0.0", token=token)
+    offered = re.search(r"--token ([a-z0-9-]{14})", str(refused.value))
+    assert offered is not None
+    assert Address("0.0.0.0", token=offered.group(1)).token == offered.group(1)
+
+
+def test_the_start_prints_links_that_a_phone_opens_and_a_code_of_one(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    options = lan.opened(ServeOptions(lan=True))
+    print_ready(options, 8790, DEVICES, has_priority=False)
+    shown = capsys.readouterr().out
+    host = lan_pages.own_address() or "0.0.0.0"
+    assert f"http://{host}:8790/try" in shown
+    assert f"password: {options.token}" in shown
+    assert read_code(shown) == f"http://phone:{options.token}@{host}:8790/try"
+
+
+def test_a_token_with_any_letters_is_read_from_the_link() -> None:
+    link = lan.phone_link("http://10.0.0.2:8790/", "a b/c@d:e")
+    assert link == "http://phone:a%20b%2Fc%40d%3Ae@10.0.0.2:8790/try"
