@@ -55,6 +55,18 @@ def test_a_new_study_asks_for_consent_age_handedness_and_two_ratings(form: Form)
     assert [rating.name for rating in form.rating] == ["real", "pleasant"]
 
 
+def test_a_pilot_plays_every_pattern_once_in_training_and_once_as_a_trial(tmp_path: Path) -> None:
+    for folder, more in (("whole", []), ("pilot", ["--pilot"])):
+        assert main(["study", "new", str(tmp_path / folder), *more]) == 0
+    whole, pilot = (
+        tomllib.loads((tmp_path / folder / "study.toml").read_text(encoding="utf-8"))
+        for folder in ("whole", "pilot")
+    )
+    assert whole["repeats"] > 1
+    assert whole["renderings"] > 1
+    assert pilot == whole | {"repeats": 1, "renderings": 1}
+
+
 def test_the_file_of_a_new_study_is_not_written_over(tmp_path: Path) -> None:
     assert main(["study", "new", str(tmp_path)]) == 0
     assert main(["study", "new", str(tmp_path)]) == 2

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import os
 import sys
+import webbrowser
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -73,6 +75,8 @@ def run(
     for name in ("session.html", "vibration.wav", "decisions.jsonl", figures.name):
         console.print(f"  {out / name}")
     console.print(_next_steps(_session(sessions)))
+    if sys.stdout.isatty() and not as_json:
+        _show(out / "session.html", console)
     if as_json:
         sys.stdout.write(figures.read_text(encoding="utf-8"))
     return 1 if outcome.unanswered else 0
@@ -110,6 +114,16 @@ async def _follow(capture: Capture, show: Show) -> None:
         ):
             await asyncio.sleep(max(0.0, at_s - show.now_s))
             on_touch(touch)
+
+
+def _show(path: Path, console: Console) -> None:
+    """Open the page where there is a desktop; elsewhere the address is printed."""
+    address = path.resolve().as_uri()
+    has_desktop = sys.platform in ("win32", "darwin") or any(
+        os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY")
+    )
+    is_open = has_desktop and webbrowser.open(address)
+    console.print(f"\n{'The page is open' if is_open else 'Open the page'}: {address}")
 
 
 def _ignore(line: Line, answer: Message) -> None:

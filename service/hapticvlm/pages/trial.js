@@ -4,6 +4,7 @@ import { materialColour, warmthColour } from "./feel.js";
 import { startWithTouch } from "./hear.js";
 import { Link } from "./link.js";
 import { glyph } from "./glyphs.js";
+import * as rumble from "./try.rumble.js";
 
 export const OBJECT = "test touch";
 const RENEW_MS = 50; // a lease lasts 250 ms
@@ -122,6 +123,7 @@ function own() {
   setText(byId("trial-told"), "Requesting the outputs.");
   return new Promise((resolve) => {
     const onMessage = async (message) => {
+      if (message.type === "vibration") rumble.take(message);
       if (message.type !== "welcome") return;
       if (!message.owner) {
         refused();
@@ -130,6 +132,7 @@ function own() {
       stated = "";
       await state();
       await setLevel();
+      link.ask({ type: "set", feel: { right: "amplitude" } });
       setText(byId("trial-told"), OWNS);
       resolve(true);
     };

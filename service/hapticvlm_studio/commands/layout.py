@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 from dataclasses import replace
 from difflib import get_close_matches
 from pathlib import Path
@@ -31,10 +32,15 @@ def add(parts: Commands) -> None:
         "new",
         help="write the file of a new study",
         description=_NEW,
-        examples=("hapticvlm study new pilot", "hapticvlm study run pilot --hear"),
+        examples=("hapticvlm study new pilot --pilot", "hapticvlm study run pilot --hear"),
     )
     new.set_defaults(run=_new)
     new.add_argument("folder", type=Path, metavar="DIR", help="folder of the new study")
+    new.add_argument(
+        "--pilot",
+        action="store_true",
+        help="a short one to try it out: every pattern once in training and once as a trial",
+    )
 
 
 def _new(options: argparse.Namespace) -> int:
@@ -47,11 +53,17 @@ def _new(options: argparse.Namespace) -> int:
         raise StudyError(f"{path} already exists; edit it, or give another folder")
     with usage_errors():
         options.folder.mkdir(parents=True, exist_ok=True)
-        path.write_text(TEMPLATE.read_text(encoding="utf-8"), encoding="utf-8")
+        text = TEMPLATE.read_text(encoding="utf-8")
+        path.write_text(_shortened(text) if options.pilot else text, encoding="utf-8")
     print(f"wrote {path}: edit it, then")
     print(f"  hapticvlm study run {options.folder} --hear    try it without a device")
     print(f"  hapticvlm study run {options.folder}           run it")
     return 0
+
+
+def _shortened(text: str) -> str:
+    """Return the file of a study (TOML) with every pattern played once for each purpose."""
+    return re.sub(r"^(repeats|renderings) = \d+ ", r"\1 = 1 ", text, flags=re.MULTILINE)
 
 
 def layout(options: argparse.Namespace) -> tuple[Design, Pace]:
