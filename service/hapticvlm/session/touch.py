@@ -10,7 +10,7 @@ from collections.abc import Hashable, Mapping
 
 import msgspec
 
-from hapticvlm.messages import Decision, MessageError, Ok, Touch
+from hapticvlm.messages import Decision, LeftOut, MessageError, Ok, Touch
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.heat import limits as plate_limits
 from hapticvlm.rendering.heat.contact import PLATE_RESISTANCE, ThermalContact
@@ -27,7 +27,7 @@ from hapticvlm.session.actions import (
     Reply,
     RestPlate,
 )
-from hapticvlm.session.frames import Frames
+from hapticvlm.session.frames import LATE_S, Frames
 from hapticvlm.session.hands import LEASE_S, Hand, Hands, Hold
 from hapticvlm.session.scene_model import SceneModel
 from hapticvlm.session.targets import HandRegion, ThingTarget
@@ -210,9 +210,18 @@ class TouchTracker:
             actions += self._play(hand, onset=onset and not is_late)
         elif vibrated and not hand.vibrates:
             actions.append(ReleaseHand(hand.number))
-        actions.append(Reply(Ok(id=touch.id)))
+        late = [self._late_part(touch, now)] if is_late else None
+        actions.append(Reply(Ok(id=touch.id, left_out=late)))
         actions += self._announce(hand, cached=had_verdict)
         return [*actions, *self._recognise(hand)] if begins else actions
+
+    def _late_part(self, touch: Touch, now: float) -> LeftOut:
+        """Tell the client of an impact that is not played."""
+        text = (
+            f"the contact arrived {self._frames.lateness_s(touch, now):.2f} s late: its impact is "
+            f"not played beyond {LATE_S:g} s; send touches at once, with the time of their capture"
+        )
+        return LeftOut(path="captured_at", text=text)
 
     def _recognise(self, hand: Hand) -> list[Action]:
         objects = self._scene.objects
