@@ -102,11 +102,11 @@ def test_paths_count_as_the_client_does_also_behind_parts_that_are_gone():
     table = {"object_id": "table", "stands_on": ["a", 1, "b", ""]}
     partial = read(scene({"no": "id"}, table, {"object_id": "table"}, materials=["no", "wood"]))
     assert [part.path for part in partial.left_out] == [
+        "materials[0]",
         "objects[0]",
         "objects[1].stands_on[1]",
         "objects[1].stands_on[3]",
         "objects[2].object_id",
-        "materials[0]",
     ]
     assert partial.message.objects[0].stands_on == ["a", "b"]
     assert partial.message.materials == ["wood"]

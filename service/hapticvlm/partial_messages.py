@@ -197,7 +197,13 @@ def _usable_scene(
             left_out.append(_no_material(name, f"materials[{place}]", known))
         remaining = [name for name in scene.materials if name in known]
         scene = msgspec.structs.replace(scene, materials=remaining or None)
-    return PartialMessage(scene, listed(left_out))
+    return PartialMessage(scene, listed(sorted(left_out, key=_object_number)))
+
+
+def _object_number(part: LeftOut) -> int:
+    """Return the number of the object that this part belongs to; -1: to the scene itself."""
+    number = re.match(r"objects\[(\d+)\]", part.path)
+    return int(number[1]) if number else -1
 
 
 def _no_material(name: str, path: str, known: Collection[str]) -> LeftOut:

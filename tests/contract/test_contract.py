@@ -87,6 +87,11 @@ def test_what_the_contract_says_of_a_field_is_said_in_its_type(types: str) -> No
     assert "'image': Uint8Array;" in types
 
 
+def test_a_strict_validator_compiles_the_published_schema(run: Run) -> None:
+    said = json.loads(run("node", "strict.mjs", ASYNCAPI.parent / "messages.schema.json"))
+    assert said == {"touch": True, "typo": False}
+
+
 def test_a_client_made_from_the_contract_alone_feels_a_touch(
     run: Run, folder: Path, types: str, service: Service
 ) -> None:

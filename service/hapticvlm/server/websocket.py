@@ -45,7 +45,7 @@ from hapticvlm.vision.pictures import PictureError, check_header
 CLOSE_SERVER_FULL = 4003
 TOO_BIG = 1009
 REPAIR_BYTES = 4096  # of a message that is taken in part, which cost as much as one refusal
-MAX_LOGGED = 100  # kinds of parts left out, of one connection
+MAX_LOGGED = 100  # refused origins; kinds of parts left out, of one connection
 
 logger = logging.getLogger(__name__)
 
@@ -70,6 +70,7 @@ class WebSocketServer:
         self._listener = Listener(limiter, self._answer, self._serve, MAX_MESSAGE_BYTES)
         self._handshake = Handshake(address, gateway, service_info, clock)
         self._stop_slots = StopOnlySlots()
+        self._refused_origins: set[str] = set()
 
     @asynccontextmanager
     async def listen(self) -> AsyncIterator[int]:
@@ -90,10 +91,20 @@ class WebSocketServer:
             )
         if response is not None and response.status_code == 403:
             self._gateway.counts[Count.REFUSED_ORIGIN] += 1
+            self._log_refused(request)
         is_guess = response is not None and response.status_code == 401
         if is_guess and request.authorization is not None:
             await self._handshake.slow_guess(socket.remote_address[0])
         return response
+
+    def _log_refused(self, request: HttpRequest) -> None:
+        """Log each refused origin once; a browser does not show its page why it was refused."""
+        reason, origin = self._policy.refusal(request), request.origin
+        if reason is None or origin is None or origin in self._refused_origins:
+            return
+        if len(self._refused_origins) < MAX_LOGGED:
+            self._refused_origins.add(origin)
+            logger.warning("refused a page: %s", reason)
 
     async def _serve(self, socket: ClientSocket) -> None:
         """Serve an open socket from its hello to its end."""
