@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from scene_cases import CASES, objects_of
 from toolchains import require
 
 from hapticvlm import __version__
@@ -119,7 +120,15 @@ def test_its_types_are_those_of_the_contract(types: str) -> None:
 def test_it_holds_the_client_its_types_its_licence_and_nothing_else(packed: Path) -> None:
     with tarfile.open(packed) as archive:
         names = {name.removeprefix("package/") for name in archive.getnames()}
-    code = {"index.js", "haptics.js", "pulses.js", "index.d.ts", "messages.d.ts"}
+    code = {
+        "index.js",
+        "fitting.js",
+        "hands.js",
+        "haptics.js",
+        "pulses.js",
+        "index.d.ts",
+        "messages.d.ts",
+    }
     assert names == code | {"package.json", "README.md", "LICENSE"}
 
 
@@ -152,3 +161,38 @@ def test_a_motor_plays_the_strongest_since_the_last_picture_and_rests_after_the_
     assert told["an empty plan"] == told["a picture long after"] == told["too weak"] == []
     assert told["turned up"] == [1]
     assert told["a gamepad"] == [0.5]
+
+
+def test_the_package_gets_the_good_part_of_every_scene_felt_and_names_the_rest(
+    run: Run, tmp_path: Path, service: Service
+) -> None:
+    cases = [
+        {
+            "name": case["name"],
+            "objects": objects_of(case),
+            "touch": [*case["felt"], *case.get("felt_by_clients", {})],
+        }
+        for case in CASES
+    ]
+    (tmp_path / "cases.json").write_text(json.dumps(cases))
+    said = json.loads(run("node", HERE / "scene_cases.mjs", service.url, tmp_path / "cases.json"))
+    for case, heard in zip(CASES, said, strict=True):
+        expected = case["felt"] | case.get("felt_by_clients", {})
+        assert heard["felt"] == expected, case["name"]
+        names_some = bool(case["left_out"]) and not case.get("clients_send_all")
+        assert bool(heard["left_out"]) == bool(heard["warnings"]) == names_some, case["name"]
+        assert heard["silence"] == "", case["name"]
+
+
+def test_two_sources_of_one_hand_are_one_hand_and_a_vanished_one_lets_go(run: Run) -> None:
+    told = json.loads(run("node", HERE / "hands.mjs"))
+    assert told["two sources"] == ["contact right", "slide right", "release right"]
+    assert told["a vanished source"] == ["contact left", "release left"]
+    assert told["both hands"] == ["contact left", "contact right"]
+    assert told["of no hand"] == ["contact right"]
+
+
+def test_a_motor_that_refuses_says_so_in_silence_and_not_in_every_picture(run: Run) -> None:
+    told = json.loads(run("node", HERE / "pulses.mjs"))
+    assert told["a motor that refuses"] == [0, "the motor refuses to vibrate: not supported"]
+    assert told["of no hand"] == [0.5]

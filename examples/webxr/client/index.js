@@ -1,2 +1,3 @@
 export {Haptics} from './haptics.js';
+export {Hands} from './hands.js';
 export {Pulses} from './pulses.js';
