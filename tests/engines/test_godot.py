@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from godot_scene import TEMPLATE, Game, playing
+from godot_scene import ADDED, TEMPLATE, Game, playing
 from PIL import Image
 from websockets.sync.client import connect as open_socket
 
@@ -93,6 +93,24 @@ def test_an_object_whose_name_says_nothing_is_recognised_from_pictures(
     seen = game.wait_for("decided", object_id=NAMELESS, frame_age_ms=pytest.approx(0, abs=1e6))
     assert "encoder" in {item["rung"] for item in seen["evidence"]}
     assert {frame["object_id"] for frame in game.frames} == {NAMELESS}
+
+
+@pytest.mark.parametrize("case", ADDED, ids=lambda case: case["name"])
+def test_of_every_scene_the_good_part_is_felt_and_the_rest_is_named(
+    game: Game, decided: dict[str, Any], case: dict[str, Any]
+) -> None:
+    assert decided
+    since = len(game.events)
+    game.page.keyboard.press("c")
+    game.wait_for("case", since, name=case["name"])
+    felt = {key: game.wait_for("decided", since, object_id=key)["material"] for key in case["felt"]}
+    assert felt == case["felt"]
+    if case["tells"]:
+        assert game.wait_for("left_out", since)["text"]
+    else:
+        told = [event["detail"] for event in game.events[since:] if event["what"] == "left_out"]
+        assert not [part for part in told if part["path"] != "captured_at"]  # a touch came late
+    assert game.state()["silence"] == ""
 
 
 @pytest.fixture(scope="module")

@@ -23,3 +23,20 @@ def objects_of(case: dict[str, Any]) -> list[dict[str, Any]]:
         *case["objects"],
         *({"object_id": f"thing{number}", "material": "wood", **name} for number in crowd),
     ]
+
+
+def of_clients() -> list[dict[str, Any]]:
+    """Return the cases as a client runs them.
+
+    `touch` are the objects to touch, `felt` their materials, `tells` whether a part is left out.
+    """
+    return [
+        {
+            "name": case["name"],
+            "objects": objects_of(case),
+            "felt": case["felt"] | case.get("felt_by_clients", {}),
+            "touch": [*case["felt"], *case.get("felt_by_clients", {})],
+            "tells": bool(case["left_out"]) and not case.get("clients_send_all", False),
+        }
+        for case in CASES
+    ]

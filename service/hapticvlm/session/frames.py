@@ -141,10 +141,6 @@ class Frames:
         """Whether a lease would have ended while this touch was in transit."""
         return self._clock.tells_age(now) and self._clock.age_s(touch.captured_at, now) > LATE_S
 
-    def lateness_s(self, touch: Touch, now: float) -> float:
-        """Return how long this touch was in transit, by the client's own clock."""
-        return self._clock.age_s(touch.captured_at, now)
-
     def recognise_region(self, hand: Hand, generation: int, scene: int) -> list[RecognitionRequest]:
         """Recognise the region a hand touches in the newest frame; nobody waits for the answer."""
         if not isinstance(hand.target, HandRegion) or self._newest is None:

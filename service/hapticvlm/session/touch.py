@@ -32,6 +32,11 @@ from hapticvlm.session.hands import LEASE_S, Hand, Hands, Hold
 from hapticvlm.session.scene_model import SceneModel
 from hapticvlm.session.targets import HandRegion, ThingTarget
 
+LATE_PART = LeftOut(
+    path="captured_at",
+    text=f"the contact arrived more than {LATE_S:g} s after its capture: its impact is not played; "
+    "send touches at once, with the time of their capture",
+)
 NEUTRAL_HOLD_S = 30.0  # between touches the plate is kept neutral, not left to cool to the room
 
 
@@ -210,18 +215,10 @@ class TouchTracker:
             actions += self._play(hand, onset=onset and not is_late)
         elif vibrated and not hand.vibrates:
             actions.append(ReleaseHand(hand.number))
-        late = [self._late_part(touch, now)] if is_late else None
+        late = [LATE_PART] if is_late else None
         actions.append(Reply(Ok(id=touch.id, left_out=late)))
         actions += self._announce(hand, cached=had_verdict)
         return [*actions, *self._recognise(hand)] if begins else actions
-
-    def _late_part(self, touch: Touch, now: float) -> LeftOut:
-        """Tell the client of an impact that is not played."""
-        text = (
-            f"the contact arrived {self._frames.lateness_s(touch, now):.2f} s late: its impact is "
-            f"not played beyond {LATE_S:g} s; send touches at once, with the time of their capture"
-        )
-        return LeftOut(path="captured_at", text=text)
 
     def _recognise(self, hand: Hand) -> list[Action]:
         objects = self._scene.objects

@@ -22,6 +22,7 @@ namespace HapticVLM
             arrivals.Measured += OnMeasured;
             arrivals.Vibrated += OnVibrated;
             arrivals.Refused += OnRefused;
+            arrivals.LeftOut += OnLeftOut;
             arrivals.Failed += OnFailed;
             arrivals.StateChanged += OnStateChanged;
             arrivals.OwnershipChanged += OnOwnershipChanged;
@@ -51,6 +52,11 @@ namespace HapticVLM
         void OnRefused(Error error)
         {
             log.Refused(error.Code + ": " + error.Text, this);
+        }
+
+        void OnLeftOut(LeftOut part)
+        {
+            log.LeftOut(part.Path, part.Text, this);
         }
 
         void OnFailed(Exception error)
