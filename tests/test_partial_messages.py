@@ -198,3 +198,12 @@ def test_millions_of_empty_maps_take_no_memory(field):
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert peak < 5 * len(data)
+
+
+@pytest.mark.parametrize("name", ["`a", "a` - at `$.objects[0]", "$.id", "", "a.b[3]", "\x00`"])
+def test_names_of_unknown_fields_that_look_like_paths_silence_no_other_object(name):
+    partial = read(scene({"object_id": "a", name: 1}, {"object_id": "b"}))
+    assert [each.object_id for each in partial.message.objects][-1] == "b"
+    assert partial.left_out[0].path.startswith("objects[0]")
+    with pytest.raises(MessageError):
+        read({**TOUCH, name: 1})

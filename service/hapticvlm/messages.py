@@ -753,7 +753,7 @@ def explained(reason: str, id: int = 0) -> MessageError:
         return MessageError("message", f"$: {text}; {cure}", path="$", id=id)
     path = where.strip("`") or "$"
     if "unknown field" in text:
-        path += "." + text.split("`")[1]
+        path += "." + text[text.index("`") + 1 : text.rindex("`")]
     is_limit = text.startswith("Expected") and re.search(r"<|>|length", text)
     code: ErrorCode = "limit" if is_limit else "message"
     field = "type" if text.endswith("field `type`") else re.sub(r"\[.*\]$", "", path).split(".")[-1]

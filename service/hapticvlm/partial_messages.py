@@ -242,8 +242,11 @@ class _Repair:
             raise error
         path = tuple(name or int(index) for name, index in _STEP.findall(where.strip("`")))
         if text.startswith("Object contains unknown field"):
-            path = (*path, text.split("`")[1])
-        found = _at(value, path)
+            path = (*path, text[text.index("`") + 1 : text.rindex("`")])
+        try:
+            found = _at(value, path)
+        except (LookupError, TypeError):  # a name of an unknown field that looks like a path
+            raise error from None
         if _is_whole(text, found):
             return _with(value, path, int(cast(float, found)))
         if isinstance(found, float) and math.isnan(found):

@@ -115,8 +115,8 @@ def test_a_controller_in_a_thing_feels_it_and_rests_when_it_leaves(visit: Visit)
 def test_a_second_source_of_the_hand_neither_strikes_again_nor_lets_go(visit: Visit) -> None:
     visit.page.evaluate(SECOND)
     since = len(visit.sent)
-    visit.page.evaluate(HOLD, "SteelBlock")
-    visit.page.locator("#said", has_text="SteelBlock is metal").wait_for()
+    visit.page.evaluate(HOLD, "GlassBall")
+    visit.page.locator("#said", has_text="GlassBall is glass").wait_for()
     visit.page.wait_for_timeout(500)
     phases = [one["phase"] for one in visit.sent[since:] if one["type"] == "touch"]
     assert phases.count("contact") == 1
