@@ -238,12 +238,8 @@ class _Repair:
     def _without_fault(self, value: Any, error: msgspec.ValidationError) -> Any:  # noqa: ANN401
         """Return a copy of the value without this fault. Raises the error if it has to stay."""
         text, _, where = str(error).partition(" - at ")
-        if "`key`" in where or "`...`" in where:
-            raise error
-        path = tuple(name or int(index) for name, index in _STEP.findall(where.strip("`")))
-        if text.startswith("Object contains unknown field"):
-            path = (*path, text[text.index("`") + 1 : text.rindex("`")])
         try:
+            path = _path_of(text, where)
             found = _at(value, path)
         except (LookupError, TypeError):  # a name of an unknown field that looks like a path
             raise error from None
@@ -266,7 +262,7 @@ class _Repair:
     def _nearest(self, path: Path, text: str, found: object) -> tuple[object, str] | None:
         """Return what a value that is out of range becomes, and a sentence about it, if it may."""
         bound = _BOUND.match(text)
-        if bound is None:
+        if bound is None or not path:
             return None
         limit = float(bound[4])
         if bound[1] == "float":
@@ -319,6 +315,16 @@ def _is_whole(text: str, found: object) -> bool:
     """Whether an integer was sent as a number with a fraction of nothing."""
     is_expected = text.startswith("Expected `int")
     return is_expected and isinstance(found, float) and found.is_integer() and abs(found) < 2**53
+
+
+def _path_of(text: str, where: str) -> Path:
+    """Return the path of a fault that msgspec found. Raises LookupError for a key of a map."""
+    if "`key`" in where:
+        raise LookupError("a key that is not text")
+    path = tuple(name or int(index) for name, index in _STEP.findall(where.strip("`")))
+    if text.startswith("Object contains unknown field"):
+        return (*path, text[text.index("`") + 1 : text.rindex("`")])
+    return path
 
 
 def _at(value: Any, path: Path) -> object:  # noqa: ANN401

