@@ -20,7 +20,7 @@ export function fitted(object, materials, say) {
     say(list, `it has ${fits[list].length} entries and the limit is ${most}: cut; shorten it`);
     fits[list] = fits[list].slice(0, most);
   }
-  if (fits.material != null && fits.material !== 'unknown' && !materials.includes(fits.material)) {
+  if (fits.material != null && fits.material !== 'unknown' && materials.length && !materials.includes(fits.material)) {
     say('material', `no material \`${fits.material}\`: left out; state one of ${materials.join(', ')}`);
     delete fits.material;
   }

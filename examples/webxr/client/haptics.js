@@ -225,7 +225,7 @@ export class Haptics extends EventTarget {
 
   #welcomed(message) {
     this.#isOpen = true;
-    this.#materials = message.materials;
+    this.#materials = message.materials ?? [];
     this.#sceneProblem = '';
     this.#wait = FIRST_WAIT;
     this.#problem = '';
