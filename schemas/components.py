@@ -16,6 +16,8 @@ import meanings
 from hapticvlm.messages import ClientMessage, ServiceMessage
 
 Json = dict[str, Any]
+# JSON Schema has no type for byte strings, and strict tools refuse keywords that they do not know.
+BYTES = "bin: a byte string of MessagePack; JSON messages cannot contain it"
 
 
 def of_messages(template: str) -> Json:
@@ -91,7 +93,7 @@ def _as_draft_7(schema: Any) -> Any:
     tidy = {name: _as_draft_7(part) for name, part in schema.items() if name != "discriminator"}
     if tidy.pop("contentEncoding", None):
         del tidy["type"]
-        tidy["x-wire"] = "bin"
+        tidy["$comment"] = BYTES
         tidy.pop("minLength", None)
         tidy.pop("maxLength", None)
     if "prefixItems" in tidy:

@@ -14,6 +14,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, get_args
 
+import components
 import meanings
 from hapticvlm import messages
 from hapticvlm.messages import ClientMessage, ServiceMessage
@@ -200,7 +201,7 @@ def _shape(schema: Json) -> Shape:
     if "$ref" in schema:
         name = schema["$ref"].rsplit("/", 1)[1]
         return Shape("enum" if name in meanings.choices() else "struct", name)
-    if "x-wire" in schema:
+    if schema.get("$comment") == components.BYTES:
         return Shape("bin", "ArraySegment<byte>")
     if schema["type"] == "array":
         inner = schema["items"]

@@ -3,7 +3,7 @@
 messages.schema.json is JSON Schema draft-07, asyncapi.yaml is AsyncAPI 3.0. vectors/*.json have
 messages as bytes, beside their values or the reason of their refusal. The Unity client's message
 types are C# (csharp.py), and docs/protocol.md lists every field (tables.py). Descriptions of
-messages and fields come from messages.py (meanings.py). `x-wire: bin` marks byte strings, for which
+messages and fields come from messages.py (meanings.py). A `$comment` marks byte strings, for which
 JSON Schema has no type; in the vectors they are {"$bin": "hex"}.
 """
 
@@ -159,7 +159,9 @@ def _with_binary(schema: Any) -> Any:
         return [_with_binary(item) for item in schema]
     if not isinstance(schema, dict):
         return schema
-    known = {"type": "string", "format": "binary"} if "x-wire" in schema else {}
+    known = (
+        {"type": "string", "format": "binary"} if schema.get("$comment") == components.BYTES else {}
+    )
     return known | {name: _with_binary(part) for name, part in schema.items()}
 
 

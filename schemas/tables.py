@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any, get_args
 
+import components
 import meanings
 from hapticvlm.messages import ClientMessage, ServiceMessage
 
@@ -80,7 +81,7 @@ def _named(schema: Json) -> str:
     match schema:
         case {"$ref": reference}:
             return _reference(reference.rsplit("/", 1)[1])
-        case {"x-wire": _}:
+        case {"$comment": components.BYTES}:
             return "bytes"
         case {"type": "array", "items": list(items)}:
             return f"list of {len(items)} {_named(items[0])}s{_range(items[0], '')}"

@@ -15,6 +15,7 @@ from hapticvlm.messages import (
     Devices,
     Error,
     EvidenceItem,
+    LeftOut,
     Limits,
     MessageError,
     Models,
@@ -249,6 +250,8 @@ def service_messages() -> Iterator[tuple[str, ServiceMessage]]:
     yield "ownership, of another", Ownership(id=0, owner=False, free=False)
     yield "skipped", Skipped(id=9, reason="superseded")
     yield "ok", Ok(id=7)
+    part = LeftOut(path="objects[3].material", text="left out: no material `porcelain`")
+    yield "ok to a scene that was taken in part", Ok(id=7, left_out=[part])
     yield (
         "error",
         Error(id=7, code="limit", text="$.speed_mps: Expected `float` <= 20.0", path="$.speed_mps"),

@@ -1,5 +1,6 @@
 /** Controllers and tracked hands of an XR session: fingertip positions, meshes and touches. */
 import * as THREE from 'three';
+import {Hands as Merged} from 'hapticvlm';
 import {Controller, Glove} from './bodies.js';
 import {Toucher} from '../captures/make/page/touch.js';
 
@@ -9,6 +10,8 @@ export class Hands {
   #surfaces;
   #send;
   #pulses;
+  #merged = new Merged((touch, source) => this.#sendOf(source, touch)); // of several sources of one hand one is felt
+  #touched = {}; // the object touched last by each hand, which a vanished source released
   #known = new Map(); // input source -> {toucher, ball, body}
 
   /** Contains the meshes of the hands. */
@@ -25,13 +28,14 @@ export class Hands {
   step(frame, space, now, elapsed) {
     const sources = [...frame.session.inputSources].filter(({handedness}) => handedness !== 'none');
     for (const source of this.#known.keys()) if (!sources.includes(source)) this.#forget(source);
-    for (const source of sources) {
+    const touches = sources.map((source) => {
       const tip = tipOf(source, frame, space);
       this.#known.get(source)?.body.follow(source, frame, space);
       const amplitude = this.#pulses.play(source);
       if (!source.hand && this.#known.has(source)) this.#known.get(source).body.vibration = amplitude;
-      if (tip) this.#follow(source, tip, now, elapsed);
-    }
+      return {source, touches: tip ? this.#follow(source, tip, now, elapsed) : []};
+    });
+    this.#merged.step(touches);
   }
 
   /** Removes all hands when a session ends; the service's leases end their touches. */
@@ -42,11 +46,13 @@ export class Hands {
   #follow(source, tip, now, elapsed) {
     const {toucher, ball} = this.#known.get(source) ?? this.#meet(source);
     ball.position.copy(tip);
-    for (const touch of toucher.step(tip, now, elapsed)) {
-      const {t_s: _time, truth: _truth, type: _type, ...fields} = touch;
-      const object = this.#surfaces.find((surface) => surface.object.object_id === touch.object_id).object;
-      this.#send(fields, object, tip);
-    }
+    return toucher.step(tip, now, elapsed).map(({t_s: _time, truth: _truth, type: _type, ...fields}) => fields);
+  }
+
+  #sendOf(source, touch) {
+    const object = this.#surfaces.find((surface) => surface.object.object_id === touch.object_id)?.object ?? this.#touched[touch.hand];
+    this.#touched[touch.hand] = object;
+    if (object) this.#send(touch, object, this.#known.get(source)?.ball.position.clone() ?? null);
   }
 
   #meet(source) {

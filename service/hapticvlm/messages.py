@@ -650,11 +650,22 @@ class Skipped(Wire, frozen=True, tag="skipped", tag_field="type"):
     """Reason for dropping it."""
 
 
+class LeftOut(Wire, frozen=True):
+    """A part of a request that was left out or changed; the rest was accepted."""
+
+    path: str
+    """Part concerned, such as objects[3].name."""
+    text: str
+    """Description of the problem, the limit and its fix, as text to display."""
+
+
 class Ok(Wire, frozen=True, tag="ok", tag_field="type"):
     """The reply to a request that succeeded."""
 
     id: int
     """Id of the request."""
+    left_out: list[LeftOut] | None = None
+    """Parts that were left out or changed; absent: none. At most 33. Since 1.2."""
 
 
 class Error(Wire, frozen=True, tag="error", tag_field="type"):
@@ -696,7 +707,7 @@ _CHOICES = {"type": tuple(str(kind.__struct_config__.tag) for kind in get_args(C
 
 
 class _IdOnly(Struct):
-    id: int = 0
+    id: int | float = 0
 
 
 def decode(data: bytes | str) -> ClientMessage:
@@ -704,7 +715,7 @@ def decode(data: bytes | str) -> ClientMessage:
     try:
         message = _parse(data)
     except msgspec.ValidationError as error:
-        raise _explain(str(error), _id_of(data)) from None
+        raise explained(str(error), _id_of(data)) from None
     except (msgspec.DecodeError, ValueError, RecursionError) as error:
         kind = "JSON" if isinstance(data, str) else "MessagePack"
         reason = documents.reason(error)
@@ -737,25 +748,33 @@ def _id_of(data: bytes | str) -> int:
             found = msgspec.msgpack.decode(data, type=_IdOnly).id
     except (msgspec.MsgspecError, ValueError, RecursionError):
         return 0
-    return found if 1 <= found < 2**53 else 0
+    return int(found) if 1 <= found < 2**53 and found == int(found) else 0
 
 
-def _explain(reason: str, id: int) -> MessageError:
+_CURES = (
+    ("unknown field", "remove it or correct its spelling"),
+    ("missing required field", "add it"),
+    ("NaN", "send a number, or leave the field out if it is optional"),
+    ("got `array`", 'send a map with named fields (in C#: [Key("id")], not [Key(0)])'),
+)
+
+
+def explained(reason: str, id: int = 0) -> MessageError:
+    """Return msgspec's reason of a refusal with its path, its kind and a cure."""
     text, _, where = reason.partition(" - at ")
+    if where.startswith("`key`"):
+        where, text = "", "a key of a map is not text"
+        cure = 'name fields by text (in C#: [Key("id")], not [Key(0)])'
+        return MessageError("message", f"$: {text}; {cure}", path="$", id=id)
     path = where.strip("`") or "$"
-    code: ErrorCode = "message"
-    cure = "see schemas/messages.schema.json"
+    if "unknown field" in text:
+        path += "." + text[text.index("`") + 1 : text.rindex("`")]
+    is_limit = text.startswith("Expected") and re.search(r"<|>|length", text)
+    code: ErrorCode = "limit" if is_limit else "message"
     field = "type" if text.endswith("field `type`") else re.sub(r"\[.*\]$", "", path).split(".")[-1]
     if "Invalid" in text or text.endswith("field `type`"):
         cure = f"`{field}` is one of {', '.join(_CHOICES.get(field, ()))}"
-    elif "unknown field" in text:
-        path += "." + text.split("`")[1]
-        cure = "remove it or correct its spelling"
-    elif "missing required field" in text:
-        cure = "add it"
-    elif re.search(r"<=|>=|<|>|length", text):
-        code = "limit"
-        cure = "keep the value within this limit"
-    elif "Expected" in text:
-        cure = "send the expected type"
+    else:
+        cure = next((cure for part, cure in _CURES if part in text), "send the expected type")
+        cure = "keep the value within this limit" if is_limit else cure
     return MessageError(code, f"{path}: {text}; {cure}", path=path, id=id)

@@ -33,6 +33,16 @@ HOLD = """(name) => {
   const {x, y, z} = document.querySelector(`[data-name=${name}]`).object3D.position;
   headset.controllers.right.position.set(x, y, z);
 }"""
+# Lists a second source of the right hand, which is where the left controller is.
+SECOND = """() => {
+  const shown = Object.getOwnPropertyDescriptor(XRSession.prototype, 'inputSources');
+  Object.defineProperty(XRSession.prototype, 'inputSources', {get() {
+    const sources = [...shown.get.call(this)];
+    const {targetRaySpace} = sources.find(({handedness}) => handedness === 'left');
+    this.second ??= {handedness: 'right', targetRaySpace};
+    return [...sources.filter(({handedness}) => handedness === 'right'), this.second];
+  }});
+}"""
 
 
 @dataclass
@@ -42,8 +52,10 @@ class Visit:
     page: Page
     heard: list[Any] = field(default_factory=list)
     complaints: list[str] = field(default_factory=list)
+    sent: list[Any] = field(default_factory=list)
 
     def watch(self, socket: Any) -> None:
+        socket.on("framesent", lambda data: self.sent.append(msgpack.unpackb(data)))
         socket.on("framereceived", lambda data: self.heard.append(msgpack.unpackb(data)))
 
     def hear(self, said: Any) -> None:
@@ -98,6 +110,20 @@ def test_a_controller_in_a_thing_feels_it_and_rests_when_it_leaves(visit: Visit)
     visit.page.wait_for_timeout(500)
     assert visit.felt(since) >= 0.1
     assert "amplitude" not in [one for one in visit.heard if one["type"] == "vibration"][-1]
+
+
+def test_a_second_source_of_the_hand_neither_strikes_again_nor_lets_go(visit: Visit) -> None:
+    visit.page.evaluate(SECOND)
+    since = len(visit.sent)
+    visit.page.evaluate(HOLD, "GlassBall")
+    visit.page.locator("#said", has_text="GlassBall is glass").wait_for()
+    visit.page.wait_for_timeout(500)
+    phases = [one["phase"] for one in visit.sent[since:] if one["type"] == "touch"]
+    assert phases.count("contact") == 1
+    assert "release" not in phases
+    assert "slide" in phases
+    visit.page.evaluate("headset.controllers.right.position.set(0.4, 1.4, 0)")
+    visit.page.wait_for_timeout(500)
 
 
 def test_nothing_was_refused_and_nothing_went_wrong(visit: Visit) -> None:

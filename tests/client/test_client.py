@@ -37,9 +37,18 @@ async def test_a_researcher_touches_an_object_and_reads_the_decision(service):
 async def test_a_refused_request_raises_with_code_and_path(service):
     async with connect(service.url) as client:
         with pytest.raises(Refused) as refused:
-            await client.scene([{"object_id": "x", "material": "wodo"}])
-    assert refused.value.path == "$.objects[0].material"
-    assert "wood" in str(refused.value)
+            await client.touch("hover", "x")
+    assert refused.value.path == "$.phase"
+    assert "approach" in str(refused.value)
+
+
+async def test_a_part_of_a_scene_that_is_left_out_is_returned_and_logged(service, caplog):
+    async with connect(service.url) as client:
+        answer = await client.scene([{"object_id": "x", "material": "wodo"}])
+    (part,) = answer["left_out"]
+    assert part["path"] == "objects[0].material"
+    assert "wood" in part["text"]
+    assert part["text"] in caplog.text
 
 
 async def test_a_token_that_is_not_required_is_accepted(service):

@@ -20,7 +20,34 @@ function play(pictures, plans, {gain = 1, gamepad} = {}) {
 }
 
 const rumble = (told) => ({vibrationActuator: {playEffect: (_, {strongMagnitude}) => told.push(strongMagnitude)}});
+const refuses = () => ({vibrationActuator: {playEffect: () => Promise.reject(new Error('not supported'))}});
+let escaped = 0;
+process.on('unhandledRejection', () => escaped++);
+
+/** Plays on a motor that refuses; how many rejections escaped, and the reason of the silence. */
+async function refused() {
+  const source = {handedness: 'left', gamepad: refuses()};
+  const pulses = new Pulses();
+  pulses.receive({hand, period_ms, amplitude: [0.5, 0.5]});
+  now += 11;
+  pulses.play(source);
+  await new Promise((done) => setTimeout(done, 1));
+  return [escaped, pulses.silence(source)];
+}
+
+/** Plays the plan of the left hand on a source of neither hand. */
+function ofNoHand() {
+  const told = [];
+  const pulses = new Pulses();
+  pulses.receive({hand, period_ms, amplitude: [0.5]});
+  now += 11;
+  pulses.play({handedness: 'none', gamepad: rumble(told)});
+  return told;
+}
+
 console.log(JSON.stringify({
+  'a motor that refuses': await refused(),
+  'of no hand': ofNoHand(),
   steady: play([11, 11, 11, 11], [[0.5, 0.5]]),
   'a strike between two pictures': play([50, 11], [[0.1, 0.8, 0.1]]),
   'an empty plan': play([11, 11], [[0.5, 0.5], undefined]),

@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from scene_cases import of_clients
 from toolchains import require
 
 from hapticvlm import __version__
@@ -87,6 +88,11 @@ def test_what_the_contract_says_of_a_field_is_said_in_its_type(types: str) -> No
     assert "'image': Uint8Array;" in types
 
 
+def test_a_strict_validator_compiles_the_published_schema(run: Run) -> None:
+    said = json.loads(run("node", "strict.mjs", ASYNCAPI.parent / "messages.schema.json"))
+    assert said == {"touch": True, "typo": False}
+
+
 def test_a_client_made_from_the_contract_alone_feels_a_touch(
     run: Run, folder: Path, types: str, service: Service
 ) -> None:
@@ -114,7 +120,16 @@ def test_its_types_are_those_of_the_contract(types: str) -> None:
 def test_it_holds_the_client_its_types_its_licence_and_nothing_else(packed: Path) -> None:
     with tarfile.open(packed) as archive:
         names = {name.removeprefix("package/") for name in archive.getnames()}
-    code = {"index.js", "haptics.js", "pulses.js", "surfaces.js", "index.d.ts", "messages.d.ts"}
+    code = {
+        "index.js",
+        "fitting.js",
+        "hands.js",
+        "haptics.js",
+        "pulses.js",
+        "surfaces.js",
+        "index.d.ts",
+        "messages.d.ts",
+    }
     assert names == code | {"package.json", "README.md", "LICENSE"}
 
 
@@ -168,3 +183,30 @@ def test_surfaces_are_stated_largest_first_and_to_an_older_service_one_alone(run
     assert (said["many"]["largest"], said["many"]["smallest"]) == (0, 0)
     (told,) = said["many"]["told"]
     assert "6 small surfaces" in told
+
+
+def test_the_package_gets_the_good_part_of_every_scene_felt_and_names_the_rest(
+    run: Run, tmp_path: Path, service: Service
+) -> None:
+    cases = of_clients()
+    (tmp_path / "cases.json").write_text(json.dumps(cases))
+    said = json.loads(run("node", HERE / "scene_cases.mjs", service.url, tmp_path / "cases.json"))
+    for case, heard in zip(cases, said, strict=True):
+        assert heard["felt"] == case["felt"], case["name"]
+        told = bool(heard["left_out"]), bool(heard["warnings"])
+        assert told == (case["tells"], case["tells"]), case["name"]
+        assert heard["silence"] == "", case["name"]
+
+
+def test_two_sources_of_one_hand_are_one_hand_and_a_vanished_one_lets_go(run: Run) -> None:
+    told = json.loads(run("node", HERE / "hands.mjs"))
+    assert told["two sources"] == ["contact right", "slide right", "release right"]
+    assert told["a vanished source"] == ["contact left", "release left"]
+    assert told["both hands"] == ["contact left", "contact right"]
+    assert told["of no hand"] == ["contact right"]
+
+
+def test_a_motor_that_refuses_says_so_in_silence_and_not_in_every_picture(run: Run) -> None:
+    told = json.loads(run("node", HERE / "pulses.mjs"))
+    assert told["a motor that refuses"] == [0, "the motor refuses to vibrate: not supported"]
+    assert told["of no hand"] == [0.5]

@@ -7,6 +7,7 @@ const EVERY_S := 0.2
 
 var _said_at := 0.0
 var _pressed := 0
+var _cases := 0
 var _vibrations := 0
 var _strongest := 0.0
 var _service: HapticService
@@ -17,6 +18,7 @@ func _ready() -> void:
 	_service = HapticService.current
 	_service.opened.connect(func(_w: Dictionary) -> void: _say("opened", _places()))
 	_service.decided.connect(func(decision: Dictionary) -> void: _say("decided", decision))
+	_service.left_out.connect(func(part: Dictionary) -> void: _say("left_out", part))
 	_service.refused.connect(func(error: Dictionary) -> void: _say("refused", error))
 	_service.vibrated.connect(_count)
 	await get_tree().process_frame
@@ -54,6 +56,8 @@ func _process(_delta: float) -> void:
 func _unhandled_key_input(event: InputEvent) -> void:
 	if not event.is_pressed():
 		return
+	if (event as InputEventKey).keycode == KEY_C:
+		_next_case()
 	if (event as InputEventKey).keycode == KEY_F:
 		get_tree().current_scene.get_node("RubberBall").queue_free()
 	if (event as InputEventKey).keycode == KEY_R:
@@ -93,3 +97,18 @@ func _places() -> Dictionary:
 
 func _say(what: String, detail: Dictionary) -> void:
 	print("PROBE ", JSON.stringify({"what": what, "detail": detail}))
+
+
+## Describes the next scene of the scene cases, and touches its objects.
+func _next_case() -> void:
+	var cases: Array = JSON.parse_string(FileAccess.get_file_as_string("res://scene_cases.json"))
+	var case: Dictionary = cases[_cases]
+	_cases += 1
+	for object: Dictionary in case["objects"]:
+		_service.add(object)
+	for id: String in case["touch"]:
+		for phase: String in ["contact", "release"]:
+			_service.touch({"phase": phase, "hand": "left", "object_id": id, "speed_mps": 0.3, "force_n": 1.5})
+	for object: Dictionary in case["objects"]:
+		_service.forget(str(object.get("object_id", "")))
+	_say("case", {"name": case["name"]})

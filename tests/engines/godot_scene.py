@@ -20,6 +20,7 @@ import msgpack
 from godot_pack import pack, project_files
 from pace import PACE
 from playwright.sync_api import sync_playwright
+from scene_cases import of_clients
 
 from hapticvlm.client.local_service import Service, running
 
@@ -40,6 +41,8 @@ AUTOLOAD = "[autoload]\n"
 PROBE = 'Probe="*res://probe.gd"\n'
 
 Event = dict[str, Any]
+# A scene of the addon is made of single objects, so that an id described twice is a change of it.
+ADDED = [case for case in of_clients() if case["name"] != "an id that is there twice"]
 
 
 def export(folder: Path) -> None:
@@ -54,6 +57,7 @@ def export(folder: Path) -> None:
     files["project.godot"] = f"{heading}{AUTOLOAD}{first}\n{PROBE}\n[{rest}".encode()
     files["probe.gd"] = (HERE / "godot_probe.gd").read_bytes()
     files["room.gd"] = (HERE / "godot_room.gd").read_bytes()
+    files["scene_cases.json"] = json.dumps(ADDED).encode()
     (folder / "index.pck").write_bytes(pack(files))
 
 

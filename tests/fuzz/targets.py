@@ -22,7 +22,8 @@ from hapticvlm.devices.plate.framing import Deframer
 from hapticvlm.devices.plate.session import PlateSession
 from hapticvlm.devices.speaker.audio import read_wav
 from hapticvlm.materials import MATERIALS, MaterialError
-from hapticvlm.messages import Frame, MessageError, Touch, decode
+from hapticvlm.messages import Frame, MessageError, Touch
+from hapticvlm.partial_messages import decode
 from hapticvlm.recordings import replay
 from hapticvlm.recordings.recorder import SESSION_LOG
 from hapticvlm.recordings.session_log import SessionLogError
@@ -74,9 +75,9 @@ class _Sessions:
             text = None
         is_touch, is_refused, actions = False, False, []
         try:
-            message = decode(data if text is None else text)
-            is_touch = isinstance(message, Touch)
-            actions = self._session.receive(message, now)
+            partial = decode(data if text is None else text, MATERIALS)
+            is_touch = isinstance(partial.message, Touch)
+            actions = self._session.receive(partial.message, now, partial.left_out)
         except MessageError as error:
             is_refused = bool(error.text)
             require_plain(error.text)

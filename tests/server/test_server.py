@@ -529,6 +529,33 @@ def test_a_page_of_another_site_loads_nothing_of_ours_and_may_embed_nothing(serv
         assert page.headers["Cross-Origin-Resource-Policy"] == "same-origin"
 
 
+async def test_a_refused_page_is_logged_once_with_what_to_do():
+    with running() as service:
+        for _ in range(2):
+            for origin in ("https://shop.example", "null"):
+                with pytest.raises(InvalidStatus) as refused:
+                    async with peer(service, additional_headers={"Origin": origin}):
+                        pass
+                assert refused.value.response.status_code == 403
+                assert "--allow-origin null" not in refused.value.response.body.decode()
+    logged = [line for line in service.printed if "refused a page" in line]
+    assert len(logged) == 2
+    assert "--allow-origin https://shop.example" in logged[0]
+
+
+async def test_of_a_scene_with_one_bad_object_the_others_are_felt(service):
+    vase = {"object_id": "vase", "name": "Glass_Vase", "material": "porcelain"}
+    kettle = {"object_id": "kettle", "material": "metal", "temperature_c": 60.0}
+    async with peer(service) as client:
+        await client.hello()
+        reply = await client.ask(type="scene", objects=[vase, kettle, {}], replace=True)
+        assert [part["path"] for part in reply["left_out"]] == ["objects[0].material", "objects[2]"]
+        for object_id, material in (("vase", "glass"), ("kettle", "metal")):
+            await client.touch("contact", object_id)
+            assert (await client.event("decision"))["material"] == material
+        assert "left_out" not in await client.ask(type="scene", objects=[kettle], replace=False)
+
+
 async def test_a_wrong_token_is_answered_late_counted_and_logged():
     with running(["--token", "s3cret"]) as service:
         started = time.monotonic()

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from PIL import Image
 from ports import free_port
+from scene_cases import of_clients
 
 from hapticvlm.client import connect
 from hapticvlm.client.local_service import running
@@ -21,6 +22,14 @@ from hapticvlm.client.local_service import running
 pytest_plugins = ("mono_build",)
 ANSWERS = Path(__file__).parents[2] / "schemas" / "vectors" / "answers.json"
 TOUCHES = 250
+FIELDS = ("object_id", "name", "material", "temperature_c")
+# What the types of C# do not let anybody state, or a dictionary of objects does not hold twice.
+UNTYPED = {
+    "a name that is not text",
+    "an object without an id",
+    "an id that is there twice",
+    "an id that is too long",  # is cut, as the ids of its touches are
+}
 KILLS = int(os.environ.get("HAPTICVLM_KILLS", "1"))  # 10 in long_run.py
 MAIN_LOOP_MS = 2.0
 SOAK_S = 1200.0
@@ -68,6 +77,37 @@ def test_a_touch_from_unity_takes_about_as_long_as_one_from_python(build, servic
             f"Python {medians[1]:.2f} ms, ratio {medians[0] / medians[1]:.2f}"
         )
     assert medians[0] < 10.0 * medians[1]
+
+
+def lines_of(cases):
+    """Return the lines that describe cases to the program; Unity's fields have types."""
+    for case in cases:
+        for each in case["objects"]:
+            fields = (each.get(name, "") for name in FIELDS)
+            yield "\t".join(["put", *map(str, fields)])
+        yield from (f"touch\t{key}" for key in case["touch"])
+        yield "end"
+
+
+def test_of_every_scene_the_good_part_is_felt_and_the_rest_is_named(build, service):
+    cases = [
+        case
+        for case in of_clients()
+        if case["name"] not in UNTYPED and all(set(each) <= {*FIELDS} for each in case["objects"])
+    ]
+    assert len(cases) >= 6
+    text = "\n".join(lines_of(cases)) + "\n"
+    output = build.run("programs.exe", "scene-cases", service.url, text=text, timeout=SOAK_S)
+    assert is_our_fault(output) is None
+    *heard, _ = output.split("\nend\n")
+    assert len(heard) == len(cases)
+    for case, said in zip(cases, heard, strict=True):
+        part = said.replace("left_out captured_at", "")  # of a touch on a slow machine
+        felt = dict(re.findall(r"felt (\S+) (\w+)", part))
+        assert felt == case["felt"], case["name"]
+        states_unknown = case["name"] in ("an unknown material", "a material in capitals")
+        if not states_unknown:  # which the inspector and the console name, before anything is sent
+            assert ("left_out" in part) == case["tells"], case["name"]
 
 
 def test_kills_lose_no_touch_and_the_scene_is_registered_again(build, capsys):

@@ -2,12 +2,15 @@
  * A scene's connection to HapticVLM: protocol v1 over one WebSocket. Works with any engine.
  *
  * Events, each with the service's message as `detail`: welcome, decision, telemetry, vibration, ownership, skipped,
- * refused (an `error` of the service); and `state`, whose detail is 'connected' or 'disconnected'.
+ * refused (an `error` of the service); `state`, whose detail is 'connected' or 'disconnected'; and `left_out`, whose
+ * detail names a part of the scene that was not sent or not taken: {object_id?, path, text}. Whatever is refused or left
+ * out also goes to the console, once.
  *
  * Objects, requested hands and gains are sent again after each reconnect, and the settings of the
  * owner after each change of owner.
  */
 import {decode, encode} from '@msgpack/msgpack';
+import {fitted, pieces} from './fitting.js';
 
 const FIRST_WAIT = 250; // ms before the first reconnect, doubled each time, with jitter
 const LONGEST_WAIT = 5000;
@@ -15,6 +18,8 @@ const SILENT = 10_000; // ms without telemetry, which arrives ten times a second
 const ASK_AGAIN = 2000; // ms between two requests for outputs that another scene owns
 const FASTEST = 20; // m/s, the protocol's limit, which a jumping tracked hand can exceed
 const STRONGEST = 200; // N
+const GENTLE = 1.5; // N, of an engine that computes no forces
+const MOST_WARNINGS = 100;
 const HANDS = ['left', 'right'];
 
 export class Haptics extends EventTarget {
@@ -40,6 +45,10 @@ export class Haptics extends EventTarget {
   #isStopped = false;
   #problem = ''; // the service's reason for refusing this connection or its `feel`
   #feelId = 0;
+  #materials = []; // of the service
+  #pieces = new Map(); // unanswered `scene` messages by id: their objects
+  #warned = new Set();
+  #sceneProblem = ''; // the reason why the scene was refused as a whole
   #frameId = 0; // id of the unanswered frame; 0: none
   #nextFrame = null;
 
@@ -48,6 +57,7 @@ export class Haptics extends EventTarget {
 
   constructor(url, {name = 'web scene', version = '1', token, WebSocket = globalThis.WebSocket} = {}) {
     super();
+    if (!WebSocket) throw new TypeError('this platform has no WebSocket: pass the class of the package ws, as {WebSocket}');
     this.#url = url;
     this.#Socket = WebSocket;
     this.#hello = {client: {name, version}, protocol: {major: 1, minor: 2}, role: 'scene', token};
@@ -66,16 +76,23 @@ export class Haptics extends EventTarget {
   /** The reason why nothing is felt, in one sentence; empty if there is none. */
   get silence() {
     if (this.#isClosed) return 'the connection was closed';
-    if (!this.#isOpen) return this.#problem || `no service answers at ${this.#url}`;
+    if (!this.#isOpen) return this.#problem || `no service answers at ${this.#url}${this.#isForeign() ? ', or it refuses this page: its log says so' : ''}`;
     if (!this.#wantsOutputs) return 'this scene released the outputs';
     if (!this.#isOwner) return 'another scene owns the outputs';
     if (this.#isStopped) return 'outputs stopped: release and touch again';
-    return this.#settings.vibration_gain === 0 ? 'the vibration gain is 0' : this.#problem;
+    if (this.#settings.vibration_gain === 0) return 'the vibration gain is 0';
+    if (this.#sceneProblem) return `the service refused the scene: ${this.#sceneProblem}`;
+    return this.#problem;
   }
 
   /** Describes all objects of the scene, now and after each reconnect; replaces earlier objects. */
   scene(objects, fields = {}) {
-    this.#objects = new Map(objects.map((object) => [object.object_id, object]));
+    this.#objects = new Map();
+    for (const object of objects) {
+      const id = object.object_id;
+      if (this.#objects.has(id)) this.#leftOut(id, 'object_id', 'another object has this id: left out; give each object its own');
+      else this.#objects.set(id, object);
+    }
     this.#fields = fields;
     this.#describe();
   }
@@ -85,7 +102,7 @@ export class Haptics extends EventTarget {
     const known = {...this.#objects.get(object.object_id), ...object};
     this.#objects.set(object.object_id, known);
     this.#fields ??= {};
-    if (this.#isOpen) this.#send('scene', {objects: [known], replace: false});
+    if (this.#isOpen) this.#sendObjects([known], {replace: false});
   }
 
   /** Removes objects by their ids. */
@@ -112,12 +129,21 @@ export class Haptics extends EventTarget {
       return;
     }
     if (fields.phase === 'release') this.#isStopped = false;
+    const id = fields.object_id;
+    if (id !== undefined && !this.#objects.has(id)) this.#warn(`a touch of \`${id}\`, which no scene has described: its id is read as a name`);
     this.#send('touch', {
       captured_at: seconds(),
       ...fields,
-      speed_mps: Math.min(FASTEST, speed_mps),
-      force_n: Math.min(STRONGEST, force_n),
+      speed_mps: this.#within(FASTEST, speed_mps, 'speed_mps', 0),
+      force_n: this.#within(STRONGEST, force_n, 'force_n', GENTLE),
     });
+  }
+
+  /** Returns a quantity within 0 and its limit; the default for one that is missing or not a number. */
+  #within(most, value, name, missing) {
+    if (Number.isFinite(value) || value === Infinity) return Math.min(most, Math.max(0, value));
+    this.#warn(`a touch with ${name} ${value}: ${missing} is sent; pass a number`);
+    return missing;
   }
 
   /** Sends a frame once the service has answered the last one; the newest waits, older ones are dropped. */
@@ -174,6 +200,7 @@ export class Haptics extends EventTarget {
     this.#isOwner = false;
     this.#frameId = 0;
     this.#nextFrame = null;
+    this.#pieces.clear();
     if (wasOpen) this.#notify('state', 'disconnected');
     if (this.#isClosed) return;
     this.#socket = null;
@@ -200,6 +227,8 @@ export class Haptics extends EventTarget {
   #welcomed(message) {
     this.#isOpen = true;
     this.#minor = message.protocol.minor;
+    this.#materials = message.materials ?? [];
+    this.#sceneProblem = '';
     this.#wait = FIRST_WAIT;
     this.#problem = '';
     this.#askedAt = -Infinity;
@@ -235,7 +264,10 @@ export class Haptics extends EventTarget {
     this.#askId = this.#send('set', {ownership: 'take'});
   }
 
-  #granted({id}) {
+  #granted({id, left_out: leftOut = []}) {
+    const objects = this.#pieces.get(id);
+    this.#pieces.delete(id);
+    for (const {path, text} of leftOut) this.#leftOut(objects?.[/^objects\[(\d+)\]/.exec(path)?.[1]]?.object_id, path, text);
     if (id !== this.#askId) return;
     this.#askId = 0;
     this.#begin();
@@ -246,12 +278,44 @@ export class Haptics extends EventTarget {
     if (message.code === 'unsafe') this.#isStopped = true;
     if (message.code === 'not_owner') this.#isOwner = false;
     if (!this.#isOpen || message.id === this.#feelId) this.#problem = message.text;
+    if (this.#pieces.delete(message.id)) this.#sceneProblem = message.text;
     if (message.id && message.id === this.#askId) this.#askId = 0; // the owner is not idle: requested again at a later touch
-    else this.#notify('refused', message);
+    else {
+      if (!['unsafe', 'not_owner'].includes(message.code)) this.#warn(`the service refused a message: ${message.text}`);
+      this.#notify('refused', message);
+    }
   }
 
   #describe() {
-    if (this.#isOpen && this.#fields) this.#send('scene', {...this.#fields, objects: [...this.#objects.values()], replace: true});
+    if (this.#isOpen && this.#fields) this.#sendObjects([...this.#objects.values()], {...this.#fields, replace: true});
+  }
+
+  /** Sends objects as they fit the protocol, in as many messages as they need. */
+  #sendObjects(objects, fields) {
+    const fit = objects.map((object) => fitted(object, this.#materials, (path, text) => this.#leftOut(object.object_id, path, text)));
+    for (const [number, piece] of pieces(fit).entries()) {
+      const id = this.#send('scene', {...(number ? {replace: false} : fields), objects: piece});
+      this.#pieces.set(id, piece);
+    }
+  }
+
+  /** Tells of a part of the scene that was not sent or not taken. */
+  #leftOut(object_id, path, text) {
+    this.#warn(`${object_id === undefined ? 'the scene' : `object \`${object_id}\``}, ${path}: ${text}`);
+    this.#notify('left_out', {object_id, path, text});
+  }
+
+  /** Writes a sentence to the console, once. */
+  #warn(text) {
+    if (this.#warned.has(text) || this.#warned.size >= MOST_WARNINGS) return;
+    this.#warned.add(text);
+    console.warn(`hapticvlm: ${text}`);
+  }
+
+  /** Whether the page comes from another place than the service, which may refuse it then. */
+  #isForeign() {
+    const {origin, hostname, host} = globalThis.location ?? {};
+    return origin !== undefined && !/^(localhost|127\.0\.0\.1|\[::1\])$/.test(hostname) && host !== new URL(this.#url).host;
   }
 
   #set(settings) {

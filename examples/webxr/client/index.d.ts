@@ -17,6 +17,8 @@ export interface HapticsEvents {
   skipped: Skipped;
   /** The service refused a message; the error states the reason and the remedy. */
   refused: Refusal;
+  /** A part of the scene was not sent or not taken; the rest is felt. */
+  left_out: {object_id?: string; path: string; text: string};
   state: 'connected' | 'disconnected';
 }
 
@@ -67,6 +69,17 @@ export class Haptics extends EventTarget {
     type: K, listener: (event: CustomEvent<HapticsEvents[K]>) => void, options?: boolean | AddEventListenerOptions,
   ): void;
   addEventListener(type: string, listener: EventListenerOrEventListenerObject | null, options?: boolean | AddEventListenerOptions): void;
+}
+
+/**
+ * Makes two hands of all input sources, of which a runtime may list several for one hand. While one of them touches, the
+ * others of that hand are not felt; a hand whose source vanishes while it touches is released.
+ */
+export class Hands<Source extends {handedness: HandName | 'none'} = {handedness: HandName | 'none'}> {
+  /** `send` sends a touch of one hand, as `(touch) => haptics.touch(touch)`. */
+  constructor(send: (touch: TouchFields, source: Source) => void);
+  /** Takes the new touches of each source in this picture; call it for every picture, with all sources. */
+  step(sources: {source: Source; touches: Omit<TouchFields, 'hand'>[]}[]): void;
 }
 
 /** A controller, compatible with WebXR's `XRInputSource`. */

@@ -1009,6 +1009,24 @@ export interface Ok {
    * Id of the request.
    */
   'id': number;
+  /**
+   * Parts that were left out or changed; absent: none. At most 33. Since 1.2.
+   */
+  'left_out'?: LeftOut[] | null;
+}
+
+/**
+ * A part of a request that was left out or changed; the rest was accepted.
+ */
+export interface LeftOut {
+  /**
+   * Part concerned, such as objects[3].name.
+   */
+  'path': string;
+  /**
+   * Description of the problem, the limit and its fix, as text to display.
+   */
+  'text': string;
 }
 
 /**

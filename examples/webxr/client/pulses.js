@@ -15,6 +15,8 @@ export class Pulses {
   #haptics = null;
   #plans = {left: null, right: null};
   #gain = 1;
+  #latest = 'right'; // the hand that vibrated last
+  #problem = ''; // why a motor refused its last pulse
 
   /** Plays the vibration of this connection, and requests it for both hands. */
   follow(haptics) {
@@ -37,6 +39,7 @@ export class Pulses {
   /** Receives one `vibration` event. */
   receive({hand, period_ms: period, amplitude = []}) {
     const now = performance.now();
+    if (amplitude.length) this.#latest = hand;
     this.#plans[hand] = amplitude.length ? {from: now, played: now, period, amplitude} : null;
   }
 
@@ -56,11 +59,24 @@ export class Pulses {
     return Math.min(1, this.#gain * Math.max(0, ...plan.amplitude.slice(first, last + 1)));
   }
 
-  /** Drives the motor of a controller ({handedness, gamepad}, as in WebXR); call it for every picture. */
+  /**
+   * Drives the motor of a controller ({handedness, gamepad}, as in WebXR); call it for every picture. One that belongs to
+   * neither hand vibrates for the hand that vibrated last.
+   */
   play({handedness, gamepad}) {
-    const amplitude = this.amplitude(handedness);
-    if (amplitude > WEAKEST) motorOf(gamepad)?.(amplitude);
+    const amplitude = this.amplitude(handedness in this.#plans ? handedness : this.#latest);
+    if (amplitude > WEAKEST) this.#pulse(motorOf(gamepad), amplitude);
     return amplitude;
+  }
+
+  /** Plays a pulse; a motor that refuses it does so in every picture, and is told of by `silence`. */
+  #pulse(motor, amplitude) {
+    const refused = ({message = 'no reason given'} = {}) => (this.#problem = `the motor refuses to vibrate: ${message}`);
+    try {
+      motor?.(amplitude)?.then?.(() => (this.#problem = ''), refused);
+    } catch (error) {
+      refused(error);
+    }
   }
 
   /** Drives a phone held in the hand that touches its screen. */
@@ -76,7 +92,7 @@ export class Pulses {
     if (this.#haptics?.silence) return this.#haptics.silence;
     if (!source) return 'no controller is connected';
     if (source.hand) return 'a tracked hand holds no controller';
-    return motorOf(source.gamepad) ? '' : 'the browser gives this controller no motor';
+    return motorOf(source.gamepad) ? this.#problem : 'the browser gives this controller no motor';
   }
 }
 

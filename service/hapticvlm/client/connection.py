@@ -25,6 +25,7 @@ from __future__ import annotations
 
 import asyncio
 import itertools
+import logging
 import ssl
 import time
 from collections.abc import AsyncIterator
@@ -40,6 +41,7 @@ from websockets.exceptions import ConnectionClosed
 from hapticvlm import __version__
 from hapticvlm.errors import HapticVLMError
 
+logger = logging.getLogger(__name__)
 Message = dict[str, Any]
 MAX_EVENTS = 4096  # older events are dropped for newer ones
 
@@ -147,11 +149,16 @@ class Client:
         - `fields`: `forget`, a list of ids of removed objects; `ambient_c`, the air temperature in
           degC; `materials`, a list of all materials that objects of this scene can have.
 
-        Raises `Refused`, for example for an unknown material.
+        Returns the answer. Its `left_out` names each part that was not taken as sent, such as an
+        unknown material, with `path` and `text`; it is absent if all was. The rest is felt. Each
+        is logged as a warning, too. Raises `Refused` if nothing of the scene is usable.
 
             await client.scene([{"object_id": "cup", "material": "ceramic", "temperature_c": 50.0}])
         """
-        return await self.request("scene", objects=objects, replace=replace, **fields)
+        answer = await self.request("scene", objects=objects, replace=replace, **fields)
+        for part in answer.get("left_out", ()):
+            logger.warning("%s: %s", part["path"], part["text"])
+        return answer
 
     async def touch(
         self,

@@ -26,6 +26,7 @@ class Key(StrEnum):
     OUT = "out"  # the outputs that followed from it, each an Output by its DO
     DO = "do"
     MESSAGE = "message"
+    LEFT_OUT = "left_out"  # parts of the message that were left out or changed before its use
     FILE = "file"  # of a picture that was kept
     MASK_FILE = "mask_file"
     NUMBER = "number"  # of the recognition or question that this answers

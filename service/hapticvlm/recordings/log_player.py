@@ -20,7 +20,7 @@ from hapticvlm.evidence.ambient import SceneView
 from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.evidence.reading import Reading
 from hapticvlm.materials import Material
-from hapticvlm.messages import ClientMessage, Frame, HandName, MessageError
+from hapticvlm.messages import ClientMessage, Frame, HandName, LeftOut, MessageError
 from hapticvlm.recordings.lines import Input, Key, Line
 from hapticvlm.recordings.recorded_session import RecordedSession, settings_of
 from hapticvlm.recordings.session_log import blank_picture, read_picture
@@ -166,7 +166,8 @@ class LogPlayer:
     def _play_message(self, line: Line) -> list[Action]:
         message = self._message(line)
         try:
-            return self._session.receive(message, line[Key.NOW])
+            left_out = msgspec.convert(line.get(Key.LEFT_OUT, []), list[LeftOut])
+            return self._session.receive(message, line[Key.NOW], left_out)
         except MessageError:
             return []
 

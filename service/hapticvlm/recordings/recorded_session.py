@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import msgspec
@@ -20,7 +20,7 @@ from hapticvlm.evidence.ambient import SceneView
 from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.evidence.reading import Reading
 from hapticvlm.materials import Material
-from hapticvlm.messages import ClientMessage, Frame, Hello, SceneObject, Scope
+from hapticvlm.messages import ClientMessage, Frame, Hello, LeftOut, SceneObject, Scope
 from hapticvlm.recordings.lines import VERSION, Input, Key, Line, Output
 from hapticvlm.rendering.heat.limits import PlateReading
 from hapticvlm.session.actions import (
@@ -67,11 +67,19 @@ class RecordedSession(SceneSession):
         self._hold = hold
         self._known_hold = hold.state
 
-    def receive(self, message: ClientMessage, now: float) -> list[Action]:
-        """Receive one message; a refused one is written too, as it may be refused again."""
+    def receive(
+        self, message: ClientMessage, now: float, left_out: Sequence[LeftOut] = ()
+    ) -> list[Action]:
+        """Receive one message; a refused one is written too, as it may be refused again.
+
+        A message taken in part is written as it was used, beside the parts that were left out.
+        """
         frame = message if isinstance(message, Frame) else None
-        self._write_line({Key.NOW: now, Key.IN: Input.MESSAGE, Key.MESSAGE: _bare(message)}, frame)
-        return self._logged(super().receive(message, now))
+        line: Line = {Key.NOW: now, Key.IN: Input.MESSAGE, Key.MESSAGE: _bare(message)}
+        if left_out:
+            line[Key.LEFT_OUT] = _plain(left_out)
+        self._write_line(line, frame)
+        return self._logged(super().receive(message, now, left_out))
 
     def recognised(
         self,

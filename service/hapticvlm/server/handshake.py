@@ -35,9 +35,9 @@ from hapticvlm.messages import (
     SceneObject,
     SetpointRange,
     Welcome,
-    decode,
     encode,
 )
+from hapticvlm.partial_messages import decode
 from hapticvlm.recordings import recorded_session as recorded
 from hapticvlm.recordings.recorded_session import RecordedSession
 from hapticvlm.recordings.recorder import LateRecord, Recorder
@@ -120,7 +120,7 @@ class Handshake:
             as_text = isinstance(data, str)
             if len(data) > MAX_HELLO_BYTES:
                 raise MessageError("protocol", f"hello is at most {MAX_HELLO_BYTES} bytes")
-            hello = self._admit(decode(data))
+            hello = self._admit(decode(data, ()).message)
             has_slot = self._admission.find(hello, socket.remote_address[0])
         except TimeoutError:
             error = MessageError("protocol", f"no hello within {HELLO_S:.0f} s")

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import AsyncIterator, Callable
+import re
+from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager
 from functools import partial
 
@@ -15,15 +16,16 @@ from hapticvlm.messages import (
     ClientMessage,
     Error,
     Frame,
+    LeftOut,
     MessageError,
     Scene,
     ServiceMessage,
     Set,
     Stop,
     Touch,
-    decode,
     encode,
 )
+from hapticvlm.partial_messages import PartialMessage, decode
 from hapticvlm.server import status
 from hapticvlm.server.access import Address
 from hapticvlm.server.connection import Connection, notice_dead_peers
@@ -42,6 +44,8 @@ from hapticvlm.vision.pictures import PictureError, check_header
 
 CLOSE_SERVER_FULL = 4003
 TOO_BIG = 1009
+REPAIR_BYTES = 4096  # of a message that is taken in part, which cost as much as one refusal
+MAX_LOGGED = 100  # refused origins; kinds of parts left out, of one connection
 
 logger = logging.getLogger(__name__)
 
@@ -66,6 +70,7 @@ class WebSocketServer:
         self._listener = Listener(limiter, self._answer, self._serve, MAX_MESSAGE_BYTES)
         self._handshake = Handshake(address, gateway, service_info, clock)
         self._stop_slots = StopOnlySlots()
+        self._refused_origins: set[str] = set()
 
     @asynccontextmanager
     async def listen(self) -> AsyncIterator[int]:
@@ -86,10 +91,20 @@ class WebSocketServer:
             )
         if response is not None and response.status_code == 403:
             self._gateway.counts[Count.REFUSED_ORIGIN] += 1
+            self._log_refused(request)
         is_guess = response is not None and response.status_code == 401
         if is_guess and request.authorization is not None:
             await self._handshake.slow_guess(socket.remote_address[0])
         return response
+
+    def _log_refused(self, request: HttpRequest) -> None:
+        """Log each refused origin once; a browser does not show its page why it was refused."""
+        reason, origin = self._policy.refusal(request), request.origin
+        if reason is None or origin is None or origin in self._refused_origins:
+            return
+        if len(self._refused_origins) < MAX_LOGGED:
+            self._refused_origins.add(origin)
+            logger.warning("refused a page: %s", reason)
 
     async def _serve(self, socket: ClientSocket) -> None:
         """Serve an open socket from its hello to its end."""
@@ -127,15 +142,20 @@ class MessageHandler:
         self._gateway = gateway
         self._clock = clock
         self._refusals = TokenBucket(REFUSED, clock())
+        self._logged: set[str] = set()  # kinds of parts left out
 
     def receive(self, data: bytes | str) -> None:
         """Carry out one message and answer it."""
         now = self._clock()
         self._connection.has_spoken = True
         message: ClientMessage | None = None
+        pieces = 1 + len(data) // REPAIR_BYTES  # a repair costs more than a refusal
         try:
-            message = _read(data)
-            answers = self.carry_out(message, now)
+            partial = _read(data, self._connection.session.materials)
+            message = partial.message
+            answers = self.carry_out(partial, now)
+            if partial.left_out and not self._refusals.spend(pieces, now):
+                self.socket.refuse(Count.CLOSED_REFUSED_MESSAGES)
         except MessageError as error:
             self._gateway.refuse(error.code)
             refusal = Error(id=error.id, code=error.code, text=error.text, path=error.path)
@@ -152,17 +172,30 @@ class MessageHandler:
         self._gateway.leave(self._connection)
         logger.info("%s left (%s)", self._connection.name, self.socket.close_code)
 
-    def carry_out(self, message: ClientMessage, now: float) -> list[ServiceMessage]:
+    def carry_out(self, partial: PartialMessage, now: float) -> list[ServiceMessage]:
         """Carry out one message; return its answers. Raises MessageError."""
         connection = self._connection
+        message = partial.message
         if isinstance(message, Set) and message.ownership is not None:
             self._gateway.change_owner(connection, message, now)
         if isinstance(message, Scene) and connection.session.observer:
+            for part in partial.left_out:  # a person's choice is taken whole or not at all
+                raise MessageError("message", part.text, path=f"$.{part.path}", id=message.id)
             return [self._gateway.override_materials(connection, message, now)]
         if isinstance(message, Frame):
             require_header(message)
-        actions = connection.session.receive(message, now)
+        if partial.left_out:
+            self._log(partial.left_out)
+        actions = connection.session.receive(message, now, partial.left_out)
         return self._gateway.carry_out(connection, actions)
+
+    def _log(self, left_out: Sequence[LeftOut]) -> None:
+        """Log what was left out, each kind once for a connection."""
+        for part in left_out:
+            kind = re.sub(r"\[\d+\]", "[]", part.path)
+            if kind not in self._logged and len(self._logged) < MAX_LOGGED:
+                self._logged.add(kind)
+                logger.warning("%s sent %s: %s", self._connection.name, part.path, part.text)
 
 
 class StopOnlyHandler(MessageHandler):
@@ -170,11 +203,11 @@ class StopOnlyHandler(MessageHandler):
 
     is_over = False
 
-    def carry_out(self, message: ClientMessage, now: float) -> list[ServiceMessage]:
+    def carry_out(self, partial: PartialMessage, now: float) -> list[ServiceMessage]:
         """Carry out a stop. Raises MessageError for every other message."""
-        if not isinstance(message, Stop):
-            raise MessageError("protocol", SERVER_FULL, path="$.type", id=message.id)
-        return super().carry_out(message, now)
+        if not isinstance(partial.message, Stop):
+            raise MessageError("protocol", SERVER_FULL, path="$.type", id=partial.message.id)
+        return super().carry_out(partial, now)
 
     def receive(self, data: bytes | str) -> None:
         """Answer the first message, and close."""
@@ -235,12 +268,12 @@ def require_header(frame: Frame) -> None:
         raise MessageError("message", str(error), path=error.path, id=frame.id) from None
 
 
-def _read(data: bytes | str) -> ClientMessage:
-    """Decode a message. Raises MessageError."""
+def _read(data: bytes | str, materials: tuple[str, ...]) -> PartialMessage:
+    """Decode a message, a scene in part. Raises MessageError."""
     # A character has at least one byte, and text without others than ASCII exactly one.
     if isinstance(data, str) and (
         len(data) > MAX_TEXT_BYTES or (not data.isascii() and len(data.encode()) > MAX_TEXT_BYTES)
     ):
         text = f"$: text messages are at most {MAX_TEXT_BYTES} bytes; send MessagePack"
         raise MessageError("limit", text, path="$")
-    return decode(data)
+    return decode(data, materials)

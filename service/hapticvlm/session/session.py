@@ -7,6 +7,8 @@ changed.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import msgspec
 
 from hapticvlm.evidence.ambient import SceneView
@@ -16,6 +18,7 @@ from hapticvlm.messages import (
     ClientMessage,
     Frame,
     Hello,
+    LeftOut,
     MessageError,
     Ok,
     Scene,
@@ -65,6 +68,7 @@ class SceneSession:
         self._overrides = MaterialOverrides(settings.saved_materials)
         self._model = SceneModel(settings)
         self._frames = Frames()
+        self._told: set[str] = set()  # fields of touches that were named as changed
         plate = PlateTarget(settings.reading, settings.plate_resistance, settings.thermal_gain)
         self._touches = TouchTracker(self._model, self._frames, hold or Hold(), plate)
 
@@ -103,8 +107,21 @@ class SceneSession:
         """Number of contacts that made no impact because they came too late."""
         return self._touches.late_contacts
 
-    def receive(self, message: ClientMessage, now: float) -> list[Action]:
-        """Receive one message; raises MessageError if it is refused."""
+    def receive(
+        self, message: ClientMessage, now: float, left_out: Sequence[LeftOut] = ()
+    ) -> list[Action]:
+        """Receive one message; raises MessageError if it is refused.
+
+        `left_out` are the parts of it that its reader left out or changed. The answer names them:
+        for a scene all of them, for touches each kind once.
+        """
+        actions = self._carry_out(message, now)
+        if isinstance(message, Touch):
+            left_out = [part for part in left_out if part.path not in self._told]
+            self._told.update(part.path for part in left_out)
+        return [_with_left_out(action, left_out) for action in actions] if left_out else actions
+
+    def _carry_out(self, message: ClientMessage, now: float) -> list[Action]:
         if not self._model.surroundings.is_settled:
             self._model.surroundings.update(now)
         match message:
@@ -263,6 +280,14 @@ class SceneSession:
         if wanted.vibration_gain is not None:
             actions.append(SetGain(wanted.vibration_gain))
         return [*actions, Reply(Ok(id=wanted.id)), *self._touches.refresh()]
+
+
+def _with_left_out(action: Action, left_out: Sequence[LeftOut]) -> Action:
+    """Name the parts that were left out in an `ok`; other actions stay as they are."""
+    if not isinstance(action, Reply) or not isinstance(action.message, Ok):
+        return action
+    named = [*left_out, *(action.message.left_out or ())]
+    return Reply(msgspec.structs.replace(action.message, left_out=named))
 
 
 def skipped(reply_to: RequestId | None, reason: SkipReason) -> list[Action]:

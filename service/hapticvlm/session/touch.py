@@ -10,7 +10,7 @@ from collections.abc import Hashable, Mapping
 
 import msgspec
 
-from hapticvlm.messages import Decision, MessageError, Ok, Touch
+from hapticvlm.messages import Decision, LeftOut, MessageError, Ok, Touch
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.heat import limits as plate_limits
 from hapticvlm.rendering.heat.contact import PLATE_RESISTANCE, ThermalContact
@@ -27,11 +27,16 @@ from hapticvlm.session.actions import (
     Reply,
     RestPlate,
 )
-from hapticvlm.session.frames import Frames
+from hapticvlm.session.frames import LATE_S, Frames
 from hapticvlm.session.hands import LEASE_S, Hand, Hands, Hold
 from hapticvlm.session.scene_model import SceneModel
 from hapticvlm.session.targets import HandRegion, ThingTarget, whole
 
+LATE_PART = LeftOut(
+    path="captured_at",
+    text=f"the contact arrived more than {LATE_S:g} s after its capture: its impact is not played; "
+    "send touches at once, with the time of their capture",
+)
 NEUTRAL_HOLD_S = 30.0  # between touches the plate is kept neutral, not left to cool to the room
 
 
@@ -218,7 +223,8 @@ class TouchTracker:
             actions += self._play(hand, onset=onset and not is_late)
         elif vibrated and not hand.vibrates:
             actions.append(ReleaseHand(hand.number))
-        actions.append(Reply(Ok(id=touch.id)))
+        late = [LATE_PART] if is_late else None
+        actions.append(Reply(Ok(id=touch.id, left_out=late)))
         actions += self._announce(hand, cached=had_verdict)
         return [*actions, *self._recognise(hand)] if begins else actions
 

@@ -13,6 +13,7 @@ public static class Program
             case "allocations": return Allocations.PerFrame(int.Parse(arguments[1]));
             case "large": return Large.Build(int.Parse(arguments[1]));
             case "refused": return Scenes.Refused(arguments[1]);
+            case "scene-cases": return SceneCases.Feel(arguments[1], Console.In);
             case "restarts": return Scenes.Restarts(arguments[1], int.Parse(arguments[2]));
             case "surfaces": return Surfaces.Search(int.Parse(arguments[1]));
             case "bare": return Bare.Soak(arguments[1], arguments[2], int.Parse(arguments[3]), double.Parse(arguments[4]));

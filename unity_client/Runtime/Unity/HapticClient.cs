@@ -179,6 +179,7 @@ namespace HapticVLM
             var settings = new ConnectionSettings { Url = address, Token = isOverridden ? token : ServiceAddress.Token(token), ClientName = Name() };
             connection = new HapticConnection(settings);
             Follow(connection.Arrivals);
+            connection.Outbox.Scene.Cut += (id, text) => log.LeftOut(id, text, this);
             log.Restart();
             SendSettings();
             objects.Clear();

@@ -16,12 +16,19 @@ namespace HapticVLM
         /// <summary>The vibration of one hand from now on; raised if a Controller Haptics requested it.</summary>
         public event Action<Vibration> Vibrated;
 
+        /// <summary>The service refused a message; the console has the text, too, once.</summary>
+        public event Action<Error> Refused;
+
+        /// <summary>A part of the scene was left out or changed; the rest is felt. The console has the text, too, once.</summary>
+        public event Action<LeftOut> LeftOut;
+
         void Follow(Dispatcher arrivals)
         {
             arrivals.Decided += OnDecided;
             arrivals.Measured += OnMeasured;
             arrivals.Vibrated += OnVibrated;
             arrivals.Refused += OnRefused;
+            arrivals.LeftOut += OnLeftOut;
             arrivals.Failed += OnFailed;
             arrivals.StateChanged += OnStateChanged;
             arrivals.OwnershipChanged += OnOwnershipChanged;
@@ -51,6 +58,13 @@ namespace HapticVLM
         void OnRefused(Error error)
         {
             log.Refused(error.Code + ": " + error.Text, this);
+            if (Refused != null) Refused(error);
+        }
+
+        void OnLeftOut(LeftOut part)
+        {
+            log.LeftOut(part.Path, part.Text, this);
+            if (LeftOut != null) LeftOut(part);
         }
 
         void OnFailed(Exception error)

@@ -58,6 +58,12 @@ namespace HapticVLM
             Debug.LogWarning("HapticVLM: the service refused a message: " + text, client);
         }
 
+        public void LeftOut(string path, string text, HapticClient client)
+        {
+            if (refused.Count >= MaxRefusals || !refused.Add(text)) return;
+            Debug.LogWarning("HapticVLM: " + path + ": " + text, client);
+        }
+
         public void Failed(Exception error, HapticClient client)
         {
             if (refused.Count >= MaxRefusals || !refused.Add(error.Message)) return;

@@ -16,6 +16,8 @@ signal vibrated(vibration: Dictionary)
 signal measured(telemetry: Dictionary)
 ## The service refused a message or reported a fault: `code`, `text`, `path`.
 signal refused(error: Dictionary)
+## A part of the scene was not sent or not taken: `object_id`, `path`, `text`. The rest is felt.
+signal left_out(part: Dictionary)
 ## This scene gained or lost the outputs.
 signal ownership_changed(is_owner: bool)
 
@@ -61,12 +63,16 @@ var _took_at := -INF
 var _is_stopped := false
 var _has_touched := false
 var _knows_surfaces := false
+var _sent_objects := {}  # unanswered scene message -> its objects
+var _scene_refusal := ""  # the reason why a scene message was refused as a whole
+var _warned := {}
 
 
 func _enter_tree() -> void:
 	current = self
 	process_mode = Node.PROCESS_MODE_ALWAYS  # stay connected while the game is paused
 	process_priority = 1000  # run after the scene's nodes, so that their changes are sent in this frame
+	_registry.on_left_out = _leave_out
 	_link.on_message = _receive
 	_link.on_lost = _lose
 	connect_to(Link.address(), token)
@@ -155,6 +161,8 @@ func silence() -> String:
 		return "another scene owns the outputs: close it, or leave it idle for 30 s"
 	if _is_stopped:
 		return "stopped: release and touch again"
+	if not _scene_refusal.is_empty():
+		return "the service refused the scene: %s" % _scene_refusal
 	return "" if _has_touched else "no hand has touched an object yet"
 
 
@@ -170,6 +178,7 @@ func _receive(message: Dictionary, asked: String) -> void:
 		"ok":
 			if asked == "take":
 				_own(true)
+			_hear_what_was_left_out(message)
 		"decision":
 			decisions[message.get("object_id", "")] = message
 			decided.emit(message)
@@ -187,6 +196,9 @@ func _receive(message: Dictionary, asked: String) -> void:
 func _welcome(message: Dictionary) -> void:
 	decisions.clear()
 	_knows_surfaces = message["protocol"]["minor"] >= SURFACES_SINCE_MINOR
+	_sent_objects.clear()
+	_scene_refusal = ""
+	_registry.materials = message["materials"]
 	_registry.restart()
 	_send_scene()
 	_own(message["owner"])
@@ -207,7 +219,34 @@ func _refuse(message: Dictionary, asked: String) -> void:
 		_own(false)
 	if message["code"] == "unsafe":
 		_is_stopped = true
+	if asked == "scene":
+		_scene_refusal = message["text"]
+	if not message["code"] in ["unsafe", "not_owner"]:
+		_warn("the service refused a message: %s" % message["text"])
 	refused.emit(message)
+
+
+func _hear_what_was_left_out(message: Dictionary) -> void:
+	var id := int(message["id"])
+	var objects: Array = _sent_objects.get(id, [])
+	_sent_objects.erase(id)
+	for part: Dictionary in message.get("left_out", []):
+		var steps: PackedStringArray = part["path"].trim_prefix("objects[").split("]")
+		var number := int(steps[0]) if part["path"].begins_with("objects[") else objects.size()
+		var object: Dictionary = objects[number] if number < objects.size() else {}
+		_leave_out(object.get("object_id", ""), part["path"], part["text"])
+
+
+func _leave_out(object_id: String, path: String, text: String) -> void:
+	_warn("%s, %s: %s" % [object_id if not object_id.is_empty() else "a message", path, text])
+	left_out.emit({"object_id": object_id, "path": path, "text": text})
+
+
+## Shows a sentence among the debugger's warnings, once.
+func _warn(text: String) -> void:
+	if not _warned.has(text) and _warned.size() < 100:
+		_warned[text] = true
+		push_warning("HapticVLM: ", text)
 
 
 func _lose() -> void:
@@ -243,7 +282,7 @@ func _send_scene() -> void:
 	for news in _registry.take_changes():
 		if not _knows_surfaces:
 			news["objects"] = news["objects"].map(_without_surfaces)
-		_link.send("scene", news)
+		_sent_objects[_link.send("scene", news)] = news["objects"]
 
 
 static func _without_surfaces(object: Dictionary) -> Dictionary:

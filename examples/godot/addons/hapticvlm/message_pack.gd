@@ -28,21 +28,27 @@ static func _write(out: StreamPeerBuffer, value: Variant) -> void:
 			out.put_u32(value.size())
 			out.put_data(value)
 		TYPE_ARRAY:
-			out.put_u8(0xDC)
-			out.put_u16(value.size())
+			out.put_u8(0xDD)
+			out.put_u32(value.size())
 			for item: Variant in value:
 				_write(out, item)
 		TYPE_DICTIONARY:
-			out.put_u8(0xDE)
-			out.put_u16(value.size())
+			out.put_u8(0xDF)
+			out.put_u32(value.size())
 			for key: Variant in value:
 				_write(out, key)
 				_write(out, value[key])
+		TYPE_NIL:
+			out.put_u8(0xC0)
 		_:
+			if typeof(value) >= TYPE_PACKED_BYTE_ARRAY:  # one of the packed lists of numbers or texts
+				_write(out, Array(value))
+				return
+			push_error("hapticvlm: %s cannot be sent; use numbers, texts, lists and dictionaries" % type_string(typeof(value)))
 			out.put_u8(0xC0)
 
 
 static func _write_text(out: StreamPeerBuffer, text: PackedByteArray) -> void:
-	out.put_u8(0xDA)
-	out.put_u16(text.size())
+	out.put_u8(0xDB)
+	out.put_u32(text.size())
 	out.put_data(text)

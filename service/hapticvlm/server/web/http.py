@@ -76,6 +76,10 @@ class AccessPolicy:
             return None
         if self.lan_pages is not None and self.lan_pages.is_own_origin(origin, host):
             return None
+        if origin == "null":  # of every file and every sandboxed frame: no page may be named by it
+            return (
+                "a page without an origin is not allowed: serve it, with `hapticvlm serve --scene`"
+            )
         return f"Origin {origin[:80]!r} is not allowed: start with --allow-origin {origin[:80]}"
 
     def _is_ours(self, host: str | None) -> bool:

@@ -1098,6 +1098,60 @@ namespace HapticVLM.Wire
         public static readonly byte[] Tag = MsgPackWriter.Encoded("hello");
     }
 
+    /// <summary>A part of a request that was left out or changed; the rest was accepted.</summary>
+    public struct LeftOut
+    {
+        public string Path;
+        public string Text;
+
+        /// <summary>Appends this one; throws WireException if a field is missing.</summary>
+        public void Write(MsgPackWriter w)
+        {
+            int count = 2;
+            w.MapHeader(count);
+            if (Path == null) throw new WireException("leftout: path is missing");
+            w.Raw(LeftOutKeys.Path);
+            w.Str(Path);
+            if (Text == null) throw new WireException("leftout: text is missing");
+            w.Raw(LeftOutKeys.Text);
+            w.Str(Text);
+        }
+
+        /// <summary>Reads one; fields it does not know are passed over.</summary>
+        public static LeftOut Read(ref MsgPackReader r, StringPool pool)
+        {
+            long seen = 0;
+            var it = default(LeftOut);
+            for (int left = r.MapHeader(); left > 0; left--)
+            {
+                if (r.TryKey(LeftOutKeys.Path))
+                {
+                    it.Path = r.Str(pool);
+                    seen |= 1L;
+                }
+                else if (r.TryKey(LeftOutKeys.Text))
+                {
+                    it.Text = r.Str(pool);
+                    seen |= 2L;
+                }
+                else
+                {
+                    r.Skip();
+                    r.Skip();
+                }
+            }
+            if ((seen & 3L) != 3L)
+                throw new WireException("leftout: a required field is missing");
+            return it;
+        }
+    }
+
+    internal static class LeftOutKeys
+    {
+        public static readonly byte[] Path = MsgPackWriter.Encoded("path");
+        public static readonly byte[] Text = MsgPackWriter.Encoded("text");
+    }
+
     /// <summary>Limits that the service enforces.</summary>
     public struct Limits
     {
@@ -1350,16 +1404,24 @@ namespace HapticVLM.Wire
     public sealed class Ok
     {
         public long Id;
+        public List<LeftOut> LeftOut;
 
         /// <summary>Appends this one; throws WireException if a field is missing.</summary>
         public void Write(MsgPackWriter w)
         {
             int count = 2;
+            if (LeftOut != null) count++;
             w.MapHeader(count);
             w.Raw(OkKeys.Type);
             w.Raw(OkKeys.Tag);
             w.Raw(OkKeys.Id);
             w.Int(Id);
+            if (LeftOut != null)
+            {
+                w.Raw(OkKeys.LeftOut);
+                w.ArrayHeader(LeftOut.Count);
+                for (int i = 0; i < LeftOut.Count; i++) LeftOut[i].Write(w);
+            }
         }
 
         /// <summary>Reads one; fields it does not know are passed over.</summary>
@@ -1374,6 +1436,15 @@ namespace HapticVLM.Wire
                     Id = r.Int();
                     seen |= 1L;
                 }
+                else if (r.TryKey(OkKeys.LeftOut))
+                {
+                    if (!r.TryNil())
+                    {
+                        LeftOut = new List<LeftOut>();
+                        for (int items = r.ArrayHeader(); items > 0; items--)
+                            LeftOut.Add(HapticVLM.Wire.LeftOut.Read(ref r, pool));
+                    }
+                }
                 else
                 {
                     r.Skip();
@@ -1387,6 +1458,7 @@ namespace HapticVLM.Wire
         void Clear()
         {
             Id = default(long);
+            LeftOut = default(List<LeftOut>);
         }
     }
 
@@ -1394,6 +1466,7 @@ namespace HapticVLM.Wire
     {
         public static readonly byte[] Type = MsgPackWriter.Encoded("type");
         public static readonly byte[] Id = MsgPackWriter.Encoded("id");
+        public static readonly byte[] LeftOut = MsgPackWriter.Encoded("left_out");
         public static readonly byte[] Tag = MsgPackWriter.Encoded("ok");
     }
 

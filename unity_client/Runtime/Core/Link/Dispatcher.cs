@@ -7,12 +7,15 @@ namespace HapticVLM
     /// <summary>Collects messages on the receiving thread and raises their events on the main thread.</summary>
     public sealed class Dispatcher
     {
+        const int LongestPlainOk = 32; // bytes; one that names parts left out is longer
+
         readonly Inbox inbox = new Inbox();
         readonly StringPool pool = new StringPool();
         readonly Decision decision = new Decision();
         readonly Telemetry telemetry = new Telemetry();
         readonly Skipped skipped = new Skipped();
         readonly Error error = new Error();
+        readonly Ok ok = new Ok();
         readonly Vibration vibration = new Vibration();
         LinkState reportedState = LinkState.Closed;
         bool wasOwner;
@@ -33,6 +36,9 @@ namespace HapticVLM
 
         /// <summary>The service refused a message; the error states the reason.</summary>
         public event Action<Error> Refused;
+
+        /// <summary>A part of a message was left out or changed; the rest was accepted.</summary>
+        public event Action<LeftOut> LeftOut;
 
         public event Action<LinkState> StateChanged;
 
@@ -60,6 +66,7 @@ namespace HapticVLM
 
         internal void Add(ArraySegment<byte> message, Kind kind)
         {
+            if (kind == Kind.Ok && message.Count > LongestPlainOk) inbox.Add(message, kind);
             if (kind != Kind.Ok && kind != Kind.Other && kind != Kind.View) inbox.Add(message, kind);
         }
 
@@ -96,6 +103,7 @@ namespace HapticVLM
                 else if (kind == Kind.Telemetry) telemetry.Read(ref reader, pool);
                 else if (kind == Kind.Skipped) skipped.Read(ref reader, pool);
                 else if (kind == Kind.Vibration) vibration.Read(ref reader, pool);
+                else if (kind == Kind.Ok) ok.Read(ref reader, pool);
                 else error.Read(ref reader, pool);
             }
             catch (WireException)
@@ -112,6 +120,7 @@ namespace HapticVLM
             else if (kind == Kind.Telemetry && Measured != null) Measured(telemetry);
             else if (kind == Kind.Skipped && Skipped != null) Skipped(skipped);
             else if (kind == Kind.Vibration && Vibrated != null) Vibrated(vibration);
+            else if (kind == Kind.Ok && LeftOut != null && ok.LeftOut != null) ok.LeftOut.ForEach(LeftOut);
             else if (kind == Kind.Error && Refused != null) Refused(error);
         }
     }

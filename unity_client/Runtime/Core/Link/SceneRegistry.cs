@@ -29,6 +29,9 @@ namespace HapticVLM
         bool sendsAll = true;
         bool knowsSurfaces;
 
+        /// <summary>Called on the caller's thread with an object's id and a sentence when a text of it was cut.</summary>
+        public event Action<string, string> Cut;
+
         public int Count { get { lock (gate) return objects.Count; } }
 
         /// <summary>Adds or changes an object. Its texts are truncated to the limits of the protocol.</summary>
@@ -36,7 +39,9 @@ namespace HapticVLM
         {
             if (string.IsNullOrEmpty(sceneObject.ObjectId)) throw new WireException("an object of the scene needs an id");
             sceneObject.ObjectId = WireText.Within(sceneObject.ObjectId, SceneObject.ObjectIdMaxLength);
-            sceneObject.Name = WireText.Within(sceneObject.Name, SceneObject.NameMaxLength);
+            if (sceneObject.Name != null && sceneObject.Name.Length > SceneObject.NameMaxLength && Cut != null)
+                Cut(sceneObject.ObjectId, "its name has " + sceneObject.Name.Length + " characters and the limit is " + SceneObject.NameMaxLength + ": cut; shorten it");
+            sceneObject.Name = WireText.End(sceneObject.Name, SceneObject.NameMaxLength); // the object's own name, behind its parents'
             sceneObject.Material = WireText.Within(sceneObject.Material, SceneObject.MaterialMaxLength);
             sceneObject.Surfaces = Within(sceneObject.Surfaces);
             lock (gate)

@@ -21,6 +21,15 @@ namespace HapticVLM.Wire
             return IsWellFormed(cut) ? cut : Repaired(cut);
         }
 
+        /// <summary>Like Within, but keeps the end of the text.</summary>
+        public static string End(string text, int length)
+        {
+            if (text == null || text.Length <= length) return Within(text, length);
+            int start = text.Length - length;
+            if (char.IsLowSurrogate(text[start])) start++;
+            return Within(text.Substring(start), length);
+        }
+
         static bool IsWellFormed(string text)
         {
             for (int i = 0; i < text.Length; i++)

@@ -1,0 +1,44 @@
+/** Makes objects fit the protocol's limits before they are sent, and names each part that did not. */
+import {encode} from '@msgpack/msgpack';
+
+const LONGEST_NAME = 256; // characters
+const MOST = {stands_on: 16, surfaces: 64}; // entries of a list
+const MOST_OBJECTS = 1024; // of one message; the protocol allows 4096
+const MOST_BYTES = 1 << 20; // of one message; the protocol allows 4 MiB
+
+/**
+ * Returns an object as it is sent, and calls `say(path, text)` for each part that was changed. `materials` are those of
+ * the service: an older one refuses the whole scene for another.
+ */
+export function fitted(object, materials, say) {
+  const fits = {...object};
+  const letters = typeof fits.name === 'string' ? [...(fits.name.toWellFormed?.() ?? fits.name)] : [];
+  if (letters.length) fits.name = letters.slice(-LONGEST_NAME).join(''); // its end is the object's own name, the rest its parents'
+  if (letters.length > LONGEST_NAME) say('name', `it has ${letters.length} characters and the limit is ${LONGEST_NAME}: cut; shorten it`);
+  for (const [list, most] of Object.entries(MOST)) {
+    if (!(fits[list]?.length > most)) continue;
+    say(list, `it has ${fits[list].length} entries and the limit is ${most}: cut; shorten it`);
+    fits[list] = fits[list].slice(0, most);
+  }
+  if (fits.material != null && fits.material !== 'unknown' && materials.length && !materials.includes(fits.material)) {
+    say('material', `no material \`${fits.material}\`: left out; state one of ${materials.join(', ')}`);
+    delete fits.material;
+  }
+  return fits;
+}
+
+/** Splits objects into pieces that a message may have; there is at least one piece, which may be empty. */
+export function pieces(objects) {
+  const all = [[]];
+  let bytes = 0;
+  for (const object of objects) {
+    const size = encode(object, {ignoreUndefined: true}).length;
+    if (all.at(-1).length >= MOST_OBJECTS || (bytes + size > MOST_BYTES && bytes)) {
+      all.push([]);
+      bytes = 0;
+    }
+    all.at(-1).push(object);
+    bytes += size;
+  }
+  return all;
+}
