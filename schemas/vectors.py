@@ -28,6 +28,7 @@ from hapticvlm.messages import (
     SetpointRange,
     Skipped,
     Telemetry,
+    Textures,
     Transient,
     Vibration,
     View,
@@ -248,6 +249,7 @@ def service_messages() -> Iterator[tuple[str, ServiceMessage]]:
     yield "telemetry", telemetry
     yield "ownership, free", Ownership(id=0, owner=False, free=True)
     yield "ownership, of another", Ownership(id=0, owner=False, free=False)
+    yield "textures", Textures(id=0, hashes=["0123456789abcdef0123456789abcdef"])
     yield "skipped", Skipped(id=9, reason="superseded")
     yield "ok", Ok(id=7)
     part = LeftOut(path="objects[3].material", text="left out: no material `porcelain`")

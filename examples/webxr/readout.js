@@ -141,7 +141,7 @@ export class Readout {
   }
 }
 
-const SOURCES = {scene: 'stated by the scene', name: 'by its name', shader: 'by its shader', encoder: 'by its picture', vlm: 'by the model', unknown: 'not sure'};
+const SOURCES = {scene: 'stated by the scene', name: 'by its name', shader: 'by its shader', texture: 'by its texture', encoder: 'by its picture', vlm: 'by the model', unknown: 'not sure'};
 
 function why({source, confidence, material, runner_up: next}) {
   if (material === 'unknown') return next ? `perhaps ${next}` : SOURCES.unknown;

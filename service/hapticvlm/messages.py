@@ -55,10 +55,10 @@ Interaction = Literal["tap", "strike", "press", "slide", "carve", "swing"]
 """The kind of touch. A swing moves through the air and needs no contact."""
 HandName = Literal["left", "right"]
 """Each hand is rendered separately."""
-Rung = Literal["scene", "name", "shader", "encoder", "vlm", "unknown"]
+Rung = Literal["scene", "name", "shader", "texture", "encoder", "vlm", "unknown"]
 """`scene`: stated by the scene; `name`, `shader`: implied by the object's name or shader;
-`encoder`: recognised by the image network; `vlm`: recognised by the vision-language model;
-`unknown`: no source is sure enough."""
+`texture`: read off its texture map (since 1.2); `encoder`: recognised by the image network;
+`vlm`: recognised by the vision-language model; `unknown`: no source is sure enough."""
 AmbientSource = Literal["scene", "vlm", "default"]
 """`scene`: stated by the scene; `vlm`: estimated from a picture by the vision-language model;
 `default`: 22 degC."""
@@ -641,6 +641,19 @@ class Ownership(Wire, frozen=True, tag="ownership", tag_field="type"):
     """Whether nobody owns the outputs."""
 
 
+class Textures(Wire, frozen=True, tag="textures", tag_field="type"):
+    """The texture maps that the service asks for, each once. An event, since 1.2.
+
+    They are those of surfaces that names and shaders leave unsure. A scene answers each, when it
+    has time, by one `frame` of purpose `texture` that names an object and a surface with this map.
+    """
+
+    id: int
+    """Always 0: an event."""
+    hashes: list[ContentHash]
+    """Hashes as the scene's surfaces state them in `texture`."""
+
+
 class Skipped(Wire, frozen=True, tag="skipped", tag_field="type"):
     """The reply to a frame that was dropped."""
 
@@ -682,7 +695,7 @@ class Error(Wire, frozen=True, tag="error", tag_field="type"):
 
 
 ServiceMessage = (
-    Welcome | Decision | Telemetry | View | Vibration | Ownership | Skipped | Ok | Error
+    Welcome | Decision | Telemetry | View | Vibration | Ownership | Textures | Skipped | Ok | Error
 )
 
 _msgpack_decoder: msgspec.msgpack.Decoder[ClientMessage] = msgspec.msgpack.Decoder(ClientMessage)

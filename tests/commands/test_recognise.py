@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from drawn_textures import planks, weave
 from grounds import drawn
 from in_process import Outcome, hapticvlm
 from numpy.typing import NDArray
@@ -347,3 +348,41 @@ def test_a_network_in_a_file_is_fitted_on_first_use(
         assert outcome.code == 0, outcome.err
         assert set(outcome.rows[0]["beliefs"]) <= {"wood", "glass"}
     assert len(list(tmp_path.rglob("gallery-*.npz"))) == 1  # fitted once
+
+
+def test_texture_maps_are_read_as_surfaces_with_what_the_shader_says(tmp_path: Path) -> None:
+    boards = save(tmp_path / "a.png", planks())
+    cloth = save(tmp_path / "b.png", weave())
+    rows = recognise("--texture", "--json", boards, cloth).rows
+    assert [(row["material"], row["source"]) for row in rows] == [
+        ("wood", "texture"),
+        ("fabric", "texture"),
+    ]
+    [shaded] = recognise("--texture", "--json", "--metallic", "1", "--roughness", "0.2", cloth).rows
+    assert (shaded["material"], shaded["source"]) == ("metal", "shader")
+
+
+def test_the_region_of_an_atlas_is_read_by_itself(tmp_path: Path) -> None:
+    atlas = save(tmp_path / "atlas.png", np.hstack([planks(), weave()]))
+    for region, material in (("0,0,0.5,1", "wood"), ("0.5,0,0.5,1", "fabric")):
+        [row] = recognise("--texture", "--json", "--region", region, atlas).rows
+        assert best(row) == material
+
+
+@pytest.mark.parametrize(
+    ("options", "named"),
+    [
+        (("--region", "0,0,1,1"), "--texture"),
+        (("--metallic", "1"), "--texture"),
+        (("--texture", "--no-outline"), "--no-outline"),
+        (("--texture", "--region", "0,0,1"), "X,Y,W,H"),
+        (("--texture", "--region", "0.5,0,0.6,1"), "0..1"),
+        (("--texture", "--roughness", "2"), "0..1"),
+    ],
+)
+def test_options_of_textures_are_refused_where_they_mean_nothing(
+    tmp_path: Path, options: tuple[str, ...], named: str
+) -> None:
+    refused = recognise(*options, save(tmp_path / "a.png", grain(1)))
+    assert refused.code == 2
+    assert named in refused.err

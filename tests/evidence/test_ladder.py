@@ -130,6 +130,14 @@ def test_beside_a_name_a_shader_counts_less_the_surer_the_name_is() -> None:
     assert against[2]["metal"] < against[2]["wood"]
 
 
+def test_beside_a_texture_map_a_frame_counts_less_since_it_shows_the_same_pixels() -> None:
+    frame = says("encoder", wood=0.6)
+    alone = pool([frame, says("vlm", wood=0.6)])
+    assert pool([frame, says("texture", wood=0.6)])["wood"] < alone["wood"]
+    assert pool([frame, says("texture", wood=0.6)])["wood"] > 0.6
+    assert decide([says("texture", wood=0.85), says("encoder", metal=0.7)]).source == "texture"
+
+
 def test_the_source_is_the_rung_that_speaks_most_for_the_answer() -> None:
     evidence = [says("name", wood=0.3, metal=0.3), says("encoder", wood=0.75)]
     assert decide(evidence).source == "encoder"

@@ -101,6 +101,27 @@ def test_flat_pictures_are_read_by_a_layer_of_their_own_that_is_saved(tmp_path: 
     assert one.match(references[0], is_flat=True).material == gallery.materials[0]
 
 
+def test_texture_maps_are_read_by_a_layer_of_their_own_that_is_saved(tmp_path: Path) -> None:
+    encoder = load_encoder()
+    bias = np.array([0.0, 2.0, 0.0], np.float32)
+    constants = Calibration(12.0, 1.0, -1000.0, 0.0, even_slope=20.0, even=0.5)
+    gallery = replace(
+        small(encoder.name),
+        references=unit(1, 6, encoder.dimension),
+        calibration=constants,
+        texture_layer=LinearLayer(np.zeros((encoder.dimension, 3), np.float32), bias),
+    )
+    save_gallery(gallery, tmp_path / "my.npz")
+    loaded = load_gallery(tmp_path / "my.npz", encoder=encoder)
+    alike = np.repeat(unit(5, 1, encoder.dimension), 6, axis=0)
+    different = np.eye(6, encoder.dimension, dtype=np.float32)
+    for each in (gallery, loaded):
+        sure = each.match_texture(alike)
+        assert (sure.rung, sure.material) == ("texture", gallery.materials[1])
+        assert sure.confidence > 0.5
+        assert each.match_texture(different).confidence < 0.01
+
+
 def test_a_file_from_before_flat_pictures_had_a_scale_treats_them_like_others(
     tmp_path: Path,
 ) -> None:

@@ -1,6 +1,6 @@
 // Made from schemas/asyncapi.yaml by tests/contract/types.mjs; not edited by hand.
 
-export type Socket = Welcome | Decision | Telemetry | View | Vibration | Ownership | Skipped | Ok | Error;
+export type Socket = Welcome | Decision | Telemetry | View | Vibration | Ownership | Textures | Skipped | Ok | Error;
 
 /**
  * The first message of every connection.
@@ -641,7 +641,7 @@ export interface Decision {
    */
   'confidence': number;
   /**
-   * `scene`: stated by the scene; `name`, `shader`: implied by the object's name or shader; `encoder`: recognised by the image network; `vlm`: recognised by the vision-language model; `unknown`: no source is sure enough.
+   * `scene`: stated by the scene; `name`, `shader`: implied by the object's name or shader; `texture`: read off its texture map (since 1.2); `encoder`: recognised by the image network; `vlm`: recognised by the vision-language model; `unknown`: no source is sure enough.
    */
   'source': Rung;
   /**
@@ -755,16 +755,16 @@ export interface Decision {
 }
 
 /**
- * `scene`: stated by the scene; `name`, `shader`: implied by the object's name or shader; `encoder`: recognised by the image network; `vlm`: recognised by the vision-language model; `unknown`: no source is sure enough.
+ * `scene`: stated by the scene; `name`, `shader`: implied by the object's name or shader; `texture`: read off its texture map (since 1.2); `encoder`: recognised by the image network; `vlm`: recognised by the vision-language model; `unknown`: no source is sure enough.
  */
-export type Rung = "encoder" | "name" | "scene" | "shader" | "unknown" | "vlm";
+export type Rung = "encoder" | "name" | "scene" | "shader" | "texture" | "unknown" | "vlm";
 
 /**
  * Evidence from one source.
  */
 export interface EvidenceItem {
   /**
-   * `scene`: stated by the scene; `name`, `shader`: implied by the object's name or shader; `encoder`: recognised by the image network; `vlm`: recognised by the vision-language model; `unknown`: no source is sure enough.
+   * `scene`: stated by the scene; `name`, `shader`: implied by the object's name or shader; `texture`: read off its texture map (since 1.2); `encoder`: recognised by the image network; `vlm`: recognised by the vision-language model; `unknown`: no source is sure enough.
    */
   'rung': Rung;
   /**
@@ -978,6 +978,24 @@ export interface Ownership {
    * Whether nobody owns the outputs.
    */
   'free': boolean;
+}
+
+/**
+ * The texture maps that the service asks for, each once. An event, since 1.2.
+ *
+ * They are those of surfaces that names and shaders leave unsure. A scene answers each, when it
+ * has time, by one `frame` of purpose `texture` that names an object and a surface with this map.
+ */
+export interface Textures {
+  'type': 'textures';
+  /**
+   * Always 0: an event.
+   */
+  'id': number;
+  /**
+   * Hashes as the scene's surfaces state them in `texture`.
+   */
+  'hashes': string[];
 }
 
 /**

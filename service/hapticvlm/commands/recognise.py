@@ -16,9 +16,11 @@ from hapticvlm.errors import UsageError
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
     from hapticvlm.evidence.ladder import Verdict
+    from hapticvlm.messages import Frame, Region
     from hapticvlm.vision.frame_recogniser import FrameRecogniser
 
 DIGITS = 4  # of a confidence in JSON
+LEAST = 1e-4  # belief that is printed
 WIDEST = 60  # characters of a path, before the columns move
 
 _DESCRIPTION = """
@@ -27,7 +29,9 @@ name of a file. Pictures are JPEG, PNG or WebP. A folder stands for the pictures
 its sub-folders. Without a mask the whole picture is recognised: crop it to the object. A thing on a
 plain ground is outlined and recognised by itself, too; the mean of both counts. If the best
 guess is more likely wrong than right, the material is `unknown` and the guess is the runner-up.
-Exit code 1: a picture could not be read; 2: no picture was found, or an option is wrong.
+With --texture the pictures are the base-colour maps of surfaces, read as the service reads those
+that a scene sends. Exit code 1: a picture could not be read; 2: no picture was found, or an option
+is wrong.
 """
 
 
@@ -52,6 +56,8 @@ def add(commands: Commands) -> None:
         examples=(
             "hapticvlm recognise photo.jpg frames/",
             "hapticvlm recognise photo.jpg --among wood,glass --top 3",
+            "hapticvlm recognise --texture planks_basecolor.png --metallic 0",
+            "hapticvlm recognise --texture atlas.png --region 0,0.5,0.25,0.25",
         ),
     )
     recognise.set_defaults(run=_recognise)
@@ -66,6 +72,23 @@ def add(commands: Commands) -> None:
         "a folder with NAME.png for NAME.jpg",
     )
     add_outline(recognise)
+    recognise.add_argument(
+        "--texture", action="store_true", help="the pictures are texture maps of surfaces"
+    )
+    recognise.add_argument(
+        "--region",
+        type=_region,
+        metavar="X,Y,W,H",
+        help="the part of each map that the surface uses, in fractions from the top left (all of "
+        "it); needs --texture",
+    )
+    for name, meaning in (("metallic", "1 is a metal"), ("roughness", "0 is a mirror")):
+        recognise.add_argument(
+            f"--{name}",
+            type=_fraction,
+            metavar="0..1",
+            help=f"{name} of the surface, or the mean of its map: {meaning}; needs --texture",
+        )
     add_json(recognise)
     recognise.add_argument(
         "--top", type=_count, metavar="N", help="also print the N most probable materials"
@@ -93,6 +116,7 @@ def _recognise(options: argparse.Namespace) -> int:
 
     if options.mask is not None and not options.mask.exists():
         raise UsageError(f"--mask {options.mask}: no such file or folder")
+    _check_texture(options)
     paths = _find(options.paths)
     if not any(path.is_file() for path in paths):
         first = "" if options.paths[0].exists() else f"{options.paths[0]}: no such file; "
@@ -114,6 +138,38 @@ def _recognise(options: argparse.Namespace) -> int:
         failed |= answer.error is not None
         _print(answer, None if options.json else width, options.top)
     return 1 if failed else 0
+
+
+def _check_texture(options: argparse.Namespace) -> None:
+    """Refuse options of textures without --texture, and those of other pictures with it."""
+    if options.texture:
+        if options.mask is not None or not options.outline:
+            raise UsageError("--texture: a map has no outline; leave --mask and --no-outline out")
+        return
+    for name in ("region", "metallic", "roughness"):
+        if getattr(options, name) is not None:
+            raise UsageError(f"--{name}: only for texture maps; add --texture")
+
+
+def _region(text: str) -> Region:
+    """Read four fractions separated by commas. Raises ArgumentTypeError."""
+    from hapticvlm.messages import Region
+
+    try:
+        x, y, w, h = (float(part) for part in text.split(","))
+    except ValueError:
+        problem = f"{text}: four fractions X,Y,W,H are needed, e.g. 0,0.5,0.25,0.25"
+        raise argparse.ArgumentTypeError(problem) from None
+    if not (0.0 <= x < 1.0 and 0.0 <= y < 1.0 and 0.0 < w <= 1.0 - x and 0.0 < h <= 1.0 - y):
+        raise argparse.ArgumentTypeError(f"{text}: must lie within the map, 0..1")
+    return Region(x=x, y=y, w=w, h=h)
+
+
+def _fraction(text: str) -> float:
+    value = float(text)
+    if not 0.0 <= value <= 1.0:
+        raise argparse.ArgumentTypeError(f"{text}: must be within 0..1")
+    return value
 
 
 def _among(text: str, candidates: Sequence[str]) -> frozenset[str]:
@@ -168,6 +224,9 @@ def _answers(
     for path in paths:
         try:
             frame = read_frame(path, _mask_of(path, options.mask))
+            if options.texture:
+                yield _texture_answer(path, frame, options, recogniser, among)
+                continue
             frames = views(frame) if options.outline else [frame]
             evidence = fuse([recogniser.compare(shown, [shown.region])[0] for shown in frames])
             evidence = restrict(evidence, among)
@@ -176,6 +235,27 @@ def _answers(
             yield Answer(path, error=str(error))
         except PictureError as error:
             yield Answer(path, error=f"{path}: {error}")
+
+
+def _texture_answer(
+    path: Path,
+    frame: Frame,
+    options: argparse.Namespace,
+    recogniser: FrameRecogniser,
+    among: frozenset[str] | None,
+) -> Answer:
+    """Read a texture map beside what its shader implies. Raises PictureError."""
+    from msgspec.structs import replace
+
+    from hapticvlm.evidence.ladder import decide, restrict
+    from hapticvlm.evidence.shader import from_shader
+
+    shader = from_shader(options.metallic, options.roughness, None, None)
+    texture = recogniser.read_texture(replace(frame, region=options.region))
+    evidence = [restrict(item, among) for item in (shader, texture) if item is not None]
+    verdict = decide(evidence)
+    beliefs = sorted(verdict.beliefs.items(), key=lambda item: -item[1])
+    return Answer(path, verdict, tuple(item for item in beliefs if item[1] >= LEAST))
 
 
 def _mask_of(path: Path, masks: Path | None) -> Path | None:

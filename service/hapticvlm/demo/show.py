@@ -20,6 +20,7 @@ SOURCES = {
     "scene": "the scene says so",
     "name": "by its name",
     "shader": "by its shader",
+    "texture": "by its texture",
     "encoder": "by its picture",
     "vlm": "by the VLM",
     "unknown": "not sure enough",

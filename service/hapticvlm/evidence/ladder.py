@@ -1,11 +1,11 @@
 """Pools evidence on a material, decides when it suffices, and gives the verdict. Pure.
 
-*Pooling rungs.* Each rung (the scene's statement, a name, a shader, pixels, a VLM) gives a belief
-b_r(m) in each of C materials and leaves u_r = 1 - sum b_r open. Rungs observe different things, so
-their beliefs are multiplied, as independent evidence is: the pool is log-linear. The open part of a
-rung is first spread evenly, so that what it does not know is no evidence against anything. The
-product then contains the case that all rungs know nothing, which is subtracted again and stays
-open, so that a single rung is believed as it is:
+*Pooling rungs.* Each rung (the scene's statement, a name, a shader, a texture map, pixels, a VLM)
+gives a belief b_r(m) in each of C materials and leaves u_r = 1 - sum b_r open. Rungs observe
+different things, so their beliefs are multiplied, as independent evidence is: the pool is
+log-linear. The open part of a rung is first spread evenly, so that what it does not know is no
+evidence against anything. The product then contains the case that all rungs know nothing, which is
+subtracted again and stays open, so that a single rung is believed as it is:
 
   p(m) ~ prod_r (b_r(m) + u_r / C)^w_r - prod_r (u_r / C)^w_r.
 
@@ -44,12 +44,16 @@ FLOOR = 1e-4  # least belief of a rung in any material, so that no rung can excl
 # exponent by this much. All other exponents are 1.
 SHARED_HINTS = 0.3
 
+# A frame shows the texture map on its object, and one network reads both. A map that leaves nothing
+# open reduces the encoder's exponent by this much: our choice.
+SHARED_PIXELS = 0.5
+
 # For recognitions of one object; chosen on drifting crops of training pictures, none of them held
 # back.
 MEMORY = 32  # recognitions that count equally; older ones fade
 CHANGE = 4  # in a row: fewer would flip during blurred frames, more would delay a change
 
-_ORDER: tuple[Rung, ...] = ("scene", "name", "shader", "encoder", "vlm", "unknown")
+_ORDER: tuple[Rung, ...] = ("scene", "name", "shader", "texture", "encoder", "vlm", "unknown")
 
 
 @dataclass(frozen=True, slots=True)
@@ -246,12 +250,17 @@ def _with_statement(
 def _weight(item: Evidence, informative: Sequence[Evidence]) -> float:
     if item.rung == "unknown":
         return 0.0
-    if item.rung != "shader":
-        return 1.0
-    named = [
-        sum(belief for _, belief in other.beliefs) for other in informative if other.rung == "name"
-    ]
-    return 1.0 - SHARED_HINTS * min(1.0, max(named, default=0.0))
+    if item.rung == "shader":
+        return 1.0 - SHARED_HINTS * _mass("name", informative)
+    if item.rung == "encoder":
+        return 1.0 - SHARED_PIXELS * _mass("texture", informative)
+    return 1.0
+
+
+def _mass(rung: Rung, informative: Sequence[Evidence]) -> float:
+    """Return the part of the belief that this rung does not leave open, 0 where it is absent."""
+    sums = [sum(belief for _, belief in item.beliefs) for item in informative if item.rung == rung]
+    return min(1.0, max(sums, default=0.0))
 
 
 def _share(item: Evidence, classes: Sequence[str]) -> float:

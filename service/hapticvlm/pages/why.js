@@ -3,11 +3,12 @@ import { byId, degrees, list, make, percent, setText } from "./dom.js";
 import { NEUTRAL_C, materialColour, warmthColour, warmthWord } from "./feel.js";
 import { OBJECT as TEST_TOUCH } from "./trial.js";
 
-const RUNGS = ["scene", "name", "shader", "encoder", "vlm"];
+const RUNGS = ["scene", "name", "shader", "texture", "encoder", "vlm"];
 const RUNG_WORDS = {
   scene: "stated by the scene",
   name: "from its name",
   shader: "from its shader parameters",
+  texture: "read off its texture map",
   encoder: "recognised by the encoder",
   vlm: "from the vision-language model",
   unknown: "no rung is sure",

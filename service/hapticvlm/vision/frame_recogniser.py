@@ -19,12 +19,13 @@ from numpy.typing import NDArray
 from hapticvlm.evidence.ambient import SceneView
 from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.messages import Frame, Region
-from hapticvlm.vision import pictures
+from hapticvlm.vision import pictures, texture_verdicts, textures
 from hapticvlm.vision.encoders.encoder import Encoder, EncoderError
 from hapticvlm.vision.flatness import is_flat
 from hapticvlm.vision.galleries.gallery import Gallery
 from hapticvlm.vision.pictures import PictureError
 from hapticvlm.vision.scene_references import SceneReferences
+from hapticvlm.vision.texture_verdicts import TextureVerdicts
 
 if TYPE_CHECKING:
     from hapticvlm.vision.remote.client import RemoteRecogniser
@@ -71,8 +72,13 @@ class FrameRecogniser:
     """Recognises pictures one after the other; remembers the last picture of each object."""
 
     def __init__(
-        self, encoder: Encoder, gallery: Gallery, remote: RemoteRecogniser | None = None
+        self,
+        encoder: Encoder,
+        gallery: Gallery,
+        remote: RemoteRecogniser | None = None,
+        verdicts: TextureVerdicts | None = None,
     ) -> None:
+        self._verdicts = verdicts or TextureVerdicts(None)
         self._encoder = encoder
         self._gallery = gallery
         self._remote = remote
@@ -104,6 +110,18 @@ class FrameRecogniser:
         pairs = zip(embeddings, map(is_flat, crops), strict=True)
         return [self._gallery.match(embedding, is_flat=flat) for embedding, flat in pairs]
 
+    def read_texture(self, frame: Frame) -> Evidence:
+        """Read the material of a texture map, or of the region of it that the frame names.
+
+        A map that was read before is not read again. Raises PictureError and EncoderError.
+        """
+        key = texture_verdicts.key_of(frame)
+        evidence = self._verdicts.get(key)
+        if evidence is None:
+            evidence = textures.read(frame, self._encoder, self._gallery)
+            self._verdicts.put(key, evidence)
+        return evidence
+
     def recognise(
         self,
         frame: Frame,
@@ -122,6 +140,8 @@ class FrameRecogniser:
         part of the result.
         """
         stages = {"queue": waited_ms}
+        if frame.purpose == "texture":
+            return self._texture(frame, stages)
         started = time.perf_counter()
         if self._remote is not None:
             self._follow(self._remote)
@@ -142,6 +162,18 @@ class FrameRecogniser:
         if self._is_unchanged(subject, crop, digest) and may_skip:
             return Recognition(None, stages)
         return self._match(frame, crop, shown, stages)
+
+    def _texture(self, frame: Frame, stages: dict[str, float]) -> Recognition:
+        """Read a texture map on this machine; adds to `stages`."""
+        started = time.perf_counter()
+        try:
+            evidence = self.read_texture(frame)
+        except PictureError as error:
+            return Recognition(None, stages, error=str(error), error_path=error.path)
+        except EncoderError as error:
+            return Recognition(None, stages, error=str(error), is_our_fault=True)
+        stages["texture"], _ = _lap(started)
+        return Recognition(evidence, stages)
 
     def _match(
         self,

@@ -268,6 +268,20 @@ def whole(frame: messages.Frame, side: int) -> tuple[Pixels, messages.Region]:
     return pixels, region
 
 
+def cut_region(frame: messages.Frame, region: messages.Region, side: int) -> Pixels:
+    """Decode a region at the largest reduction with `side` px or more a side: (H, W, 3) uint8.
+
+    Raises PictureError.
+    """
+    check_header(frame)
+    box = _region_box(frame, region)
+    pixels = decode_upright(frame, _reduction(frame, box, side))
+    x = pixels.shape[1] / frame.width
+    y = pixels.shape[0] / frame.height
+    left, top = floor(box[0] * x), floor(box[1] * y)
+    return pixels[top : max(top + 1, round(box[3] * y)), left : max(left + 1, round(box[2] * x))]
+
+
 def thumbnail(frame: messages.Frame, side: int) -> Thumbnail:
     """Return the whole frame, upright, at most `side` px a side. Raises PictureError."""
     import simplejpeg
@@ -369,10 +383,10 @@ def _crop(frame: messages.Frame, pixels: Pixels, cut: tuple[Box, Pixels | None],
     box, mask = cut
     x = pixels.shape[1] / frame.width
     y = pixels.shape[0] / frame.height
-    image = _resize(pixels, (box[0] * x, box[1] * y, box[2] * x, box[3] * y), side)
+    image = resize(pixels, (box[0] * x, box[1] * y, box[2] * x, box[3] * y), side)
     if mask is None:
         return Crop(image, central_mask(side))
-    inside = _resize(mask, (0.0, 0.0, float(mask.shape[1]), float(mask.shape[0])), side)
+    inside = resize(mask, (0.0, 0.0, float(mask.shape[1]), float(mask.shape[0])), side)
     half = min(128, int(inside.max()))  # in a mask of thin lines no cell is half covered
     return Crop(image, _levels(inside >= half))
 
@@ -394,8 +408,8 @@ def _region_box(frame: messages.Frame, region: messages.Region | None) -> Box:
     return left, top, right, bottom
 
 
-def _resize(pixels: Pixels, box: tuple[float, float, float, float], side: int) -> Pixels:
-    """Cut a box, in px, out of pixels and resize it to a square."""
+def resize(pixels: Pixels, box: tuple[float, float, float, float], side: int) -> Pixels:
+    """Cut a box (left, top, right, bottom, px) out of pixels and resize it to (side, side, 3)."""
     from PIL import Image
 
     left, top, right, bottom = box

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import msgspec
 
+from hapticvlm.cache_folder import cache_folder
 from hapticvlm.errors import out_of_memory
 from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.messages import Frame
@@ -29,7 +30,7 @@ from hapticvlm.processes.model_worker import (
 )
 from hapticvlm.processes.priority import lower_priority
 from hapticvlm.processes.supervised import START_S, Started
-from hapticvlm.vision import pictures
+from hapticvlm.vision import pictures, texture_verdicts
 from hapticvlm.vision.encoders.encoder import EncoderError
 from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.frame_recogniser import FrameRecogniser, Recognition, SceneContext
@@ -37,6 +38,7 @@ from hapticvlm.vision.galleries.storage import load_gallery
 from hapticvlm.vision.galleries.user_materials import UserMaterial, table_with
 from hapticvlm.vision.pictures import Thumbnail
 from hapticvlm.vision.remote.settings import RemoteSettings, RemoteState
+from hapticvlm.vision.texture_verdicts import TextureVerdicts
 
 if TYPE_CHECKING:
     from hapticvlm.vision.remote.client import RemoteRecogniser
@@ -223,7 +225,9 @@ def _load(
     gallery = load_gallery(
         settings.gallery, encoder=encoder, user_materials=settings.user_materials
     )
-    recogniser = FrameRecogniser(encoder, gallery, remote)
+    name = texture_verdicts.file_name(encoder, gallery)
+    verdicts = TextureVerdicts(None if name is None else cache_folder() / name)
+    recogniser = FrameRecogniser(encoder, gallery, remote, verdicts)
     # The first inference allocates buffers that later ones reuse, and takes much longer. It runs
     # here, while the service still reports that it is starting. It also fails here for a network
     # that loads but cannot run, before a scene depends on it.

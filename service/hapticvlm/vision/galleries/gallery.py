@@ -17,6 +17,13 @@ share them. Only pictures of flat colours (vision/flatness.py) have a layer and 
 own, because the encoder is out of its depth there: `flat_layer` takes the place of the layer, and
 the logits are multiplied by `flat` as well.
 
+Texture maps (vision/textures.py) have a layer of their own too, without references: their belief is
+
+    p(one) mean_w softmax(texture (W e_w + b))_c,   p(one) = 1 / (1 + exp(-even_slope (a - even))),
+
+over the windows w of a map, with a the mean cosine of their embeddings: windows that differ show
+more than one material.
+
 User references are a second gallery with its own calibration (`Gallery.user`). Within the user's
 materials the shipped beliefs count too, with the exponent `share`; the part of the belief that the
 user references do not claim goes to the shipped gallery with all its materials. Reads no file.
@@ -24,6 +31,7 @@ user references do not claim goes to the shipped gallery with all its materials.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -54,6 +62,9 @@ class Calibration:
     scale: float = 1.0
     share: float = SHIPPED_SHARE
     flat: float = 1.0
+    texture: float = 1.0
+    even_slope: float = 1.0
+    even: float = -1000.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,6 +84,7 @@ class Gallery:
     the class of each material that the shipped gallery lacks. places: (R,), the number of the
     picture that a reference was made from, among those of its material; None if unknown.
     flat_layer: the layer for pictures of flat colours; None if `layer` serves them too.
+    texture_layer: the layer for texture maps; None if none was taught, and maps are not read.
     """
 
     encoder: str
@@ -85,6 +97,7 @@ class Gallery:
     parents: Mapping[str, str] = field(default_factory=dict)
     places: Indices | None = None
     flat_layer: LinearLayer | None = None
+    texture_layer: LinearLayer | None = None
 
     @property
     def candidates(self) -> tuple[str, ...]:
@@ -103,9 +116,20 @@ class Gallery:
         beliefs = self.beliefs(embedding[None], np.array([is_flat]))[0]
         if not np.isfinite(beliefs).all():  # references that are not finite
             return Evidence("encoder", ())
-        pairs = zip(self.candidates, beliefs.tolist(), strict=True)
-        ranked = sorted(pairs, key=lambda item: -item[1])
-        return Evidence("encoder", tuple(item for item in ranked if item[1] >= FLOOR))
+        return Evidence("encoder", _ranked(self.candidates, beliefs))
+
+    def match_texture(self, windows: Floats) -> Evidence:
+        """Read windows of one texture map, embeddings (N, D); N is at least 2.
+
+        The part that the beliefs lack to 1 is unknown; without a layer for maps that is all of it.
+        """
+        layer = self.texture_layer
+        if layer is None:
+            return Evidence("texture", ())
+        logits = windows.astype(np.float64) @ layer.weights + layer.bias
+        means = softmax(self.calibration.texture * logits).mean(axis=0)
+        believed = _are_even(windows, self.calibration) * means
+        return Evidence("texture", _ranked(self.materials, believed))
 
     def beliefs(self, embeddings: Floats, flat: NDArray[np.bool_] | None = None) -> Doubles:
         """Return beliefs in the candidates, of (N, D) embeddings: (N, C); the rest is unknown.
@@ -183,6 +207,26 @@ def known(scores: Doubles, calibration: Calibration) -> Doubles:
     """Return the belief that (N, C) scores belong to any of the materials: (N,)."""
     power = -calibration.slope * (scores.max(axis=1) - calibration.threshold)
     return np.asarray(1.0 / (1.0 + np.exp(np.minimum(power, 700.0))))
+
+
+def agreement(windows: Floats) -> float:
+    """Return the mean cosine between two of N >= 2 embeddings (N, D) of unit norm."""
+    count = len(windows)
+    total = windows.sum(axis=0, dtype=np.float64)
+    return float((total @ total - count) / (count * (count - 1)))
+
+
+def _are_even(windows: Floats, calibration: Calibration) -> float:
+    """Return the belief that windows of a texture map show one material."""
+    power = -calibration.even_slope * (agreement(windows) - calibration.even)
+    return 1.0 / (1.0 + math.exp(min(power, 700.0)))
+
+
+def _ranked(names: Sequence[str], beliefs: Doubles) -> tuple[tuple[str, float], ...]:
+    """Return the materials with a belief, the best first, without UNKNOWN."""
+    pairs = zip(names, beliefs.tolist(), strict=True)
+    kept = [pair for pair in pairs if pair[1] >= FLOOR and pair[0] != UNKNOWN]
+    return tuple(sorted(kept, key=lambda item: -item[1]))
 
 
 def softmax(logits: Doubles) -> Doubles:

@@ -1,9 +1,9 @@
 """Reads and writes galleries: a .npz file, or a folder with one and the user's materials.
 
 A file holds encoder, materials, references, labels and calibration, and optionally a linear layer,
-one for pictures of flat colours (`flat_layer`), the picture of each reference (`places`), and user
-references with the same keys under `own_`. User references are calibrated again, by leaving each
-picture out, whenever a gallery is loaded.
+one for pictures of flat colours (`flat_layer`), one for texture maps (`texture_layer`), the picture
+of each reference (`places`), and user references with the same keys under `own_`. User references
+are calibrated again, by leaving each picture out, whenever a gallery is loaded.
 """
 
 from __future__ import annotations
@@ -234,8 +234,10 @@ def _arrays(gallery: Gallery) -> dict[str, NDArray[np.generic]]:
         arrays["places"] = gallery.places.astype(np.int64)
     if gallery.layer is not None:
         arrays["layer"] = _rows(gallery.layer).astype(np.float32)
-    if gallery.flat_layer is not None:
-        arrays["flat_layer"] = _rows(gallery.flat_layer).astype(np.float16)  # half the bytes do
+    further = {"flat_layer": gallery.flat_layer, "texture_layer": gallery.texture_layer}
+    for name, layer in further.items():
+        if layer is not None:
+            arrays[name] = _rows(layer).astype(np.float16)  # half the bytes do
     return arrays
 
 
@@ -253,16 +255,24 @@ def _parse(path: Path, encoder: str, arrays: Mapping[str, NDArray[np.generic]]) 
     if not is_sharp or not np.isfinite(astuple(calibration)).all():
         raise GalleryError(f"{path}: its calibration is broken; build it again")
     norms = np.linalg.norm(references, axis=1, keepdims=True)
-    layer, flat_layer = (
+    layer, flat_layer, texture_layer = (
         _layer(path, arrays[name].astype(np.float32), references, names) if name in arrays else None
-        for name in ("layer", "flat_layer")
+        for name in ("layer", "flat_layer", "texture_layer")
     )
     places = arrays["places"].astype(np.int64) if "places" in arrays else None
     if places is not None and places.shape != labels.shape:
         raise GalleryError(f"{path}: {places.size} places for {labels.size} labels; build it again")
     unit = np.asarray(references / norms, np.float32)
     return Gallery(
-        encoder, names, unit, labels, calibration, layer, places=places, flat_layer=flat_layer
+        encoder,
+        names,
+        unit,
+        labels,
+        calibration,
+        layer,
+        places=places,
+        flat_layer=flat_layer,
+        texture_layer=texture_layer,
     )
 
 

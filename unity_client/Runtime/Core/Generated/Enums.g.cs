@@ -274,7 +274,7 @@ namespace HapticVLM.Wire
         }
     }
 
-    public enum Rung { Other, Encoder, Name, Scene, Shader, Unknown, Vlm }
+    public enum Rung { Other, Encoder, Name, Scene, Shader, Texture, Unknown, Vlm }
 
     internal static class RungWire
     {
@@ -284,6 +284,7 @@ namespace HapticVLM.Wire
             MsgPackWriter.Encoded("name"),
             MsgPackWriter.Encoded("scene"),
             MsgPackWriter.Encoded("shader"),
+            MsgPackWriter.Encoded("texture"),
             MsgPackWriter.Encoded("unknown"),
             MsgPackWriter.Encoded("vlm"),
         };

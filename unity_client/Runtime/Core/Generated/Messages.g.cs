@@ -5,7 +5,7 @@ using System.Collections.Generic;
 namespace HapticVLM.Wire
 {
     /// <summary>Type of a message.</summary>
-    public enum Kind { Other, Hello, Scene, Frame, Touch, Set, Stop, Welcome, Decision, Telemetry, View, Vibration, Ownership, Skipped, Ok, Error }
+    public enum Kind { Other, Hello, Scene, Frame, Touch, Set, Stop, Welcome, Decision, Telemetry, View, Vibration, Ownership, Textures, Skipped, Ok, Error }
 
     public static class Protocol
     {
@@ -31,6 +31,7 @@ namespace HapticVLM.Wire
             MsgPackWriter.Encoded("view"),
             MsgPackWriter.Encoded("vibration"),
             MsgPackWriter.Encoded("ownership"),
+            MsgPackWriter.Encoded("textures"),
             MsgPackWriter.Encoded("skipped"),
             MsgPackWriter.Encoded("ok"),
             MsgPackWriter.Encoded("error"),
@@ -2683,6 +2684,74 @@ namespace HapticVLM.Wire
         public static readonly byte[] Leases = MsgPackWriter.Encoded("leases");
         public static readonly byte[] Faults = MsgPackWriter.Encoded("faults");
         public static readonly byte[] Tag = MsgPackWriter.Encoded("telemetry");
+    }
+
+    /// <summary>The texture maps that the service asks for, each once. An event, since 1.2.
+    ///
+    /// They are those of surfaces that names and shaders leave unsure. A scene answers each, when it
+    /// has time, by one `frame` of purpose `texture` that names an object and a surface with this map.</summary>
+    public sealed class Textures
+    {
+        public long Id;
+        public List<string> Hashes = new List<string>();
+
+        /// <summary>Appends this one; throws WireException if a field is missing.</summary>
+        public void Write(MsgPackWriter w)
+        {
+            int count = 3;
+            w.MapHeader(count);
+            w.Raw(TexturesKeys.Type);
+            w.Raw(TexturesKeys.Tag);
+            w.Raw(TexturesKeys.Id);
+            w.Int(Id);
+            if (Hashes == null) throw new WireException("textures: hashes is missing");
+            w.Raw(TexturesKeys.Hashes);
+            w.ArrayHeader(Hashes.Count);
+            for (int i = 0; i < Hashes.Count; i++) w.Str(Hashes[i]);
+        }
+
+        /// <summary>Reads one; fields it does not know are passed over.</summary>
+        public void Read(ref MsgPackReader r, StringPool pool)
+        {
+            long seen = 0;
+            Clear();
+            for (int left = r.MapHeader(); left > 0; left--)
+            {
+                if (r.TryKey(TexturesKeys.Id))
+                {
+                    Id = r.Int();
+                    seen |= 1L;
+                }
+                else if (r.TryKey(TexturesKeys.Hashes))
+                {
+                    Hashes.Clear();
+                    for (int items = r.ArrayHeader(); items > 0; items--)
+                        Hashes.Add(r.Str(pool));
+                    seen |= 2L;
+                }
+                else
+                {
+                    r.Skip();
+                    r.Skip();
+                }
+            }
+            if ((seen & 3L) != 3L)
+                throw new WireException("textures: a required field is missing");
+        }
+
+        void Clear()
+        {
+            Id = default(long);
+            Hashes.Clear();
+        }
+    }
+
+    internal static class TexturesKeys
+    {
+        public static readonly byte[] Type = MsgPackWriter.Encoded("type");
+        public static readonly byte[] Id = MsgPackWriter.Encoded("id");
+        public static readonly byte[] Hashes = MsgPackWriter.Encoded("hashes");
+        public static readonly byte[] Tag = MsgPackWriter.Encoded("textures");
     }
 
     /// <summary>Current state of one hand; every phase except `release` renews the hand's lease.

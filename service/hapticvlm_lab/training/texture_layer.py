@@ -1,0 +1,343 @@
+"""Fits the layer of texture maps: `python -m hapticvlm_lab.training.texture_layer`.
+
+A gallery reads texture maps (vision/textures.py) by a linear layer of their own. It is taught on
+three quarters of the ambientCG tiles (CC0): the six windows of each, and three of random places,
+turned, and changed in brightness and colour. The quarter that is held back, and `pbr`, are only
+reported on.
+
+The scale of the layer and the constants of agreement are chosen on the tiles of sources.CHOICE,
+which other people painted and photographed: those under which the true materials are least
+surprising, of four groups and of all, beside atlases laid out of the same tiles, in which no
+material is true. W keeps the embeddings; delete a file there to compute it again.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+from msgspec.structs import replace as with_fields
+from numpy.typing import NDArray
+from PIL import Image
+from rich.progress import track
+
+from hapticvlm.materials import UNKNOWN
+from hapticvlm.messages import Frame
+from hapticvlm.statistics import wilson
+from hapticvlm.vision import textures
+from hapticvlm.vision.encoders.encoder import SHIPPED, Encoder
+from hapticvlm.vision.encoders.loading import load_encoder
+from hapticvlm.vision.files import read_frame
+from hapticvlm.vision.galleries.gallery import Gallery, LinearLayer, agreement, softmax
+from hapticvlm.vision.galleries.network_gallery import fit_layer
+from hapticvlm.vision.galleries.storage import FILE_NAME, load_gallery, save_gallery
+from hapticvlm.vision.pictures import Crop
+from hapticvlm_lab.training import sources
+from hapticvlm_lab.training.describing import NAMES
+
+NETWORK = "lite0"
+TILES = "ambientcg_tiles"
+PBR = "pbr"
+SEED = 20261126
+VARIED = 3  # further windows of a tile that teaches
+PENALTY = 2e-4  # of the squared weights; chosen with the tiles of sources.CHOICE (LOG.md)
+FEW = 0.125  # of the windows of the largest class, from which a class counts in full
+SCALES: tuple[float, ...] = tuple(np.geomspace(0.5, 3.0, 24).tolist())
+SLOPES = (20.0, 40.0, 80.0, 160.0, 320.0)
+BARS: tuple[float, ...] = tuple(np.arange(0.8, 0.981, 0.01).tolist())
+ATLAS_SIDES = (2, 3, 4)  # tiles a side
+LEAST = 1e-4  # belief that the truth has at least
+SAID = 0.5  # belief from which a material is said
+# The groups that stone-like things are told from; materials of none of them are left out.
+GROUPS: Mapping[str, tuple[str, ...]] = {
+    "wood": ("wood",),
+    "metal": ("metal",),
+    "fabric": ("fabric",),
+    "stone-like": ("stone", "ceramic"),
+}
+
+Floats = NDArray[np.float32]
+Doubles = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class Maps:
+    """N maps: windows (N, W, D), labels (N,) places in NAMES, and whether there is nothing to read.
+
+    Windows of those (`flat`, (N,)) are 0.
+    """
+
+    windows: Floats
+    flat: NDArray[np.bool_]
+    labels: Indices
+
+
+def main() -> int:
+    """Read the command line; fit and write, or report."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--data", type=Path, required=True, help="folder with labels.csv")
+    parser.add_argument("--work", type=Path, required=True, help="folder for what is computed")
+    parser.add_argument("--out", type=Path, default=SHIPPED / NETWORK, help="folder to write to")
+    parser.add_argument("--report", action="store_true", help="grade the shipped layer instead")
+    chosen = parser.parse_args()
+    chosen.work.mkdir(parents=True, exist_ok=True)
+    encoder = load_encoder(NETWORK)
+    gallery = load_gallery(encoder=encoder)
+    if chosen.report:
+        report(gallery, encoder, chosen.data, chosen.work)
+        return 0
+    taught = _kept(chosen.work / "taught.npz", lambda: _taught(encoder, chosen.data))
+    layer = fit(taught)
+    choice = read(encoder, chosen.data, chosen.work, sources.CHOICE)
+    atlases = read_atlases(encoder, chosen.data, chosen.work, sources.CHOICE)
+    fitted = calibrate(replace(gallery, texture_layer=layer), choice, atlases)
+    chosen.out.mkdir(parents=True, exist_ok=True)
+    save_gallery(fitted, chosen.out / FILE_NAME)
+    constants = fitted.calibration
+    sys.stderr.write(
+        f"{encoder.name}: maps, scale {constants.texture:.2f}, agreement {constants.even:.3f} "
+        f"with slope {constants.even_slope:.0f}\n"
+    )
+    return 0
+
+
+def fit(taught: Maps) -> LinearLayer:
+    """Fit the layer: every class counts equally, but those of few windows less."""
+    embeddings = taught.windows.reshape(-1, taught.windows.shape[-1])
+    labels = np.repeat(taught.labels, taught.windows.shape[1])
+    counts = np.bincount(labels, minlength=len(NAMES))
+    weights = np.minimum(1.0, counts / (FEW * counts.max()))[labels] / counts[labels]
+    # A row without weight of the last class, so that the layer has a column for each of NAMES.
+    rows = np.concatenate([embeddings, np.zeros((1, embeddings.shape[1]), np.float32)])
+    labels = np.append(labels, NAMES.index(UNKNOWN))
+    return fit_layer(rows, labels, np.append(weights / weights.sum(), 0.0), PENALTY)
+
+
+def calibrate(gallery: Gallery, choice: Maps, atlases: Maps) -> Gallery:
+    """Choose scale and agreement on maps and atlases that taught nothing."""
+    layer = gallery.texture_layer
+    assert layer is not None
+    parts = [
+        Maps(part.windows[~part.flat], part.flat[~part.flat], part.labels[~part.flat])
+        for part in (choice, atlases)
+    ]
+    maps = Maps(
+        np.concatenate([part.windows for part in parts]),
+        np.concatenate([part.flat for part in parts]),
+        np.concatenate([part.labels for part in parts]),
+    )
+    logits = maps.windows.astype(np.float64) @ layer.weights + layer.bias
+    alike = np.array([agreement(windows) for windows in maps.windows])
+    is_atlas = maps.labels == NAMES.index(UNKNOWN)
+    counts = np.bincount(maps.labels, minlength=len(NAMES))
+    weights = np.where(is_atlas, 0.5, 0.5 / (np.count_nonzero(counts) - 1)) / counts[maps.labels]
+
+    def surprise(scale: float, slope: float, bar: float) -> float:
+        one = 1.0 / (1.0 + np.exp(-slope * (alike - bar)))
+        means = _means(scale * logits) * one[:, None]
+        truth = np.where(is_atlas, 1.0 - one, means[np.arange(len(means)), maps.labels])
+        return -float(weights @ np.log(np.maximum(truth, LEAST)))
+
+    trials = product(SCALES, SLOPES, BARS)
+    scale, slope, bar = min(trials, key=lambda trial: surprise(*trial))
+    constants = replace(gallery.calibration, texture=scale, even_slope=slope, even=bar)
+    return replace(gallery, calibration=constants)
+
+
+def report(gallery: Gallery, encoder: Encoder, data: Path, work: Path) -> None:
+    """Print how maps of each source are read, and what atlases are taken for."""
+    print("source            n  forced balanced                says  right of that")
+    for source in (TILES, PBR, sources.CHOICE):
+        maps = read(encoder, data, work, source)
+        beliefs = _beliefs(gallery, maps)
+        for title, groups in (("four groups", GROUPS), ("all", {name: (name,) for name in NAMES})):
+            _print_row(f"{source}, {title}", beliefs, maps, groups)
+        atlases = read_atlases(encoder, data, work, source)
+        said = int(np.count_nonzero(_beliefs(gallery, atlases).max(axis=1) >= SAID))
+        print(f"  atlases of {source}: {said} of {len(atlases.labels)} are taken for one material")
+
+
+def _print_row(
+    title: str, beliefs: Doubles, maps: Maps, groups: Mapping[str, Sequence[str]]
+) -> None:
+    """Print forced choice, what is said, and each class, with 95 % intervals (Wilson)."""
+    sums = np.stack(
+        [beliefs[:, [NAMES.index(name) for name in names]].sum(axis=1) for names in groups.values()]
+    )
+    truth = np.full(len(maps.labels), -1)
+    for place, names in enumerate(groups.values()):
+        truth[np.isin(maps.labels, [NAMES.index(name) for name in names])] = place
+    shown = truth >= 0
+    truth = truth[shown]
+    is_right = sums[:, shown].argmax(axis=0) == truth
+    said = beliefs[shown].max(axis=1) >= SAID
+    said_right = int(is_right[said].sum())
+    parts = []
+    for place, name in enumerate(groups):
+        rows = truth == place
+        if rows.any():
+            parts.append((name, int(is_right[rows].sum()), int(rows.sum())))
+    balanced = float(np.mean([right / count for _, right, count in parts]))
+    spread = np.sqrt(sum(_variance(right, count) for _, right, count in parts)) / len(parts)
+    low, high = balanced - 1.96 * spread, min(1.0, balanced + 1.96 * spread)
+    print(
+        f"{title}: {len(truth)} maps, balanced {balanced:.2f} [{low:.2f}, {high:.2f}], "
+        f"says {_share(int(said.sum()), len(said))}, right {_share(said_right, int(said.sum()))}"
+    )
+    print("    " + "; ".join(f"{name} {_share(right, count)}" for name, right, count in parts))
+
+
+def _share(count: int, total: int) -> str:
+    interval = wilson(count, total)
+    return f"{count}/{total} = {count / max(total, 1):.2f} [{interval[0]:.2f}, {interval[1]:.2f}]"
+
+
+def _variance(right: int, count: int) -> float:
+    share = (right + 1) / (count + 2)  # so that a class without an error is not certain
+    return share * (1 - share) / count
+
+
+def _beliefs(gallery: Gallery, maps: Maps) -> Doubles:
+    """Return beliefs in NAMES as the service has them: (N, C)."""
+    rows = np.zeros((len(maps.labels), len(NAMES)))
+    for row, (windows, flat) in enumerate(zip(maps.windows, maps.flat, strict=True)):
+        if not flat:
+            for name, belief in gallery.match_texture(windows).beliefs:
+                rows[row, NAMES.index(name)] = belief
+    return rows
+
+
+def _means(logits: Doubles) -> Doubles:
+    """Turn logits (N, W, C) into mean beliefs (N, C)."""
+    flat = softmax(logits.reshape(-1, logits.shape[-1]))
+    return np.asarray(flat.reshape(logits.shape).mean(axis=1))
+
+
+def read(encoder: Encoder, data: Path, work: Path, source: str) -> Maps:
+    """Embed the windows of a source's maps, but of tiles only those that are held back."""
+
+    def embed() -> Maps:
+        paths = list(_maps(data, source))
+        frames = ((read_frame(path), label) for path, label in track(paths, source))
+        return _embedded(encoder, frames)
+
+    return _kept(work / f"maps_{source}.npz", embed)
+
+
+def read_atlases(encoder: Encoder, data: Path, work: Path, source: str) -> Maps:
+    """Embed the windows of atlases laid out of a source's maps, each of several materials."""
+    paths = list(_maps(data, source))
+    return _kept(work / f"atlases_{source}.npz", lambda: _embedded(encoder, _atlases(paths)))
+
+
+def _atlases(paths: Sequence[tuple[Path, str]]) -> Iterator[tuple[Frame, str]]:
+    rng = np.random.default_rng(SEED)
+    for number in track(range(min(120, 3 * len(paths))), "atlases"):
+        side = ATLAS_SIDES[number % len(ATLAS_SIDES)]
+        chosen = rng.choice(len(paths), side * side, replace=len(paths) < side * side)
+        if len({paths[at][1] for at in chosen}) == 1:
+            continue
+        edge = textures.SIDE_PX // side
+        atlas = Image.new("RGB", (edge * side, edge * side))
+        for place, at in enumerate(chosen):
+            with Image.open(paths[at][0]) as tile:
+                part = tile.convert("RGB").resize((edge, edge), Image.Resampling.BILINEAR)
+            atlas.paste(part, (place % side * edge, place // side * edge))
+        yield _frame(atlas), UNKNOWN
+
+
+def _taught(encoder: Encoder, data: Path) -> Maps:
+    """Embed the tiles that teach: their windows, and as many varied ones."""
+    rng = np.random.default_rng(SEED)
+    rows = []
+    labels = []
+    for path, label in track([*_tiles(data, held_back=False)], "taught"):
+        with Image.open(path) as image:
+            tile = image.convert("RGB")
+        crops = textures.windows(_frame(tile), encoder.side)
+        if not crops:
+            continue
+        crops += [_varied(tile, encoder.side, rng) for _ in range(VARIED)]
+        rows.append(encoder.embed(crops))
+        labels.append(NAMES.index(label))
+    return Maps(np.stack(rows), np.zeros(len(rows), np.bool_), np.array(labels))
+
+
+def _varied(tile: Image.Image, side: int, rng: np.random.Generator) -> Crop:
+    """Cut a random window, turn it, and change its brightness and colour."""
+    length = max(1, round(min(tile.size) * rng.uniform(0.35, 1.0)))
+    left, top = (int(rng.integers(edge - length + 1)) for edge in tile.size)
+    box = (left, top, left + length, top + length)
+    cut = tile.resize((side, side), Image.Resampling.BILINEAR, box=box)
+    pixels = np.rot90(np.asarray(cut), int(rng.integers(4))).astype(np.float32) / 255.0
+    if rng.random() < 0.5:
+        pixels = pixels[:, ::-1]
+    tint = rng.uniform(0.85, 1.15, 3) * rng.uniform(0.75, 1.2)
+    changed = np.clip(pixels ** rng.uniform(0.6, 1.6) * tint, 0.0, 1.0)
+    whole = np.full((side, side), 255, np.uint8)
+    return Crop(np.ascontiguousarray(changed * 255.0).astype(np.uint8), whole)
+
+
+def _embedded(encoder: Encoder, frames: Iterator[tuple[Frame, str]]) -> Maps:
+    rows = []
+    flat = []
+    labels = []
+    for frame, label in frames:
+        crops = textures.windows(frame, encoder.side)
+        flat.append(not crops)
+        silent = np.zeros((len(textures.WINDOWS), encoder.dimension), np.float32)
+        rows.append(encoder.embed(crops) if crops else silent)
+        labels.append(NAMES.index(label))
+    return Maps(np.stack(rows), np.array(flat), np.array(labels))
+
+
+def _maps(data: Path, source: str) -> Iterator[tuple[Path, str]]:
+    """List a source's base-colour maps with their materials, of tiles those held back."""
+    if source == TILES:
+        yield from _tiles(data, held_back=True)
+        return
+    with (data / "labels.csv").open(newline="", encoding="utf-8") as file:
+        for row in csv.DictReader(file):
+            is_map = row["kind"] in ("texture_albedo", "pbr_material")
+            if is_map and row["path"].startswith(f"{source}/") and (data / row["path"]).is_file():
+                yield data / row["path"], sources.material_of(row["class"])
+
+
+def _tiles(data: Path, *, held_back: bool) -> Iterator[tuple[Path, str]]:
+    for path, label in sources.labelled(data, TILES):
+        if sources.is_tile_held_back(path.relative_to(data).as_posix()) == held_back:
+            yield path, sources.material_of(label)
+
+
+def _frame(image: Image.Image) -> Frame:
+    frame = Frame(
+        id=1,
+        captured_at=0.0,
+        format="rgb8",
+        width=image.width,
+        height=image.height,
+        image=image.tobytes(),
+        origin="top",
+    )
+    return with_fields(frame, purpose="texture")
+
+
+def _kept(path: Path, embed: Callable[[], Maps]) -> Maps:
+    """Read a file of W, or compute and write it."""
+    if not path.exists():
+        maps = embed()
+        with path.open("wb") as file:
+            np.savez(file, windows=maps.windows, flat=maps.flat, labels=maps.labels)
+    with np.load(path, allow_pickle=False) as file:
+        return Maps(file["windows"], file["flat"], file["labels"].astype(np.int64))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
