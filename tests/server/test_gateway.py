@@ -4,6 +4,7 @@ import asyncio
 import socket
 import time
 from collections import Counter
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -18,10 +19,10 @@ from hapticvlm.server.connection import Connection
 from hapticvlm.server.edge.limits import ENROL_BYTES
 from hapticvlm.server.edge.scheduling import yield_to_io
 from hapticvlm.server.ownership import IDLE_OWNER_S
-from hapticvlm.server.recognition_queue import RecognitionQueue
+from hapticvlm.server.recognition_queue import MAX_TEXTURES, RecognitionQueue
 from hapticvlm.session.session import SceneSession
 from hapticvlm.session.settings import SessionSettings
-from hapticvlm.session.targets import RecognitionRequest, RequestId, of_object
+from hapticvlm.session.targets import RecognitionRequest, RequestId, TextureTarget, of_object
 from hapticvlm.vision.frame_recogniser import Recognition
 from hapticvlm.vision.worker import RecogniserResult
 
@@ -246,6 +247,42 @@ def test_the_owners_pictures_come_first_and_the_others_take_turns():
         recogniser.worker.is_busy = True
     names = [subject.split("/")[0] for subject in recogniser.subjects]
     assert names == ["owner", "guest", "other"] * 2
+
+
+def texture(name):
+    request = look(name, "texture")
+    return replace(request, target=TextureTarget(name))
+
+
+def test_texture_maps_wait_until_no_frame_of_any_connection_is_due():
+    recogniser = Idle()
+    queue = RecognitionQueue(recogniser, Counter(), lambda *_: None)  # type: ignore[arg-type]
+    guest, owner = scene("guest"), scene("owner", owner=True)
+    for client in (guest, owner):
+        queue.join(client)
+    for request in (texture("planks"), texture("bricks"), look("a", "enrol"), look("x")):
+        queue.put(owner, request)
+    queue.put(guest, look("y"))
+    recogniser.worker.is_busy = False
+    for _ in range(6):
+        queue.feed()
+    assert recogniser.subjects == [
+        "owner/object x",
+        "owner/object a",
+        "guest/object y",
+        "owner/texture planks",
+        "owner/texture bricks",
+    ]
+
+
+def test_too_many_texture_maps_of_one_connection_are_refused_until_some_are_read():
+    queue = RecognitionQueue(Idle(), Counter(), lambda *_: None)  # type: ignore[arg-type]
+    client = scene("owner", owner=True)
+    queue.join(client)
+    assert all(queue.put(client, texture(str(number))) == [] for number in range(MAX_TEXTURES))
+    (refused,) = queue.put(client, texture("one more"))
+    assert isinstance(refused, Error)
+    assert (refused.code, refused.path) == ("overload", "$.purpose")
 
 
 async def looking(log):

@@ -2,14 +2,15 @@
 
 One frame is recognised at a time. The connection that owns the outputs comes first; the others take
 turns. Of each connection and hand only the newest frame waits; frames to enrol keep their order and
-are bounded for all connections together.
+are bounded for all connections together. Texture maps come last of all: one is read when no other
+frame of any connection is due.
 """
 
 from __future__ import annotations
 
 import time
 from collections import Counter, deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
@@ -25,6 +26,7 @@ from hapticvlm.session.targets import (
     ObjectTarget,
     RecognitionRequest,
     Surroundings,
+    TextureTarget,
     name_of,
 )
 from hapticvlm.vision.frame_recogniser import SceneContext
@@ -32,6 +34,7 @@ from hapticvlm.vision.pictures import Thumbnail
 from hapticvlm.vision.worker import SHOWN_PX, RecogniserResult, RecogniserWorker
 
 MAX_ENROL_PER_OBJECT = 8
+MAX_TEXTURES = 16  # that wait, of one connection
 MAX_ENROL_BYTES = 32 * 1024 * 1024
 SCENE_SLOT = "scene"  # beside those of the hands: the newest view of the surroundings waits there
 VIEW_S = 0.5
@@ -57,10 +60,13 @@ class Mailbox(Generic[T]):
         self._touched: dict[str, T] = {}
         self._enrol: deque[tuple[T, str | None, int]] = deque()
         self._enrol_next = False
+        self._textures: deque[tuple[T, int]] = deque()
         self.enrol_bytes = 0
+        self.texture_bytes = 0
 
     def __bool__(self) -> bool:
-        return bool(self._live is not None or self._touched or self._enrol)
+        waiting = self._touched or self._enrol or self._textures
+        return bool(self._live is not None or waiting)
 
     def put_live(self, item: T) -> T | None:
         """Keep the newest live frame; return the one it supersedes."""
@@ -81,6 +87,21 @@ class Mailbox(Generic[T]):
             raise QueueFull
         self._enrol.append((item, object_id, size_bytes))
         self.enrol_bytes += size_bytes
+
+    def put_texture(self, item: T, size_bytes: int) -> None:
+        """Queue a texture map. Raises QueueFull."""
+        if len(self._textures) >= MAX_TEXTURES:
+            raise QueueFull
+        self._textures.append((item, size_bytes))
+        self.texture_bytes += size_bytes
+
+    def take_texture(self) -> T | None:
+        """Remove and return the texture map that waits longest."""
+        if not self._textures:
+            return None
+        item, size_bytes = self._textures.popleft()
+        self.texture_bytes -= size_bytes
+        return item
 
     def take(self, is_due: Callable[[T], bool]) -> T | None:
         """Remove and return what is to be recognised next; a live frame only where `is_due`."""
@@ -158,7 +179,8 @@ class RecognitionQueue:
             self._counts[Count.REFUSED_OVERLOAD] += 1
             if request.reply_to is None:  # it was only to be a reference; another picture will be
                 return []
-            text = "too many enrol frames wait: send more when some of these are decided"
+            kind = request.picture.purpose
+            text = f"too many {kind} frames wait: send more when some of these are decided"
             return [Error(id=request.reply_to.value, code="overload", text=text, path="$.purpose")]
         answers: list[ServiceMessage] = []
         if superseded is not None:
@@ -178,8 +200,7 @@ class RecognitionQueue:
         if self._recogniser.worker.is_busy:
             return
         now = time.monotonic()
-        for connection in self._turns():
-            request = self._next_of(connection, now)
+        for connection, request in self._candidates(now):
             if request is None:
                 continue
             # A dict keeps the order in which its keys were put in. Taking a connection out and
@@ -240,6 +261,10 @@ class RecognitionQueue:
     ) -> RecognitionRequest | None:
         """Put a request where its kind waits; return the one it supersedes. Raises QueueFull."""
         match request.target:
+            case TextureTarget():
+                size = self._require_room(request)
+                mailbox.put_texture(request, size)
+                return None
             case HandRegion(hand):
                 return mailbox.put_touch(request, hand)
             case Surroundings():
@@ -252,15 +277,19 @@ class RecognitionQueue:
 
     def _put_enrol(self, mailbox: Mailbox[RecognitionRequest], request: RecognitionRequest) -> None:
         """Queue a view of an object. Raises QueueFull."""
+        mailbox.put_enrol(request, request.picture.object_id, self._require_room(request))
+
+    def _require_room(self, request: RecognitionRequest) -> int:
+        """Return the bytes of a picture that all connections have room for. Raises QueueFull."""
         picture = request.picture
         size = len(picture.image) + len(picture.mask or b"")
         # Live frames need no bound: each kind has one place, and a newer one takes it. Views to be
         # enrolled all count, so they queue up, and a client could fill the memory with them at the
         # speed of its line. The bound is over all connections, since opening another is free.
-        waiting = sum(other.enrol_bytes for other in self._mailboxes.values())
+        waiting = sum(box.enrol_bytes + box.texture_bytes for box in self._mailboxes.values())
         if waiting + size > ENROL_BYTES:
             raise QueueFull
-        mailbox.put_enrol(request, picture.object_id, size)
+        return size
 
     def _turns(self) -> list[Connection]:
         """All connections, the owner of the outputs first."""
@@ -269,7 +298,8 @@ class RecognitionQueue:
     def _begin(self, connection: Connection, request: RecognitionRequest, now: float) -> None:
         picture = request.picture
         shown_at = self._shown_at.get((connection, picture.object_id), -VIEW_S)
-        is_shown = now - shown_at >= VIEW_S and any(True for _ in self._observers())
+        is_due = now - shown_at >= VIEW_S and picture.purpose != "texture"
+        is_shown = is_due and any(True for _ in self._observers())
         self._under_way = _UnderWay(connection, request, is_shown)
         self._recogniser.recognise(
             picture,
@@ -279,6 +309,13 @@ class RecognitionQueue:
             shrink=is_shown and not _is_small(picture),
             shown=_shown(connection, request),
         )
+
+    def _candidates(self, now: float) -> Iterator[tuple[Connection, RecognitionRequest | None]]:
+        """Yield what each connection has to be recognised, then their texture maps."""
+        for connection in self._turns():
+            yield connection, self._next_of(connection, now)
+        for connection in self._turns():
+            yield connection, self._mailboxes[connection].take_texture()
 
     def _next_of(self, connection: Connection, now: float) -> RecognitionRequest | None:
         session, rate = connection.session, self._rates[connection]
@@ -354,7 +391,7 @@ def _shown(connection: Connection, request: RecognitionRequest) -> SceneContext 
     """Name the object and its scene; None for the surroundings, which are not an object."""
     scene = f"{connection.name}/{request.scene}"
     match request.target:
-        case Surroundings():
+        case Surroundings() | TextureTarget():
             return None
         case ObjectTarget(object_id, surface):
             if surface:

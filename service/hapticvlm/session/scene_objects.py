@@ -1,9 +1,10 @@
 """Keeps of each object's surfaces evidence, verdict and decision, until one of them changes.
 
 Evidence is gathered in the ladder's order and only as far as needed: what the scene gives, the
-name, the shader; the encoder's is added when a frame was recognised. Names are read on first need.
-The recognitions of one object are fused, live frames and frames to enrol alike. A frame without an
-object id may show several objects, so there each recognition stands alone.
+name, the shader, what a texture map showed; the encoder's is added when a frame was recognised.
+Names are read on first need. The recognitions of one object are fused, live frames and frames to
+enrol alike. A frame without an object id may show several objects, so there each recognition stands
+alone.
 
 Every surface climbs the ladder by itself. Its name, shader and stated material come before those of
 its object, and what pictures show of the object serves each surface that has no picture of its own.
@@ -31,6 +32,7 @@ from hapticvlm.session.decisions import Rendition
 from hapticvlm.session.hums import Hums
 from hapticvlm.session.overrides import MaterialOverrides
 from hapticvlm.session.targets import WHOLE_VIEW, ObjectTarget, Target, ThingTarget, whole
+from hapticvlm.session.textures import Textures
 
 NO_OVERRIDES = MaterialOverrides()
 MAX_KNOWN = 8192
@@ -150,6 +152,7 @@ class SceneObjects:
         self._forgotten: Counter[ThingTarget] = Counter()
         self._forgotten_before = 0
         self.hums = Hums()  # what hums under a hand
+        self.textures = Textures()
 
     def generation(self, target: ThingTarget) -> int:
         """Return a number that grows when this target comes to stand for another object."""
@@ -160,6 +163,7 @@ class SceneObjects:
         self._check(scene)
         if scene.replace:
             self.hums.clear()
+            self.textures.clear()
             self.known.clear()
             self._declared.clear()
             self._replaced += 1
@@ -176,6 +180,7 @@ class SceneObjects:
     def _declare(self, target: ObjectTarget, facts: SceneObject) -> None:
         """Receive an object; what was recognised of a surface that it still has is kept."""
         before = self.surfaces_known(target.object_id)
+        self._note_textures(target.object_id, self.facts(target), facts)
         self._declared.add(target)
         self.known.setdefault(target, ObjectState(facts)).facts = facts
         for surface in before:
@@ -187,6 +192,18 @@ class SceneObjects:
             else:
                 del self.known[surface]
                 self._count_forgotten(target)  # its pictures may be under way
+
+    def _note_textures(
+        self, object_id: str, before: SceneObject | None, facts: SceneObject | None
+    ) -> None:
+        """Note the texture maps of an object's surfaces, and drop those that it had before.
+
+        None: there is no such object.
+        """
+        maps = [surface.texture for surface in (facts and facts.surfaces) or ()]
+        gone = len((before and before.surfaces) or ()) - len(maps)
+        for index, texture in enumerate([*maps, *[None] * gone]):
+            self.textures.note(ObjectTarget(object_id, index), texture)
 
     def _check(self, scene: Scene) -> None:
         allowed = {*self._table, materials.UNKNOWN}
@@ -287,6 +304,7 @@ class SceneObjects:
         then is recognised again.
         """
         if isinstance(target, ObjectTarget):
+            self._note_textures(target.object_id, self.facts(target), None)
             for surface in self.surfaces_known(target.object_id):
                 del self.known[surface]
             self.hums.forget(target.object_id)
@@ -308,7 +326,29 @@ class SceneObjects:
 
     def needs_recognition(self, target: ThingTarget) -> bool:
         """Whether a picture of this object could still change its verdict."""
-        return not ladder.is_sure(self._given(target, self._entry(target)))
+        return not ladder.is_sure(self._without_pictures(target, self._entry(target)))
+
+    def wanted_textures(self) -> list[str]:
+        """Return the texture maps to ask for now, each once."""
+        return self.textures.next_wanted(self._is_open)
+
+    def _is_open(self, target: ObjectTarget) -> bool:
+        """Whether name and shader leave open what a surface is; nothing is kept of the answer."""
+        known = self.known.get(target)
+        if known is not None and known.declared is not None:
+            return not ladder.is_sure(known.declared)
+        facts = as_surface(target, self.facts(whole(target)))
+        return not ladder.is_sure(from_declaration(target, facts, self._lexicon))
+
+    def add_texture(self, texture: str, evidence: Evidence) -> None:
+        """Receive what a texture map showed, for all surfaces that have it."""
+        self.textures.add(texture, evidence)
+        for target in self.textures.surfaces_with(texture):
+            known = self.known.get(target)
+            if known is not None and known.announced is not None:
+                self._decide_again(target, known)
+            elif known is not None:
+                known.verdict = None  # thousands may have it; each is decided when it is needed
 
     def add_recognition(self, target: ThingTarget, evidence: Evidence) -> Verdict:
         """Receive the encoder's evidence of a new picture and return the verdict."""
@@ -358,12 +398,20 @@ class SceneObjects:
         return undeclared is not None and self.known.pop(undeclared, None) is not None
 
     def _evidence(self, target: ThingTarget, known: ObjectState) -> tuple[Evidence, ...]:
-        given = self._given(target, known)
+        given = self._without_pictures(target, known)
         if known.recognised is None and known.vlm is None and not ladder.is_sure(given):
             known = self.known.get(whole(target), known)
         recognised = () if known.recognised is None else (known.recognised.evidence,)
         reply = () if known.vlm is None else (known.vlm,)
         return (*given, *recognised, *reply)
+
+    def _without_pictures(self, target: ThingTarget, known: ObjectState) -> tuple[Evidence, ...]:
+        """Return the evidence of the rungs that need no frame."""
+        given = self._given(target, known)
+        shown = self.textures.evidence_of(target)
+        if shown is None or ladder.is_sure(given):
+            return given
+        return (*given, ladder.restrict(shown, self._among))
 
     def _given(self, target: ThingTarget, known: ObjectState) -> tuple[Evidence, ...]:
         if known.declared is None:

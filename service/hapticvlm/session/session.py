@@ -27,6 +27,7 @@ from hapticvlm.messages import (
     Skipped,
     SkipReason,
     Stop,
+    Textures,
     Touch,
 )
 from hapticvlm.rendering.heat.limits import PlateReading
@@ -53,9 +54,13 @@ from hapticvlm.session.targets import (
     RecognitionRequest,
     RequestId,
     Surroundings,
+    TextureTarget,
+    ThingTarget,
     of_object,
 )
 from hapticvlm.session.touch import PlateTarget, TouchTracker, check_touch
+
+MAX_TEXTURE_PX = 512  # a side; clients send 256
 
 
 class SceneSession:
@@ -172,6 +177,8 @@ class SceneSession:
     ) -> list[Action]:
         """Receive the evidence of a recognition; None: the picture has not changed."""
         target = request.target
+        if isinstance(target, TextureTarget):
+            return self._texture_read(target.texture, request, evidence, stages_ms, now)
         if request.reference_material is not None or isinstance(target, Surroundings):
             return []
         if request.generation != self._model.objects.generation(target):
@@ -192,6 +199,37 @@ class SceneSession:
         texture = self._touches.refresh_texture(target)
         return [*actions, *texture, *self._model.question(request, now)]
 
+    def _texture_read(
+        self,
+        texture: str,
+        request: RecognitionRequest,
+        evidence: Evidence | None,
+        stages_ms: dict[str, float],
+        now: float,
+    ) -> list[Action]:
+        """Receive what a texture map showed; announce the decisions that it changes."""
+        objects = self._model.objects
+        before = self._model.announced(objects.textures.surfaces_with(texture))
+        if evidence is not None:
+            objects.add_texture(texture, evidence)
+        frame = request.picture
+        target = of_object(frame.object_id, frame.surface)
+        actions: list[Action] = []
+        if objects.textures.texture_of(target) != texture:
+            actions += skipped(request.reply_to, "superseded")
+        elif request.reply_to is not None:
+            before.pop(target, None)
+            self._touches.changed_decision(target)  # it is announced by the answer
+            answer = msgspec.structs.replace(
+                self._touches.decision(target),
+                id=request.reply_to.value,
+                stages_ms=stages_ms,
+                frame_age_ms=self._frames.age_s(frame, now) * 1000.0,
+            )
+            actions += [Reply(answer), *self._touches.refresh_texture(target)]
+        changed = self._touches.announce_changes(before)
+        return [*actions, *self._touches.refresh(), *changed]
+
     def is_stale(self, frame: Frame, now: float) -> bool:
         """Whether the frame has outlived its own `max_age_ms`."""
         return self._frames.is_stale(frame, now)
@@ -199,14 +237,16 @@ class SceneSession:
     def is_uncached(self, request: RecognitionRequest) -> bool:
         """Whether to recognise even an unchanged picture: nothing is kept of what it shows."""
         target = request.target
-        return not isinstance(target, Surroundings) and not self._model.objects.is_recognised(
-            target
-        )
+        if isinstance(target, Surroundings | TextureTarget):
+            return False
+        return not self._model.objects.is_recognised(target)
 
     def tick(self, now: float, reading: PlateReading) -> list[Action]:
         """End leases that lapsed and move the plate; call at 50 Hz or so while owner."""
         self._model.surroundings.update(now)
-        return self._touches.tick(now, reading)
+        actions = self._touches.tick(now, reading)
+        wanted = self._model.objects.wanted_textures()
+        return [*actions, Reply(Textures(id=0, hashes=wanted))] if wanted else actions
 
     def set_owner(self, *, owner: bool, thermal_gain: float | None = None) -> None:
         """Set whether this scene may drive the outputs from now on, and the gain it finds set."""
@@ -228,12 +268,32 @@ class SceneSession:
             raise MessageError("message", text, path="$.surface", id=frame.id)
         if not self._frames.admits(frame, now):
             return skipped(RequestId(frame.id), "rate")
+        if frame.purpose == "texture":
+            return self._texture(frame, now)
         touched: list[Action] = []
         if frame.purpose == "live":
             touched = self._touches.recognise_again()
             if self._model.surroundings.wants_scene_view(now):
                 touched.append(recognise_scene(frame))
         return [*touched, *self._answer_frame(frame, now)]
+
+    def _texture(self, frame: Frame, now: float) -> list[Action]:
+        """Read a texture map, or answer at once if it was read. Raises MessageError."""
+        target = of_object(frame.object_id, frame.surface)
+        texture = self._model.objects.textures.texture_of(target)
+        if texture is None:
+            text = (
+                "$.surface: no texture is known of this surface; state `texture` of the object's "
+                "surfaces in a scene first, and name `object_id` and `surface` here"
+            )
+            raise MessageError("message", text, path="$.surface", id=frame.id)
+        check_texture(frame)
+        textures = self._model.objects.textures
+        if textures.evidence_of(target) is not None:
+            return [self._kept_answer(frame, target, now)]
+        if not textures.may_read(texture):
+            return skipped(RequestId(frame.id), "rate")
+        return [RecognitionRequest(TextureTarget(texture), frame, RequestId(frame.id))]
 
     def _answer_frame(self, frame: Frame, now: float) -> list[Action]:
         """Answer at once what needs no recognition, else recognise the frame."""
@@ -244,11 +304,16 @@ class SceneSession:
             reply_to = RequestId(frame.id)
             scene = objects.scene_number
             return [RecognitionRequest(target, frame, reply_to, generation, scene=scene)]
+        answer = self._kept_answer(frame, target, now)
+        return [answer, *self._model.reference_request(frame, target)]
+
+    def _kept_answer(self, frame: Frame, target: ThingTarget, now: float) -> Reply:
+        """Answer a frame by the decision on what it shows, without a recognition."""
         cached = self._model.has_verdict(target)
         age_ms = self._frames.age_s(frame, now) * 1000.0
         decision = self._touches.decision(target)
         answer = msgspec.structs.replace(decision, id=frame.id, cached=cached, frame_age_ms=age_ms)
-        return [Reply(answer), *self._model.reference_request(frame, target)]
+        return Reply(answer)
 
     def _scene(self, scene: Scene) -> list[Action]:
         check_describes(scene, observer=self.observer)
@@ -302,6 +367,14 @@ def check_describes(message: Frame | Scene, *, observer: bool) -> None:
     what = "send no frames" if isinstance(message, Frame) else "describe no scene"
     text = f"observers {what}; connect with role scene"
     raise MessageError("protocol", text, path="$.type", id=message.id)
+
+
+def check_texture(frame: Frame) -> None:
+    """Refuse a texture map that would keep the recogniser from live frames. Raises MessageError."""
+    for path, side in (("$.width", frame.width), ("$.height", frame.height)):
+        if side > MAX_TEXTURE_PX:
+            text = f"{path}: {side} px; a texture has at most {MAX_TEXTURE_PX}, send a smaller copy"
+            raise MessageError("limit", text, path=path, id=frame.id)
 
 
 def check_set(wanted: Set, *, owner: bool, observer: bool) -> None:

@@ -3,7 +3,8 @@
 A client names most objects, and which of an object's surfaces it means. An object that it does not
 name is either under a hand (`HandRegion`: another object at every contact) or in the middle of a
 frame without an object id (`WholeView`, which may show several objects). The frame as a whole is
-recognised for its `Surroundings`, which are not an object.
+recognised for its `Surroundings`, which are not an object. A texture map is read for all surfaces
+that have it.
 
 Targets are msgspec structs because they are the keys of the hottest dictionaries: a renewal of a
 lease looks one up some four times, and these hash and compare without running Python.
@@ -42,8 +43,14 @@ class Surroundings(msgspec.Struct, frozen=True, gc=False):
     """The scene as a whole, for its temperature; never an object."""
 
 
+class TextureTarget(msgspec.Struct, frozen=True, gc=False):
+    """A texture map, by the hash that the scene states; any number of surfaces have it."""
+
+    texture: str
+
+
 ThingTarget = ObjectTarget | HandRegion | WholeView  # what a decision can be on
-Target = ThingTarget | Surroundings
+Target = ThingTarget | Surroundings | TextureTarget
 WHOLE_VIEW = WholeView()
 SURROUNDINGS = Surroundings()
 
@@ -100,3 +107,5 @@ def name_of(target: Target) -> str:
             return "whole view"
         case Surroundings():
             return "surroundings"
+        case TextureTarget(texture):
+            return f"texture {texture}"
