@@ -127,6 +127,7 @@ def test_it_holds_the_client_its_types_its_licence_and_nothing_else(packed: Path
         "haptics.js",
         "pulses.js",
         "surfaces.js",
+        "textures.js",
         "index.d.ts",
         "messages.d.ts",
     }

@@ -1,8 +1,8 @@
 /**
  * A scene's connection to HapticVLM: protocol v1 over one WebSocket. Works with any engine.
  *
- * Events, each with the service's message as `detail`: welcome, decision, telemetry, vibration, ownership, skipped,
- * refused (an `error` of the service); `state`, whose detail is 'connected' or 'disconnected'; and `left_out`, whose
+ * Events, each with the service's message as `detail`: welcome, decision, telemetry, vibration, ownership, textures,
+ * skipped, refused (an `error` of the service); `state`, whose detail is 'connected' or 'disconnected'; and `left_out`, whose
  * detail names a part of the scene that was not sent or not taken: {object_id?, path, text}. Whatever is refused or left
  * out also goes to the console, once.
  *
@@ -152,6 +152,12 @@ export class Haptics extends EventTarget {
     if (!this.#isOpen) return;
     this.#nextFrame = {captured_at: seconds(), ...fields};
     this.#pump();
+  }
+
+  /** Sends the texture map of this hash, as a frame without object, if a surface still states it. */
+  texture(hash, fields) {
+    const place = this.#isOpen && surfaceWith(this.#objects.values(), hash);
+    if (place) this.#send('frame', {captured_at: seconds(), ...fields, ...place, purpose: 'texture'});
   }
 
   /** Stops outputs at once: all, speaker or peltier. */
@@ -352,6 +358,15 @@ function withoutSurfaces({surface, objects, ...fields}) {
 function asLargest({surfaces, ...object}) {
   const [largest] = surfaces ?? [];
   return largest ? {name: largest.name, material: largest.material, shader: largest.shader, ...object} : object;
+}
+
+/** Returns the first surface that states this texture, as {object_id, surface}; null: none does. */
+function surfaceWith(objects, hash) {
+  for (const {object_id, surfaces = []} of objects) {
+    const surface = surfaces.findIndex(({texture}) => texture === hash);
+    if (surface >= 0) return {object_id, surface};
+  }
+  return null;
 }
 
 function seconds() {

@@ -1,6 +1,7 @@
 /** A client of the HapticVLM service for web scenes; messages are those of docs/protocol.md. */
 import type {
-  Decision, Error as Refusal, Feel, Frame, HandName, ObjectSurface, Ownership, Scene, SceneObject, Scope, Skipped, Telemetry, Touch, Vibration, Welcome,
+  Decision, Error as Refusal, Feel, Frame, HandName, ObjectSurface, Ownership, Scene, SceneObject, Scope, Skipped, Telemetry, Textures as WantedTextures, Touch, Vibration,
+  Welcome,
 } from './messages.js';
 
 export type * from './messages.js';
@@ -13,6 +14,8 @@ export interface HapticsEvents {
   vibration: Vibration;
   /** The outputs became free, or changed their owner. */
   ownership: Ownership;
+  /** The service asks for texture maps; `Textures` answers. */
+  textures: WantedTextures;
   /** A frame was not recognised. */
   skipped: Skipped;
   /** The service refused a message; the error states the reason and the remedy. */
@@ -60,6 +63,8 @@ export class Haptics extends EventTarget {
   touch(fields: TouchFields): void;
   /** Sends a frame once the service has answered the last one; the newest waits. */
   frame(fields: FrameFields): void;
+  /** Sends the texture map of this hash, if a surface still states it; `Textures` calls it. */
+  texture(hash: string, fields: Pick<Frame, 'format' | 'width' | 'height' | 'origin' | 'image'>): void;
   /** Stops outputs at once. */
   stop(scope?: Scope): void;
   /** Takes or releases the outputs; a hidden scene should release them. */
@@ -125,7 +130,26 @@ export interface Hit {
 /**
  * Returns the surfaces of an object, for its `surfaces`: one for each material of all meshes in `root`, the largest
  * first. A mesh with groups has several, and so has a model of several meshes. Call it again when materials change.
+ * With `textures`, surfaces state their base-colour maps, which these send if the service asks for them.
  */
-export function surfacesOf(root: Root): ObjectSurface[];
+export function surfacesOf(root: Root, textures?: Textures): ObjectSurface[];
 /** Returns the index of the surface that a ray hit, for `surface` of a touch; 0, the largest, if it is none of `surfacesOf`. */
 export function surfaceAt(root: Root, hit: Hit): number;
+
+/** Sends texture maps, so that the service can tell the material of surfaces that neither name nor shader tells. */
+export class Textures {
+  /** Number of maps that a canvas could not draw or read, such as compressed ones and those of another origin. */
+  unreadable: number;
+  /**
+   * Returns the hash that a surface with this map states as its `texture`; undefined: the map cannot be read.
+   * `region` is the part of the map that the surface uses, in fractions from the top left.
+   */
+  name(
+    image: CanvasImageSource | {data: ArrayLike<number>; width: number; height: number},
+    region?: {x: number; y: number; w: number; h: number},
+  ): string | undefined;
+  /** Sends the maps that the service of this connection asks for, a few a second. */
+  follow(haptics: Haptics): void;
+  /** Forgets every map, for a scene that replaces another. */
+  clear(): void;
+}

@@ -10,15 +10,18 @@ const LONGEST = 256; // characters of a name
 
 const orders = new WeakMap(); // root -> its materials, in the order of its surfaces
 
-/** Returns the surfaces of everything in `root`, for `surfaces` of an object; call it again when materials change. */
-export function surfacesOf(root) {
+/**
+ * Returns the surfaces of everything in `root`, for `surfaces` of an object; call it again when materials change.
+ * With `textures`, those of base-colour maps state them, too.
+ */
+export function surfacesOf(root, textures) {
   const areas = new Map(); // by material
   root.updateWorldMatrix(true, true);
   root.traverse((mesh) => mesh.isMesh && measure(mesh, areas));
   const materials = [...areas.keys()].sort((one, other) => areas.get(other) - areas.get(one));
   if (materials.length > MOST) console.warn(`hapticvlm: ${materials.length - MOST} small surfaces of ${root.name || 'an object'} are felt as its largest`);
   orders.set(root, new Map(materials.slice(0, MOST).map((material, index) => [material, index])));
-  return materials.slice(0, MOST).map(describe);
+  return materials.slice(0, MOST).map((material) => describe(material, textures));
 }
 
 /** Returns the index of the surface that a ray hit, for `surface` of a touch; `hit` is an intersection of a Raycaster. */
@@ -62,11 +65,12 @@ function triangle(positions, a, b, c, m) {
   return Math.sqrt((py * qz - pz * qy) ** 2 + (pz * qx - px * qz) ** 2 + (px * qy - py * qx) ** 2) / 2;
 }
 
-/** Returns what a material says of itself: its name, after that of its texture's file, and its shader parameters. */
-function describe(material) {
+/** Returns what a material says of itself: its name, after that of its texture's file, its shader parameters, its map. */
+function describe(material, textures) {
   const file = material.map?.name.split('/').at(-1);
   const name = [file, material.name].filter(Boolean).join('/').slice(-LONGEST);
-  return {name: name || undefined, shader: shaderOf(material)};
+  const texture = material.map?.image ? textures?.name(material.map.image) : undefined;
+  return {name: name || undefined, shader: shaderOf(material), texture};
 }
 
 /** Returns the parameters that hold for the whole surface: where a map gives one, its factor says nothing. */
