@@ -115,7 +115,7 @@ def test_the_asyncapi_document_names_every_message_and_resolves_every_reference(
         for step in reference.split("/"):
             target = target[step]
         assert target
-    assert len(document["channels"]["socket"]["messages"]) == 15
+    assert len(document["channels"]["socket"]["messages"]) == 16
     assert document["asyncapi"].startswith("3.")
 
 
