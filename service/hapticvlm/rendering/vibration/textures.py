@@ -33,7 +33,7 @@ from hapticvlm.rendering.vibration.equaliser import NOMINAL, Playback
 from hapticvlm.rendering.vibration.loops import Loop
 from hapticvlm.rendering.vibration.perceived_level import GRID_HZ, perceived_amplitude
 from hapticvlm.rendering.vibration.smoothing import SmoothedValue
-from hapticvlm.rendering.vibration.vibration import Motion
+from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 
 _Floats = NDArray[np.float64]
 
@@ -55,8 +55,8 @@ _TOO_HARD_HZ = 200.0  # a material that rings higher is not carved: the blade sl
 _CHATTER = 0.7
 _GRAIN_HZ = (80.0, 250.0)
 _GRAIN_DECAY = 120.0
-_GRAIN_S = 0.04
-_GRAIN_CONTACT_S = 2.4e-3
+GRAIN_S = 0.04
+GRAIN_CONTACT_S = 2.4e-3
 _GRAIN_AMPLITUDE = 7.0
 _GRAIN_PEAK = 0.85
 _CARVE_RUB = 0.6  # share of plain rubbing that is felt between the breaks
@@ -158,17 +158,26 @@ def catching(stick: float, motion: Motion) -> float:
 
 @lru_cache(maxsize=64)
 def grain(vibration: Vibration, playback: Playback) -> _Floats:
-    """Return one grain, (_GRAIN_S * rate_hz,): the first mode within wood's range, levelled."""
+    """Return one grain, (GRAIN_S * rate_hz,): the first mode within wood's range, levelled."""
+    modes = (grain_mode(vibration),)
+    # The level is that of the grain at RATE_HZ, whatever the rate it is rendered at: the energy of
+    # a sum over samples depends on their number.
+    wave = impacts.struck(modes, GRAIN_CONTACT_S, 1.0, playback.rate_hz, limits=False)
+    wave = playback.correction.apply(_grain_gain(modes[0]) * wave, playback.rate_hz)
+    wave = wave[: int(GRAIN_S * playback.rate_hz)]
+    return np.asarray(wave * min(1.0, _GRAIN_PEAK / np.abs(wave).max()))
+
+
+def grain_mode(vibration: Vibration) -> Mode:
+    """Return the mode of a grain: the first one of the material, within wood's range."""
     mode = vibration.modes[0]
     frequency_hz = min(max(mode.frequency_hz, _GRAIN_HZ[0]), _GRAIN_HZ[1])
-    decay = max(mode.decay_per_s, _GRAIN_DECAY)
-    modes = (Mode(frequency_hz, decay, 1.0),)
-    wave = impacts.struck(modes, _GRAIN_CONTACT_S, 1.0, playback.rate_hz, limits=False)
-    wave = playback.correction.apply(
-        _GRAIN_AMPLITUDE / perceived_amplitude(wave) * wave, playback.rate_hz
-    )
-    wave = wave[: int(_GRAIN_S * playback.rate_hz)]
-    return np.asarray(wave * min(1.0, _GRAIN_PEAK / np.abs(wave).max()))
+    return Mode(frequency_hz, max(mode.decay_per_s, _GRAIN_DECAY), 1.0)
+
+
+def _grain_gain(mode: Mode) -> float:
+    wave = impacts.struck((mode,), GRAIN_CONTACT_S, 1.0, RATE_HZ, limits=False)
+    return _GRAIN_AMPLITUDE / perceived_amplitude(wave)
 
 
 class _Reader:
