@@ -116,3 +116,42 @@ export interface Hit {
 export function surfacesOf(root: Root): ObjectSurface[];
 /** Returns the index of the surface that a ray hit, for `surface` of a touch; 0, the largest, if it is none of `surfacesOf`. */
 export function surfaceAt(root: Root, hit: Hit): number;
+
+/** The tables of `feel.json`, opened. */
+export interface OpenFeel {
+  readonly materials: ReadonlyMap<string, unknown>;
+}
+
+/** Opens the parsed contents of `feel.json`. Throws where its version is unknown. */
+export function openFeel(file: unknown): OpenFeel;
+
+/** How a touched surface feels: its material, and what `materials.json` says of it. */
+export interface FeltSurface {
+  material?: string;
+  /** Factor of impacts, below 1 where the material is doubtful. */
+  impact_gain?: number;
+  /** Thickness of a swung object, m. */
+  thickness_m?: number;
+  hum?: {frequency_hz: number; level: number; drives: number[]};
+}
+
+/** A touch as `Haptics.touch` takes it. */
+export type PlayedTouch = Omit<Touch, 'type' | 'id' | 'captured_at'>;
+export type Plan = Required<Pick<Vibration, 'period_ms' | 'amplitude' | 'frequency_hz' | 'transients'>>;
+
+/** The two hands of one scene without a service; times are in s of any one clock. */
+export class FeelPlayer {
+  constructor(feel: OpenFeel, surfaceOf: (touch: PlayedTouch) => FeltSurface | undefined, options?: {soundHz?: number});
+  /** Factor of every vibration, 0 to 1. */
+  set gain(value: number);
+  /** Receives a touch; returns whether it begins an impact, which asks for a plan at once. */
+  touch(touch: PlayedTouch, now: number): boolean;
+  /** Ends everything at once; a hand is felt again after its release and a new approach or contact. */
+  stop(): void;
+  /** Whether a stop keeps this hand silent. */
+  isHeld(hand: HandName): boolean;
+  /** Returns the next 100 ms of a hand; empty lists are silence. */
+  plan(hand: HandName, form: 'amplitude' | 'parametric', now: number): Plan;
+  /** Returns the next samples of both hands, -1 to 1, at `soundHz`. */
+  render(count: number, now: number): Float64Array;
+}

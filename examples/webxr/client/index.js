@@ -1,3 +1,4 @@
 export {Haptics} from './haptics.js';
 export {Pulses} from './pulses.js';
 export {surfaceAt, surfacesOf} from './surfaces.js';
+export {FeelPlayer, openFeel} from './feel.js';
