@@ -34,6 +34,7 @@ from hapticvlm.scenes import bake
 
 HERE = Path(__file__).parent
 WEB = HERE.parent / "examples" / "webxr" / "client"
+UNITY_FEEL = HERE.parent / "unity_client" / "Runtime" / "Baked" / "Resources" / "HapticVLM"
 PAGE = HERE.parent / "docs" / "protocol.md"
 UNITY = HERE.parent / "unity_client" / "Runtime" / "Core" / "Generated"
 Json = dict[str, Any]
@@ -48,7 +49,7 @@ def main(arguments: list[str]) -> int:
             continue
         stale.append(path.name)
         if "--check" not in arguments:
-            path.parent.mkdir(exist_ok=True)
+            path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(text, encoding="utf-8")
     if stale and "--check" in arguments:
         print(f"stale: {', '.join(stale)}; run `make schemas`", file=sys.stderr)
@@ -73,7 +74,7 @@ def generated() -> Iterator[tuple[Path, str]]:
     )
     yield HERE / "vectors" / "feel.json", _lines(feel_vectors.cases())
     feel = feel_tables.encode(feel_tables.feel(MATERIALS)).decode()
-    for folder in (WEB,):
+    for folder in (WEB, UNITY_FEEL):
         yield folder / "feel.json", feel
     yield UNITY / "Enums.g.cs", csharp.enums(json_schema())
     yield UNITY / "Messages.g.cs", csharp.types(json_schema())
