@@ -90,3 +90,45 @@ def test_a_file_of_another_version_is_refused_with_what_to_do(tmp_path: Path) ->
     )
     assert ran.returncode != 0
     assert "bake it again" in ran.stderr
+
+
+@pytest.fixture(scope="module")
+def felt() -> dict[str, Any]:
+    """The motor's account of a scene whose service dies, freezes and comes back."""
+    require("node")
+    ran = subprocess.run(
+        ["node", str(HERE / "felt.mjs")],
+        capture_output=True,
+        text=True,
+        timeout=120.0 * PACE,
+        check=False,
+    )
+    assert ran.returncode == 0, ran.stderr
+    account: dict[str, Any] = json.loads(ran.stdout)
+    return account
+
+
+def test_a_stroke_goes_on_while_the_service_dies_and_comes_back(felt: dict[str, Any]) -> None:
+    for way in ("deaths", "freezes"):
+        assert felt[way]["gap_ms"] <= 50
+        assert felt[way]["by"] == ["baked", "service"]
+
+
+def test_a_strike_is_played_whatever_the_service_does(felt: dict[str, Any]) -> None:
+    strikes = ("strike after a freeze", "strike after a death", "strike long after")
+    assert [felt[strike] for strike in strikes] == [pytest.approx(felt[strikes[2]], rel=0.05)] * 3
+    assert felt[strikes[2]] > 0.5
+
+
+def test_nothing_is_felt_after_a_stop_though_the_other_one_takes_over(felt: dict[str, Any]) -> None:
+    for case in ("stop with a service", "stop without one"):
+        assert felt[case]["held"] == 0
+        assert felt[case]["again"] > 0.5
+
+
+def test_the_mode_says_which_of_the_two_is_felt(felt: dict[str, Any]) -> None:
+    assert felt["auto, service"] == {"felt": True, "by": "service", "silence": ""}
+    assert felt["auto, none"] == {"felt": True, "by": "baked", "silence": ""}
+    assert felt["baked, service"] == {"felt": True, "by": "baked", "silence": ""}
+    assert felt["service, none"]["felt"] is False
+    assert "no service answers" in felt["service, none"]["silence"]

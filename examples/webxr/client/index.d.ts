@@ -42,6 +42,8 @@ export class Haptics extends EventTarget {
   readonly isOwner: boolean;
   /** The reason why nothing is felt, in one sentence; empty if there is none. */
   readonly silence: string;
+  /** Time of the service's last message, on the clock of `performance.now`, ms. */
+  readonly receivedAt: number;
   /** Numbers of dropped messages: touches without ownership of the outputs, frames replaced by a newer one. */
   readonly lost: {touches: number; frames: number};
   /** Describes all objects of the scene, now and after each reconnect; replaces earlier objects. */
@@ -81,7 +83,7 @@ export class Pulses {
   /** Factor applied to the vibration, 0 to 4; values above 1 help weak motors. */
   gain: number;
   /** Plays the vibration of this connection, and requests it for both hands. */
-  follow(haptics: Haptics): void;
+  follow(haptics: Haptics | Felt): void;
   /** Receives one `vibration` event, for use without `follow`. */
   receive(vibration: Pick<Vibration, 'hand' | 'period_ms' | 'amplitude'>): void;
   /** Drops the current plan. */
@@ -154,4 +156,29 @@ export class FeelPlayer {
   plan(hand: HandName, form: 'amplitude' | 'parametric', now: number): Plan;
   /** Returns the next samples of both hands, -1 to 1, at `soundHz`. */
   render(count: number, now: number): Float64Array;
+}
+
+/** The service where it answers, else a bake. */
+export type FeltMode = 'auto' | 'service' | 'baked';
+
+/** One switch for what is felt: the service, or a bake in this page. */
+export class Felt extends EventTarget {
+  /** `haptics` is null for a page without a service; `materials` is the contents of `materials.json`. */
+  constructor(haptics: Haptics | null, feel: OpenFeel, options?: {materials?: unknown; mode?: FeltMode});
+  mode: FeltMode;
+  /** Which of the two is felt now. */
+  readonly by: 'service' | 'baked';
+  /** The reason why nothing is felt, in one sentence; empty if there is none. */
+  readonly silence: string;
+  scene(objects: SceneObject[], fields?: Pick<Scene, 'ambient_c' | 'materials'>): void;
+  feel(hands: Feel): void;
+  gains(gains: {vibration_gain?: number; thermal_gain?: number}): void;
+  /** Sends a touch; send it at 30 Hz or more, so that a change to the bake leaves no gap above 50 ms. */
+  touch(fields: TouchFields): void;
+  stop(scope?: Scope): void;
+  close(): void;
+  addEventListener<K extends keyof HapticsEvents>(
+    type: K, listener: (event: CustomEvent<HapticsEvents[K]>) => void, options?: boolean | AddEventListenerOptions,
+  ): void;
+  addEventListener(type: string, listener: EventListenerOrEventListenerObject | null, options?: boolean | AddEventListenerOptions): void;
 }

@@ -2,3 +2,4 @@ export {Haptics} from './haptics.js';
 export {Pulses} from './pulses.js';
 export {surfaceAt, surfacesOf} from './surfaces.js';
 export {FeelPlayer, openFeel} from './feel.js';
+export {Felt} from './felt.js';
