@@ -35,6 +35,7 @@ from hapticvlm.scenes import bake
 HERE = Path(__file__).parent
 WEB = HERE.parent / "examples" / "webxr" / "client"
 UNITY_FEEL = HERE.parent / "unity_client" / "Runtime" / "Baked" / "Resources" / "HapticVLM"
+GODOT = HERE.parent / "examples" / "godot" / "addons" / "hapticvlm"
 PAGE = HERE.parent / "docs" / "protocol.md"
 UNITY = HERE.parent / "unity_client" / "Runtime" / "Core" / "Generated"
 Json = dict[str, Any]
@@ -74,7 +75,7 @@ def generated() -> Iterator[tuple[Path, str]]:
     )
     yield HERE / "vectors" / "feel.json", _lines(feel_vectors.cases())
     feel = feel_tables.encode(feel_tables.feel(MATERIALS)).decode()
-    for folder in (WEB, UNITY_FEEL):
+    for folder in (WEB, UNITY_FEEL, GODOT):
         yield folder / "feel.json", feel
     yield UNITY / "Enums.g.cs", csharp.enums(json_schema())
     yield UNITY / "Messages.g.cs", csharp.types(json_schema())
