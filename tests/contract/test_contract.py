@@ -114,7 +114,8 @@ def test_its_types_are_those_of_the_contract(types: str) -> None:
 def test_it_holds_the_client_its_types_its_licence_and_nothing_else(packed: Path) -> None:
     with tarfile.open(packed) as archive:
         names = {name.removeprefix("package/") for name in archive.getnames()}
-    code = {"index.js", "haptics.js", "pulses.js", "feel.js", "felt.js", "feel.json"}
+    code = {"index.js", "haptics.js", "pulses.js", "feel.js", "felt.js", "feel.json", "sound.js"}
+    code |= {"sound.worklet.js"}
     code |= {"surfaces.js", "index.d.ts", "messages.d.ts"}
     assert names == code | {"package.json", "README.md", "LICENSE"}
 

@@ -7,6 +7,7 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from feel_parity import GOLDEN, Deviation, deviations
 from pace import PACE
@@ -14,11 +15,17 @@ from toolchains import require
 
 import feel_vectors
 from hapticvlm.materials import MATERIALS
-from hapticvlm.rendering.vibration.vibration import INTERACTIONS
+from hapticvlm.rendering.vibration.equaliser import Playback
+from hapticvlm.rendering.vibration.vibration import INTERACTIONS, Motion
+from hapticvlm.rendering.vibration.voices import Command, Voices
+from hapticvlm.session.hands import LEASE_S
 
 pytestmark = pytest.mark.process
 
 HERE = Path(__file__).parent
+HEARD_HZ = 8000
+BLOCK = 128
+BLOCKS = 24  # 0.4 s
 FEEL = HERE.parents[1] / "examples" / "webxr" / "client" / "feel.json"
 
 
@@ -132,3 +139,37 @@ def test_the_mode_says_which_of_the_two_is_felt(felt: dict[str, Any]) -> None:
     assert felt["baked, service"] == {"felt": True, "by": "baked", "silence": ""}
     assert felt["service, none"]["felt"] is False
     assert "no service answers" in felt["service, none"]["silence"]
+
+
+@pytest.mark.parametrize(("material", "phase"), [("glass", "strike"), ("rubber", "slide")])
+def test_a_touch_is_heard_as_the_speaker_plays_it(material: str, phase: str) -> None:
+    require("node")
+    fields = {"hand": "right", "object_id": material, "speed_mps": 0.4, "force_n": 1.5}
+    touches = [
+        {"block": at, "touch": {**fields, "phase": "contact" if not at else "slide"}}
+        for at in range(0, 1 if phase == "strike" else BLOCKS, 4)
+    ]
+    asked = {"rate": HEARD_HZ, "block": BLOCK, "blocks": BLOCKS, "touches": touches}
+    ran = subprocess.run(
+        ["node", str(HERE / "hear_feel.mjs"), str(FEEL)],
+        input=json.dumps(asked),
+        capture_output=True,
+        text=True,
+        timeout=60.0 * PACE,
+        check=False,
+    )
+    assert ran.returncode == 0, ran.stderr
+    heard = np.array(json.loads(ran.stdout))
+    voices = Voices(1.0, MATERIALS, Playback(HEARD_HZ))
+    played = []
+    for at in range(BLOCKS):
+        for each in (one for one in touches if one["block"] == at):
+            now = at * BLOCK / HEARD_HZ
+            is_onset = each["touch"]["phase"] == "contact"
+            kind = "strike" if is_onset else "slide"
+            motion = Motion(0.4, 1.5)
+            voices.apply(Command(1, material, kind, is_onset, motion, 1, now + LEASE_S))
+        played.append(voices.render(BLOCK, at * BLOCK / HEARD_HZ))
+    wanted = np.concatenate(played)
+    assert np.sqrt(np.mean(wanted**2)) > 0.01
+    assert np.sqrt(np.mean((heard - wanted) ** 2)) < 0.05 * np.sqrt(np.mean(wanted**2))

@@ -6,12 +6,7 @@ import json
 import os
 import shutil
 import tempfile
-import threading
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
-from functools import partial
-from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +15,7 @@ from feel_parity import GOLDEN, deviations
 from godot_pack import pack, project_files
 from godot_scene import CHROMIUM, ENGINE, LLVMPIPE, PATIENCE_S, PROJECT, TEMPLATE
 from playwright.sync_api import sync_playwright
+from static_server import served
 
 pytestmark = [
     pytest.mark.nightly,
@@ -95,22 +91,3 @@ def exported(folder: Path, cases: list[dict[str, Any]]) -> Path:
     shutil.copy(HERE / "godot_page.html", folder / "index.html")
     (folder / "index.pck").write_bytes(pack(files))
     return folder
-
-
-@contextmanager
-def served(folder: Path) -> Iterator[str]:
-    """Serve a folder on a free port of this machine; yield its address."""
-    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=str(folder)))
-    threading.Thread(target=server.serve_forever, daemon=True).start()
-    try:
-        yield f"http://127.0.0.1:{server.server_port}/"
-    finally:
-        server.shutdown()
-        server.server_close()
-
-
-class Quiet(SimpleHTTPRequestHandler):
-    """Serves files without a line for each."""
-
-    def log_message(self, *_: object) -> None:
-        """Log nothing."""

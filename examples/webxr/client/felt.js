@@ -35,7 +35,7 @@ export class Felt extends EventTarget {
     super();
     this.#haptics = haptics;
     this.#objects = materials?.objects ?? {};
-    this.#player = new FeelPlayer(feel, (touch) => this.#surfaceOf(touch));
+    this.#player = new FeelPlayer(feel, (touch) => this.surfaceOf(touch));
     this.mode = mode;
     for (const name of FORWARDED) haptics?.addEventListener(name, ({detail}) => this.#forward(name, detail));
     haptics?.addEventListener('vibration', ({detail}) => this.#served(detail));
@@ -103,6 +103,14 @@ export class Felt extends EventTarget {
     else if (touch.phase === 'release') this.#send(touch.hand, now);
   }
 
+  /** Returns what is felt of a touched object without the service: a surface of `materials.json`. */
+  surfaceOf({object_id: id, surface = 0}) {
+    const baked = this.#objects[id]?.surfaces;
+    const material = this.#decided.get(id);
+    if (material !== undefined) return {...baked?.[surface], material};
+    return baked?.[surface] ?? baked?.[0] ?? {material: this.#declared.get(id)};
+  }
+
   /** Stops outputs at once. */
   stop(scope = 'all') {
     this.#haptics?.stop(scope);
@@ -129,13 +137,6 @@ export class Felt extends EventTarget {
     if (isOwner && this.#askedAt !== null && receivedAt < this.#askedAt && now - this.#askedAt >= BRIDGE_MS) hand.served = false;
     else if (now - this.#connectedAt >= HAND_BACK_MS && !(hand.vibrates && isOwner)) hand.served = true;
     return !hand.served;
-  }
-
-  #surfaceOf({object_id: id, surface = 0}) {
-    const baked = this.#objects[id]?.surfaces;
-    const material = this.#decided.get(id);
-    if (material !== undefined) return {...baked?.[surface], material};
-    return baked?.[surface] ?? baked?.[0] ?? {material: this.#declared.get(id)};
   }
 
   #forward(name, detail) {

@@ -173,6 +173,8 @@ export class Felt extends EventTarget {
   scene(objects: SceneObject[], fields?: Pick<Scene, 'ambient_c' | 'materials'>): void;
   feel(hands: Feel): void;
   gains(gains: {vibration_gain?: number; thermal_gain?: number}): void;
+  /** Returns what is felt of a touched object without the service. */
+  surfaceOf(touch: PlayedTouch): FeltSurface;
   /** Sends a touch; send it at 30 Hz or more, so that a change to the bake leaves no gap above 50 ms. */
   touch(fields: TouchFields): void;
   stop(scope?: Scope): void;
@@ -181,4 +183,16 @@ export class Felt extends EventTarget {
     type: K, listener: (event: CustomEvent<HapticsEvents[K]>) => void, options?: boolean | AddEventListenerOptions,
   ): void;
   addEventListener(type: string, listener: EventListenerOrEventListenerObject | null, options?: boolean | AddEventListenerOptions): void;
+}
+
+/** Plays touches as sound in an AudioContext, from the tables of a bake. */
+export class FeltSound {
+  /** `context` is an `AudioContext`. */
+  static open(context: unknown, feel: OpenFeel): Promise<FeltSound>;
+  /** The `AudioWorkletNode` to connect. */
+  readonly output: unknown;
+  touch(touch: PlayedTouch, surface?: FeltSurface): void;
+  /** Ends everything within 20 ms. */
+  stop(): void;
+  close(): void;
 }

@@ -3,3 +3,4 @@ export {Pulses} from './pulses.js';
 export {surfaceAt, surfacesOf} from './surfaces.js';
 export {FeelPlayer, openFeel} from './feel.js';
 export {Felt} from './felt.js';
+export {FeltSound} from './sound.js';
