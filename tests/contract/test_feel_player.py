@@ -145,7 +145,7 @@ def test_the_mode_says_which_of_the_two_is_felt(felt: dict[str, Any]) -> None:
 def test_a_touch_is_heard_as_the_speaker_plays_it(material: str, phase: str) -> None:
     require("node")
     fields = {"hand": "right", "object_id": material, "speed_mps": 0.4, "force_n": 1.5}
-    touches = [
+    touches: list[dict[str, Any]] = [
         {"block": at, "touch": {**fields, "phase": "contact" if not at else "slide"}}
         for at in range(0, 1 if phase == "strike" else BLOCKS, 4)
     ]
