@@ -12,7 +12,7 @@ import pytest
 
 from hapticvlm.errors import UsageError
 from hapticvlm.materials import MATERIALS
-from hapticvlm.messages import Scene, SceneObject, Vibrates
+from hapticvlm.messages import ObjectSurface, Scene, SceneObject, Vibrates
 from hapticvlm.scenes import bake
 from hapticvlm.scenes.bake import BakedSurface, Materials
 
@@ -117,3 +117,17 @@ def test_the_file_keeps_its_schema() -> None:
     schema = json.loads((ROOT / "schemas/materials.schema.json").read_text())
     document = msgspec.json.decode(bake.encode(baked(OBJECTS).materials))
     jsonschema.Draft202012Validator(schema).validate(document)
+
+
+def test_each_surface_of_an_object_is_baked_and_corrected_by_itself() -> None:
+    parts = [ObjectSurface(name="oak_planks"), ObjectSurface(name="steel_frame")]
+    bench = [SceneObject(object_id="bench", surfaces=parts)]
+    first = baked(bench).materials
+    assert [each.material for each in first.objects["bench"].surfaces] == ["wood", "metal"]
+    document = json.loads(bake.encode(first))
+    document["objects"]["bench"]["surfaces"][1] |= {"material": "plastic", "by": "hand"}
+    again = baked(bench, bake.decode(json.dumps(document).encode()))
+    assert [each.material for each in again.materials.objects["bench"].surfaces] == [
+        *("wood", "plastic")
+    ]
+    assert list(again.feel.materials) == ["plastic", "wood"]

@@ -94,21 +94,25 @@ def bake(model: SceneModel, table: Mapping[str, Material], before: Materials | N
 
     Raises UsageError for a correction whose material is not in the table.
     """
-    targets = [target for target in model.objects.known if isinstance(target, ObjectTarget)]
-    targets.sort(key=lambda target: target.object_id)
+    known = {target.object_id for target in model.objects.known if isinstance(target, ObjectTarget)}
     corrections = {} if before is None else _corrections(before, table)
     objects = {}
-    for target in targets:
-        surface = _surface(model, target)
-        correction = corrections.get(target.object_id)
-        if correction is not None:
-            surface = _corrected(surface, correction)
-        facts = model.objects.facts(target)
-        objects[target.object_id] = BakedObject((surface,), facts.name if facts else None)
+    for object_id in sorted(known):
+        facts = model.objects.facts(ObjectTarget(object_id))
+        count = max(1, len(facts.surfaces or ()) if facts else 1)
+        surfaces = [_surface(model, ObjectTarget(object_id, index)) for index in range(count)]
+        for index, surface in enumerate(surfaces):
+            if (object_id, index) in corrections:
+                surfaces[index] = _corrected(surface, corrections[object_id, index])
+        objects[object_id] = BakedObject(tuple(surfaces), facts.name if facts else None)
     felt = {one.material for each in objects.values() for one in each.surfaces}
     used = {name: table[name] for name in felt if name is not None}
     sentences = (*NEEDS_SERVICE, *feel_tables.left_out(used), *_unknown(objects))
-    lost = tuple(object_id for object_id in corrections if object_id not in objects)
+    lost = tuple(
+        object_id
+        for object_id, index in corrections
+        if object_id not in objects or index >= len(objects[object_id].surfaces)
+    )
     return Bake(Materials(VERSION, objects, sentences), feel_tables.feel(used), lost)
 
 
@@ -133,14 +137,17 @@ def decode(content: bytes) -> Materials:
     return materials
 
 
-def _corrections(before: Materials, table: Mapping[str, Material]) -> dict[str, str | None]:
-    """Return the material of each object that a person corrected."""
+def _corrections(
+    before: Materials, table: Mapping[str, Material]
+) -> dict[tuple[str, int], str | None]:
+    """Return the material of each surface that a person corrected, by object and index."""
     corrections = {
-        object_id: each.surfaces[0].material
+        (object_id, index): surface.material
         for object_id, each in before.objects.items()
-        if each.surfaces and each.surfaces[0].by == BY_HAND
+        for index, surface in enumerate(each.surfaces)
+        if surface.by == BY_HAND
     }
-    for object_id, material in corrections.items():
+    for (object_id, _), material in corrections.items():
         if material is not None and material not in table:
             raise UsageError(
                 f"materials.json: objects.{object_id}: no material `{material[:60]}`"
