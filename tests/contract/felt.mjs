@@ -48,7 +48,7 @@ class Socket {
   send(data) {
     if (service.state !== 'alive') return;
     const {type, id, ...fields} = decode(data);
-    if (type === 'hello') return this.#answer({type: 'welcome', id, owner: true});
+    if (type === 'hello') return this.#answer({type: 'welcome', id, owner: true, protocol: {major: 1, minor: 2}});
     if (type === 'stop') {
       this.#player.stop();
       for (const hand of this.#hands) this.#answer({type: 'vibration', id: 0, hand, period_ms: 12.5, amplitude: [], stopped: true});

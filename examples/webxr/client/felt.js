@@ -19,7 +19,7 @@ export class Felt extends EventTarget {
   #player;
   #objects; // of materials.json
   #declared = new Map(); // materials that the scene states, by object id
-  #decided = new Map(); // materials that the service rendered, by object id
+  #decided = new Map(); // materials that the service rendered, by object id and surface
   #mode;
   #forms = {};
   #hands = Object.fromEntries(HANDS.map((name) => [name, {served: false, vibrates: false, plannedAt: -Infinity, missed: null}]));
@@ -106,7 +106,7 @@ export class Felt extends EventTarget {
   /** Returns what is felt of a touched object without the service: a surface of `materials.json`. */
   surfaceOf({object_id: id, surface = 0}) {
     const baked = this.#objects[id]?.surfaces;
-    const material = this.#decided.get(id);
+    const material = this.#decided.get(`${id} ${surface}`);
     if (material !== undefined) return {...baked?.[surface], material};
     return baked?.[surface] ?? baked?.[0] ?? {material: this.#declared.get(id)};
   }
@@ -140,7 +140,7 @@ export class Felt extends EventTarget {
   }
 
   #forward(name, detail) {
-    if (name === 'decision' && detail.object_id) this.#decided.set(detail.object_id, materialOf(detail));
+    if (name === 'decision' && detail.object_id) this.#decided.set(`${detail.object_id} ${detail.surface ?? 0}`, materialOf(detail));
     if (name === 'state') this.#connectedAt = performance.now();
     if (name === 'state' && detail === 'disconnected') for (const hand of Object.values(this.#hands)) hand.served = false;
     this.dispatchEvent(new CustomEvent(name, {detail}));
