@@ -18,9 +18,9 @@ SPEAKER_RESONANCE_HZ = 40.0  # a palm speaker is usable from 40-60 Hz up (physic
 # peak displacement. The shape, flat to 40 Hz and then falling by 12 dB per octave to 250 Hz, is
 # from Gescheider and Verrillo. The anchor (0.1 um at 250 Hz) and all values above 250 Hz are
 # unchecked, +-5 dB; "not felt at ordinary levels" at 1000 Hz is taken as +20 dB (physics.md 4.1).
-_THRESHOLD_HZ = np.array([40.0, 60, 80, 100, 125, 160, 200, 250, 500, 1000])
-_THRESHOLD_DB = np.array([12.0, 4.7, -0.3, -4.1, -8.0, -12.3, -16.1, -20.0, -9.0, 20.0])
-_THRESHOLD_LOG_HZ = np.log(_THRESHOLD_HZ)
+THRESHOLD_HZ = np.array([40.0, 60, 80, 100, 125, 160, 200, 250, 500, 1000])
+THRESHOLD_DB = np.array([12.0, 4.7, -0.3, -4.1, -8.0, -12.3, -16.1, -20.0, -9.0, 20.0])
+_THRESHOLD_LOG_HZ = np.log(THRESHOLD_HZ)
 
 
 @overload
@@ -32,8 +32,8 @@ def threshold_db(frequency_hz: float | NDArray[np.float64]) -> float | NDArray[n
 
     The result has the shape of `frequency_hz`; it is constant below 40 and above 1000 Hz.
     """
-    known = np.maximum(frequency_hz, _THRESHOLD_HZ[0])
-    decibels = np.interp(np.log(known), _THRESHOLD_LOG_HZ, _THRESHOLD_DB)
+    known = np.maximum(frequency_hz, THRESHOLD_HZ[0])
+    decibels = np.interp(np.log(known), _THRESHOLD_LOG_HZ, THRESHOLD_DB)
     return float(decibels) if np.ndim(frequency_hz) == 0 else decibels
 
 

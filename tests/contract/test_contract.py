@@ -122,10 +122,15 @@ def test_it_holds_the_client_its_types_its_licence_and_nothing_else(packed: Path
         names = {name.removeprefix("package/") for name in archive.getnames()}
     code = {
         "index.js",
+        "feel.js",
+        "feel.json",
+        "felt.js",
         "fitting.js",
         "hands.js",
         "haptics.js",
         "pulses.js",
+        "sound.js",
+        "sound.worklet.js",
         "surfaces.js",
         "textures.js",
         "index.d.ts",

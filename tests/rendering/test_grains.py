@@ -10,9 +10,12 @@ from msgspec.structs import replace as changed
 from numpy.typing import NDArray
 
 from hapticvlm.materials import MATERIALS
+from hapticvlm.rendering.vibration.equaliser import Playback
 from hapticvlm.rendering.vibration.grains import MAX_RATE_HZ, STEP_M, Grains, steps
 from hapticvlm.rendering.vibration.patterns import Pattern
+from hapticvlm.rendering.vibration.textures import grain
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
+from hapticvlm.rendering.vibration.vibration_plan import PLAN_HZ
 from hapticvlm.rendering.vibration.voices import Command, Voices
 from hapticvlm_studio.touches.sound import sound
 
@@ -166,3 +169,9 @@ def test_a_press_that_is_exported_gives_way_as_its_force_builds_up() -> None:
     building = slice(round(0.15 * RATE_HZ), round(0.35 * RATE_HZ))
     assert np.abs(soft[building]).max() > 0.1
     assert np.abs(hard[building]).max() < 0.01
+
+
+def test_a_grain_is_as_strong_at_the_rate_of_controllers_as_at_that_of_the_speaker() -> None:
+    for material in MATERIALS.values():
+        played, planned = (grain(material.vibration, Playback(rate)) for rate in (RATE_HZ, PLAN_HZ))
+        assert np.abs(planned).max() == pytest.approx(np.abs(played).max(), rel=0.1), material.name

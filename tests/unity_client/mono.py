@@ -14,7 +14,7 @@ HERE = Path(__file__).parent
 PACKAGE = HERE.parents[1] / "unity_client"
 NEEDED = ("mono", "mcs", "nunit-console")
 NUNIT = Path("/usr/lib/cli/nunit.framework-2.6.3/nunit.framework.dll")
-FLAGS = ("-langversion:7.2", "-warnaserror", "-debug", "-optimize+")
+FLAGS = ("-langversion:7.2", "-warnaserror", "-debug", "-optimize+", "-r:System.Numerics.dll")
 
 
 def require() -> None:
@@ -70,6 +70,7 @@ class Build:
 # Assemblies in the order of compilation: name, folders, references.
 PACKAGED = (
     ("HapticVLM.Core.dll", (PACKAGE / "Runtime" / "Core",), ()),
+    ("HapticVLM.Baked.dll", (PACKAGE / "Runtime" / "Baked",), ()),
     ("UnityEngine.dll", (HERE / "stubs",), ()),
     ("UnityEditor.dll", (HERE / "editor_stubs",), ("UnityEngine.dll",)),
     (
@@ -106,6 +107,7 @@ PROGRAMS = (
     ("HapticVLM.Editor.dll", (PACKAGE / "Editor",), ENGINE),
     # Includes the core's sources, because it uses their internal types.
     ("programs.exe", (HERE / "csharp", PACKAGE / "Runtime" / "Core"), ()),
+    ("baked.exe", (HERE / "baked", PACKAGE / "Runtime" / "Baked"), ()),
     ("components.exe", (HERE / "components",), (*ENGINE, "HapticVLM.Editor.dll")),
 )
 TESTS = (

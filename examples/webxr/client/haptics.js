@@ -73,6 +73,11 @@ export class Haptics extends EventTarget {
     return this.#isOwner;
   }
 
+  /** Time of the service's last message, on the clock of `performance.now`, ms. */
+  get receivedAt() {
+    return this.#receivedAt;
+  }
+
   /** The reason why nothing is felt, in one sentence; empty if there is none. */
   get silence() {
     if (this.#isClosed) return 'the connection was closed';

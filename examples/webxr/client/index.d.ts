@@ -47,6 +47,8 @@ export class Haptics extends EventTarget {
   readonly isOwner: boolean;
   /** The reason why nothing is felt, in one sentence; empty if there is none. */
   readonly silence: string;
+  /** Time of the service's last message, on the clock of `performance.now`, ms. */
+  readonly receivedAt: number;
   /** Numbers of dropped messages: touches without ownership of the outputs, frames replaced by a newer one. */
   readonly lost: {touches: number; frames: number};
   /** Describes all objects of the scene, now and after each reconnect; replaces earlier objects. */
@@ -99,7 +101,7 @@ export class Pulses {
   /** Factor applied to the vibration, 0 to 4; values above 1 help weak motors. */
   gain: number;
   /** Plays the vibration of this connection, and requests it for both hands. */
-  follow(haptics: Haptics): void;
+  follow(haptics: Haptics | Felt): void;
   /** Receives one `vibration` event, for use without `follow`. */
   receive(vibration: Pick<Vibration, 'hand' | 'period_ms' | 'amplitude'>): void;
   /** Drops the current plan. */
@@ -152,4 +154,82 @@ export class Textures {
   follow(haptics: Haptics): void;
   /** Forgets every map, for a scene that replaces another. */
   clear(): void;
+}
+
+/** The tables of `feel.json`, opened. */
+export interface OpenFeel {
+  readonly materials: ReadonlyMap<string, unknown>;
+}
+
+/** Opens the parsed contents of `feel.json`. Throws where its version is unknown. */
+export function openFeel(file: unknown): OpenFeel;
+
+/** How a touched surface feels: its material, and what `materials.json` says of it. */
+export interface FeltSurface {
+  material?: string;
+  /** Factor of impacts, below 1 where the material is doubtful. */
+  impact_gain?: number;
+  /** Thickness of a swung object, m. */
+  thickness_m?: number;
+  hum?: {frequency_hz: number; level: number; drives: number[]};
+}
+
+/** A touch as `Haptics.touch` takes it. */
+export type PlayedTouch = Omit<Touch, 'type' | 'id' | 'captured_at'>;
+export type Plan = Required<Pick<Vibration, 'period_ms' | 'amplitude' | 'frequency_hz' | 'transients'>>;
+
+/** The two hands of one scene without a service; times are in s of any one clock. */
+export class FeelPlayer {
+  constructor(feel: OpenFeel, surfaceOf: (touch: PlayedTouch) => FeltSurface | undefined, options?: {soundHz?: number});
+  /** Factor of every vibration, 0 to 1. */
+  set gain(value: number);
+  /** Receives a touch; returns whether it begins an impact, which asks for a plan at once. */
+  touch(touch: PlayedTouch, now: number): boolean;
+  /** Ends everything at once; a hand is felt again after its release and a new approach or contact. */
+  stop(): void;
+  /** Whether a stop keeps this hand silent. */
+  isHeld(hand: HandName): boolean;
+  /** Returns the next 100 ms of a hand; empty lists are silence. */
+  plan(hand: HandName, form: 'amplitude' | 'parametric', now: number): Plan;
+  /** Returns the next samples of both hands, -1 to 1, at `soundHz`. */
+  render(count: number, now: number): Float64Array;
+}
+
+/** The service where it answers, else a bake. */
+export type FeltMode = 'auto' | 'service' | 'baked';
+
+/** One switch for what is felt: the service, or a bake in this page. */
+export class Felt extends EventTarget {
+  /** `haptics` is null for a page without a service; `materials` is the contents of `materials.json`. */
+  constructor(haptics: Haptics | null, feel: OpenFeel, options?: {materials?: unknown; mode?: FeltMode});
+  mode: FeltMode;
+  /** Which of the two is felt now. */
+  readonly by: 'service' | 'baked';
+  /** The reason why nothing is felt, in one sentence; empty if there is none. */
+  readonly silence: string;
+  scene(objects: SceneObject[], fields?: Pick<Scene, 'ambient_c' | 'materials'>): void;
+  feel(hands: Feel): void;
+  gains(gains: {vibration_gain?: number; thermal_gain?: number}): void;
+  /** Returns what is felt of a touched object without the service. */
+  surfaceOf(touch: PlayedTouch): FeltSurface;
+  /** Sends a touch; send it at 30 Hz or more, so that a change to the bake leaves no gap above 50 ms. */
+  touch(fields: TouchFields): void;
+  stop(scope?: Scope): void;
+  close(): void;
+  addEventListener<K extends keyof HapticsEvents>(
+    type: K, listener: (event: CustomEvent<HapticsEvents[K]>) => void, options?: boolean | AddEventListenerOptions,
+  ): void;
+  addEventListener(type: string, listener: EventListenerOrEventListenerObject | null, options?: boolean | AddEventListenerOptions): void;
+}
+
+/** Plays touches as sound in an AudioContext, from the tables of a bake. */
+export class FeltSound {
+  /** `context` is an `AudioContext`. */
+  static open(context: unknown, feel: OpenFeel): Promise<FeltSound>;
+  /** The `AudioWorkletNode` to connect. */
+  readonly output: unknown;
+  touch(touch: PlayedTouch, surface?: FeltSurface): void;
+  /** Ends everything within 20 ms. */
+  stop(): void;
+  close(): void;
 }

@@ -3,3 +3,6 @@ export {Hands} from './hands.js';
 export {Pulses} from './pulses.js';
 export {surfaceAt, surfacesOf} from './surfaces.js';
 export {Textures} from './textures.js';
+export {FeelPlayer, openFeel} from './feel.js';
+export {Felt} from './felt.js';
+export {FeltSound} from './sound.js';

@@ -55,6 +55,7 @@ PARTS = {
     "hapticvlm_studio": {
         "feel": "show skin, plate and speaker during one touch",
         "export": "write a touch for other haptic tools",
+        "bake": "write how a scene feels to files, for players without a service",
         "evaluate": "grade a method on labelled pictures",
         "calibrate": "fit palm, plate and speaker",
         "study": "run a study with participants, and report it",

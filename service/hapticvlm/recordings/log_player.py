@@ -35,6 +35,7 @@ from hapticvlm.session.actions import (
     SetGain,
 )
 from hapticvlm.session.hands import Hold, Output
+from hapticvlm.session.scene_model import SceneModel
 from hapticvlm.session.targets import RecognitionRequest, name_of
 
 HoldState = list[tuple[Output, HandName, bool]]
@@ -44,8 +45,12 @@ Recognise = Callable[[Frame, str], Evidence]
 
 @dataclass(slots=True)
 class Replayed:
-    """The result of a replay; times of sounds are in s of the log's clock."""
+    """The result of a replay; times of sounds are in s of the log's clock.
 
+    `model` is the scene as the session left it.
+    """
+
+    model: SceneModel
     lines: int = 0
     counts: Counter[str] = field(default_factory=Counter)
     outputs: int = 0
@@ -86,7 +91,7 @@ class LogPlayer:
         self._outputs: list[Line] = []
         self._now = 0.0
         self._next_line = 1
-        self.outcome = Replayed()
+        self.outcome = Replayed(self._session.model)
 
     def play(self, line: Line) -> None:
         """Feed one line, or compare one line of outputs with those of the line before."""

@@ -78,6 +78,11 @@ class SceneSession:
         self._touches = TouchTracker(self._model, self._frames, hold or Hold(), plate)
 
     @property
+    def model(self) -> SceneModel:
+        """The model of the scene, to be read and not changed."""
+        return self._model
+
+    @property
     def materials(self) -> tuple[str, ...]:
         """The materials that this scene's objects may have."""
         return self._model.materials

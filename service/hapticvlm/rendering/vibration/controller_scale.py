@@ -31,7 +31,7 @@ MIN_LEVEL = 1e-3  # -60 dB of the palm speaker's full scale counts as silence
 MIN_IMPACT = 0.1  # at gain 1: no tap is weaker, of whatever material
 EXPONENT = 0.5
 # The strongest slide of the shipped materials at 1 m/s, as loudness and as drive, becomes 0.6.
-_SCALE: dict[Form, float] = {"amplitude": 2.2, "parametric": 1.4}
+SCALE: dict[Form, float] = {"amplitude": 2.2, "parametric": 1.4}
 
 _Values = NDArray[np.float64]
 
@@ -53,7 +53,7 @@ def controller_amplitude(level: _Values, form: Form) -> _Values:
     A level is sqrt(2) times the rms: of `loudness` for the form `amplitude`, of the drive itself
     for `parametric`.
     """
-    scaled = np.minimum(_SCALE[form] * np.maximum(level, 0.0) ** EXPONENT, 1.0)
+    scaled = np.minimum(SCALE[form] * np.maximum(level, 0.0) ** EXPONENT, 1.0)
     return np.where(level < MIN_LEVEL, 0.0, scaled)
 
 

@@ -25,7 +25,7 @@ from hapticvlm.rendering.vibration.vibration import Motion
 STEP_M = 2.5e-4  # by which the object yields from grain to grain
 MAX_RATE_HZ = 120.0  # more grains a second would be felt as a tone
 STRENGTH = 0.45  # of a fibre break's
-_BACK = 0.75  # steps by which a hand must release before it feels the same step again
+BACK = 0.75  # steps by which a hand must release before it feels the same step again
 
 
 def steps(vibration: Vibration, force_n: float) -> float:
@@ -77,8 +77,8 @@ class Grains:
             wave[at : at + self._grain.size] += self._grain
             self._next += math.floor(depth[at] - self._next) + 1.0
             begin = self._rest = at + min_gap
-        # When the hand releases, the steps that it has left by more than _BACK can be felt again.
+        # When the hand releases, the steps that it has left by more than BACK can be felt again.
         # Without this hysteresis a trembling hand would repeat one grain.
         deepest = self._next - 1.0
-        if depth[-1] < deepest - _BACK:
-            self._next -= math.floor(deepest - depth[-1] - _BACK) + 1.0
+        if depth[-1] < deepest - BACK:
+            self._next -= math.floor(deepest - depth[-1] - BACK) + 1.0

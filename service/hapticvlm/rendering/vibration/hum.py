@@ -58,11 +58,11 @@ class Tone:
         if count:
             self._turns = float(turns[-1]) % 1.0
         wave = np.zeros(count)
-        for order, drive in enumerate(self._drives(), start=1):
+        for order, drive in enumerate(self.drives(), start=1):
             wave += drive * np.sin(2.0 * math.pi * order * turns)
         return np.asarray(wave, dtype=np.float32)
 
-    def _drives(self) -> list[float]:
+    def drives(self) -> list[float]:
         """Amplitude of each harmonic, from the first on; together they feel like RMS at 250 Hz."""
         base = self.hum.frequency_hz
         orders = [n for n in range(1, HARMONICS + 1) if n == 1 or n * base <= HIGHEST_HZ]

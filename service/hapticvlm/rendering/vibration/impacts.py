@@ -53,20 +53,20 @@ _Floats = NDArray[np.float64]
 _Complex = NDArray[np.complex128]
 
 # Figures without a source are our choice, to be tuned by hand on real speakers.
-_CONTACT_S = {"tap": 3.2e-3, "strike": 2.7e-3, "press": 6.0e-3}  # pulse length at 1 m/s and 0 N
-_SHORTEST_S = 2.4e-3  # the spectrum ends at 2 / T = 830 Hz: nothing rings above the band
+CONTACT_S = {"tap": 3.2e-3, "strike": 2.7e-3, "press": 6.0e-3}  # pulse length at 1 m/s and 0 N
+SHORTEST_S = 2.4e-3  # the spectrum ends at 2 / T = 830 Hz: nothing rings above the band
 _LONGEST_S = 11e-3  # of the slowest press
-_HARD_N = 10.0  # at this force the pulse is 7 % shorter
-_DAMPING = {"tap": 1.0, "strike": 1.0, "press": 3.0}  # a pressing hand stays and damps the modes
-_LEVEL = {"tap": 0.6, "strike": 1.0, "press": 0.5}
+HARD_N = 10.0  # at this force the pulse is 7 % shorter
+DAMPING = {"tap": 1.0, "strike": 1.0, "press": 3.0}  # a pressing hand stays and damps the modes
+LEVEL = {"tap": 0.6, "strike": 1.0, "press": 0.5}
 HARDNESS = 0.75  # exponent of the first mode's frequency (physics.md 4.3)
 HARDEST_HZ = 350.0  # first mode of a material with full level
-_STRIKE_AMPLITUDE = 5.9  # at it the hardest strike of glass, which needs most drive, peaks at 0.9
-_LOUD_SPEED_MPS = 0.5  # an impact reaches 63 % of its level here
-_LOUD_FORCE_N = 3.0  # the same for a press
-_LONGEST_IMPACT_S = 0.48
-_END_FADE_S = 0.01
-_LENGTHS_S = np.geomspace(_SHORTEST_S, _LONGEST_S, 7)  # pulse lengths at which levels are equal
+STRIKE_AMPLITUDE = 5.9  # at it the hardest strike of glass, which needs most drive, peaks at 0.9
+LOUD_SPEED_MPS = 0.5  # an impact reaches 63 % of its level here
+LOUD_FORCE_N = 3.0  # the same for a press
+LONGEST_IMPACT_S = 0.48
+END_FADE_S = 0.01
+LENGTHS_S = np.geomspace(SHORTEST_S, _LONGEST_S, 7)  # pulse lengths at which levels are equal
 
 
 def impact(
@@ -90,9 +90,9 @@ def impact(
         for mode in vibration.modes
     )
     contact_s = _contact_s(interaction, motion)
-    level = _LEVEL[interaction] * strength(interaction, motion)
+    level = LEVEL[interaction] * strength(interaction, motion)
     level *= _gain(vibration, interaction, contact_s) * hardness(vibration)
-    damping = _DAMPING[interaction]
+    damping = DAMPING[interaction]
     limits = leaves_band(vibration, damping)
     wave = level * struck(modes, contact_s, damping, playback.rate_hz, limits=limits)
     wave = playback.correction.apply(wave, playback.rate_hz)
@@ -102,10 +102,10 @@ def impact(
 
 def strength(interaction: str, motion: Motion) -> float:
     """Share of its level (0..1) that an impact reaches by its speed and force."""
-    held = 0.7 + 0.6 * motion.force_n / (motion.force_n + _LOUD_FORCE_N)
-    push = held * motion.speed_mps / _LOUD_SPEED_MPS
+    held = 0.7 + 0.6 * motion.force_n / (motion.force_n + LOUD_FORCE_N)
+    push = held * motion.speed_mps / LOUD_SPEED_MPS
     if interaction == "press":
-        push += motion.force_n / _LOUD_FORCE_N
+        push += motion.force_n / LOUD_FORCE_N
     return 1.0 - math.exp(-push)
 
 
@@ -116,7 +116,7 @@ def hardness(vibration: Vibration) -> float:
 
 def full_strength(interaction: str) -> float:
     """Return the level of the hardest impact, in units of `perceived_amplitude`."""
-    return _LEVEL[interaction] * _STRIKE_AMPLITUDE
+    return LEVEL[interaction] * STRIKE_AMPLITUDE
 
 
 @lru_cache(maxsize=256)
@@ -139,7 +139,7 @@ def struck(
     factor of all decays; `limits` filters the result to the band of touch.
     """
     slowest = min(mode.decay_per_s for mode in modes) * damping
-    count = int(min(contact_s + 6.0 / slowest, _LONGEST_IMPACT_S) * rate_hz)
+    count = int(min(contact_s + 6.0 / slowest, LONGEST_IMPACT_S) * rate_hz)
     pulse = int(contact_s * rate_hz)
     decay, turns, gain = np.array([(m.decay_per_s, m.frequency_hz, m.gain) for m in modes]).T
     # While the pulse lasts (`pushed`) the closed form is evaluated; afterwards (`free`) each mode
@@ -156,7 +156,7 @@ def struck(
     free = _ring_out(pushed[:, -1:], pole / rate_hz, count - pulse)
     wave = np.concatenate((pushed[:, :-1].imag.sum(axis=0), free))
     wave = limited(wave, rate_hz) if limits else wave
-    fade = min(int(_END_FADE_S * rate_hz), count // 2)
+    fade = min(int(END_FADE_S * rate_hz), count // 2)
     wave[-fade:] *= 0.5 + 0.5 * np.cos(np.linspace(0.0, math.pi, fade))
     return wave
 
@@ -188,7 +188,7 @@ def _filter(rate_hz: int) -> _Floats:
 @lru_cache(maxsize=1)  # used twice in a row: for `leaves_band` and for the levels
 def _struck_at_each_length(vibration: Vibration, damping: float) -> tuple[_Floats, ...]:
     return tuple(
-        struck(vibration.modes, length_s, damping, RATE_HZ, limits=False) for length_s in _LENGTHS_S
+        struck(vibration.modes, length_s, damping, RATE_HZ, limits=False) for length_s in LENGTHS_S
     )
 
 
@@ -206,19 +206,19 @@ def _ring_out(start: _Complex, pole: _Complex, count: int) -> _Floats:
 
 def _contact_s(interaction: str, motion: Motion) -> float:
     slow = math.pow(max(motion.speed_mps, 0.05), -0.2)
-    hard = math.pow(1.0 + motion.force_n / _HARD_N, -0.1)
-    return max(_CONTACT_S[interaction] * slow * hard, _SHORTEST_S)
+    hard = math.pow(1.0 + motion.force_n / HARD_N, -0.1)
+    return max(CONTACT_S[interaction] * slow * hard, SHORTEST_S)
 
 
 def _gain(vibration: Vibration, interaction: str, contact_s: float) -> float:
     """Return the gain that makes all materials equally strong to the palm at this pulse length."""
-    log_gains = _log_gains(vibration, _DAMPING[interaction])
-    at = np.interp(math.log(contact_s), np.log(_LENGTHS_S), log_gains)
-    return _STRIKE_AMPLITUDE * math.exp(at)
+    gains = log_gains(vibration, DAMPING[interaction])
+    return STRIKE_AMPLITUDE * math.exp(np.interp(math.log(contact_s), np.log(LENGTHS_S), gains))
 
 
 @lru_cache(maxsize=256)
-def _log_gains(vibration: Vibration, damping: float) -> _Floats:
+def log_gains(vibration: Vibration, damping: float) -> _Floats:
+    """Return the logarithm of the levelling gain at each of LENGTHS_S, (7,)."""
     return CACHE.get(
         f"gains {damping!r} {vibration!r}", lambda: _computed_log_gains(vibration, damping)
     )
@@ -227,5 +227,5 @@ def _log_gains(vibration: Vibration, damping: float) -> _Floats:
 def _computed_log_gains(vibration: Vibration, damping: float) -> _Floats:
     waves = _struck_at_each_length(vibration, damping)
     if leaves_band(vibration, damping):
-        waves = tuple(struck(vibration.modes, s, damping, RATE_HZ, limits=True) for s in _LENGTHS_S)
+        waves = tuple(struck(vibration.modes, s, damping, RATE_HZ, limits=True) for s in LENGTHS_S)
     return np.asarray(-np.log(np.array([perceived_amplitude(wave) for wave in waves])))

@@ -33,33 +33,33 @@ from hapticvlm.rendering.vibration.equaliser import NOMINAL, Playback
 from hapticvlm.rendering.vibration.loops import Loop
 from hapticvlm.rendering.vibration.perceived_level import GRID_HZ, perceived_amplitude
 from hapticvlm.rendering.vibration.smoothing import SmoothedValue
-from hapticvlm.rendering.vibration.vibration import Motion
+from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 
 _Floats = NDArray[np.float64]
 
 # Figures without a source are our choice, to be tuned by hand on real speakers.
 RMS = 0.12  # of full scale at 250 Hz and roughness 1: leaves 12 dB of drive and peaks of 3 times it
-_LOWEST_HZ = 20.0
-_SLOW_SPEED_MPS = 0.12  # half level of a slide
-_LIGHT_FORCE_N = 0.5  # half of what force adds; without force the level is 30 %
-_SLIP_M = 2.5e-3  # critical displacement (physics.md 4.3)
-_SLIPS_HZ = (20.0, 160.0)
-_STUCK_N = 1.0  # at which half of the surface that can stick does
-_CATCH_MPS = 0.5  # per share that sticks: at this speed half of it no longer catches
+LOWEST_HZ = 20.0
+SLOW_SPEED_MPS = 0.12  # half level of a slide
+LIGHT_FORCE_N = 0.5  # half of what force adds; without force the level is 30 %
+SLIP_M = 2.5e-3  # critical displacement (physics.md 4.3)
+SLIPS_HZ = (20.0, 160.0)
+STUCK_N = 1.0  # at which half of the surface that can stick does
+CATCH_MPS = 0.5  # per share that sticks: at this speed half of it no longer catches
 STROUHAL = 0.2  # of a cylinder (physics.md 4.3)
-_SWING_SPEED_MPS = 2.5
+SWING_SPEED_MPS = 2.5
 _SWING_BANDWIDTH = (0.4, 1.0)  # of a smooth object, of a fully rough one
-_BREAK_PERIODS = 2.5  # width of a fibre in periods of the surface: 4 mm in wood (physics.md 4.3)
-_BREAKS_HZ = (10.0, 60.0)
+BREAK_PERIODS = 2.5  # width of a fibre in periods of the surface: 4 mm in wood (physics.md 4.3)
+BREAKS_HZ = (10.0, 60.0)
 _TOO_HARD_HZ = 200.0  # a material that rings higher is not carved: the blade slips and chatters
 _CHATTER = 0.7
 _GRAIN_HZ = (80.0, 250.0)
 _GRAIN_DECAY = 120.0
-_GRAIN_S = 0.04
-_GRAIN_CONTACT_S = 2.4e-3
+GRAIN_S = 0.04
+GRAIN_CONTACT_S = 2.4e-3
 _GRAIN_AMPLITUDE = 7.0
 _GRAIN_PEAK = 0.85
-_CARVE_RUB = 0.6  # share of plain rubbing that is felt between the breaks
+CARVE_RUB = 0.6  # share of plain rubbing that is felt between the breaks
 BEST_HZ = 250.0  # a palm is most sensitive here (physics.md 4.1)
 HIGHEST_HZ = 360.0  # needs 12 dB more drive than 250 Hz (perception.drive_threshold_db)
 BEND_HZ = 150.0  # our choice: 286 and 400 Hz stay 17 % apart, about one step of frequency
@@ -93,14 +93,14 @@ class Texture:
         self._rng = np.random.default_rng(seed)
         self._in_air = interaction == "swing"
         self._swung_m = vibration.swung_m if thickness_m is None else thickness_m
-        bandwidth = _shed(vibration.roughness) if self._in_air else vibration.bandwidth
+        bandwidth = shed(vibration.roughness) if self._in_air else vibration.bandwidth
         loop = loops.noise(bandwidth, 0.0 if self._in_air else vibration.roughness)
         self._surface = _Reader(loop, self._rng.random(), playback)
-        self._sticks = _sticks(vibration, interaction)
+        self._sticks = sticks(vibration, interaction)
         self._slips = (
             _Reader(loops.stick_slip(), self._rng.random(), playback) if self._sticks else None
         )
-        is_carved = interaction == "carve" and not _is_hard(vibration)
+        is_carved = interaction == "carve" and not is_hard(vibration)
         self._breaks = _Breaks(vibration, self._rng, playback) if is_carved else None
 
     def fork(self) -> Texture:
@@ -122,24 +122,24 @@ class Texture:
         rubbed = moved * rough * math.sqrt(1.0 - caught**2)
         wave += self._surface.read(count, self._centre_hz(motion.speed_mps), rubbed)
         if self._slips is not None:
-            rate_hz = min(max(motion.speed_mps / _SLIP_M, _SLIPS_HZ[0]), _SLIPS_HZ[1])
+            rate_hz = min(max(motion.speed_mps / SLIP_M, SLIPS_HZ[0]), SLIPS_HZ[1])
             wave += self._slips.read(count, rate_hz, moved * caught)
         if self._breaks is not None:
-            wave = _CARVE_RUB * wave + self._breaks.render(count, moved, motion.speed_mps)
+            wave = CARVE_RUB * wave + self._breaks.render(count, moved, motion.speed_mps)
         return np.asarray(wave, dtype=np.float32)
 
     def _centre_hz(self, speed_mps: float) -> float:
         period_m = self._swung_m / STROUHAL if self._in_air else self._vibration.pitch_m
-        return max(rendered_hz(speed_mps / period_m), _LOWEST_HZ)
+        return max(rendered_hz(speed_mps / period_m), LOWEST_HZ)
 
 
 def share(interaction: str, motion: Motion) -> float:
     """Share of its full strength (0..1) that a texture reaches by speed and force."""
     speed = motion.speed_mps
     if interaction == "swing":
-        return 1.0 - math.exp(-speed * speed / _SWING_SPEED_MPS**2)
-    pressed = 0.3 + 0.7 * motion.force_n / (motion.force_n + _LIGHT_FORCE_N)
-    return pressed * speed / (speed + _SLOW_SPEED_MPS)
+        return 1.0 - math.exp(-speed * speed / SWING_SPEED_MPS**2)
+    pressed = 0.3 + 0.7 * motion.force_n / (motion.force_n + LIGHT_FORCE_N)
+    return pressed * speed / (speed + SLOW_SPEED_MPS)
 
 
 def catching(stick: float, motion: Motion) -> float:
@@ -149,8 +149,8 @@ def catching(stick: float, motion: Motion) -> float:
     """
     # The held share saturates with the force. With the speed v it falls as 1 / (1 + (v / limit)^2):
     # beyond the limit the skin slides on before the surface can catch it again.
-    held = stick * motion.force_n / (motion.force_n + _STUCK_N)
-    limit_mps = _CATCH_MPS * held
+    held = stick * motion.force_n / (motion.force_n + STUCK_N)
+    limit_mps = CATCH_MPS * held
     if limit_mps == 0.0:
         return 0.0
     return held * (limit_mps / math.hypot(limit_mps, motion.speed_mps)) ** 2
@@ -158,17 +158,27 @@ def catching(stick: float, motion: Motion) -> float:
 
 @lru_cache(maxsize=64)
 def grain(vibration: Vibration, playback: Playback) -> _Floats:
-    """Return one grain, (_GRAIN_S * rate_hz,): the first mode within wood's range, levelled."""
+    """Return one grain, (GRAIN_S * rate_hz,): the first mode within wood's range, levelled."""
+    modes = (grain_mode(vibration),)
+    # The level is that of the grain at RATE_HZ, whatever the rate it is rendered at: the energy of
+    # a sum over samples depends on their number.
+    wave = impacts.struck(modes, GRAIN_CONTACT_S, 1.0, playback.rate_hz, limits=False)
+    wave = playback.correction.apply(grain_gain(modes[0]) * wave, playback.rate_hz)
+    wave = wave[: int(GRAIN_S * playback.rate_hz)]
+    return np.asarray(wave * min(1.0, _GRAIN_PEAK / np.abs(wave).max()))
+
+
+def grain_mode(vibration: Vibration) -> Mode:
+    """Return the mode of a grain: the first one of the material, within wood's range."""
     mode = vibration.modes[0]
     frequency_hz = min(max(mode.frequency_hz, _GRAIN_HZ[0]), _GRAIN_HZ[1])
-    decay = max(mode.decay_per_s, _GRAIN_DECAY)
-    modes = (Mode(frequency_hz, decay, 1.0),)
-    wave = impacts.struck(modes, _GRAIN_CONTACT_S, 1.0, playback.rate_hz, limits=False)
-    wave = playback.correction.apply(
-        _GRAIN_AMPLITUDE / perceived_amplitude(wave) * wave, playback.rate_hz
-    )
-    wave = wave[: int(_GRAIN_S * playback.rate_hz)]
-    return np.asarray(wave * min(1.0, _GRAIN_PEAK / np.abs(wave).max()))
+    return Mode(frequency_hz, max(mode.decay_per_s, _GRAIN_DECAY), 1.0)
+
+
+def grain_gain(mode: Mode) -> float:
+    """Return the gain of a grain of this mode, at which it is as strong as any other."""
+    wave = impacts.struck((mode,), GRAIN_CONTACT_S, 1.0, RATE_HZ, limits=False)
+    return _GRAIN_AMPLITUDE / perceived_amplitude(wave)
 
 
 class _Reader:
@@ -221,7 +231,7 @@ class _Breaks:
     def __init__(self, vibration: Vibration, rng: np.random.Generator, playback: Playback) -> None:
         self._rng = rng
         self._rate_hz = playback.rate_hz
-        self._spacing_m = _BREAK_PERIODS * vibration.pitch_m
+        self._spacing_m = BREAK_PERIODS * vibration.pitch_m
         self._draws: list[float] = []
         self._drawn = 0
         self._grain = grain(vibration, playback)
@@ -247,7 +257,7 @@ class _Breaks:
         """Next `count` samples, (count,), with a level that follows `target`."""
         level = self._level.follow(target, count, self._rate_hz)
         wave = np.concatenate((self._tail, np.zeros(count)))
-        rate = min(max(speed_mps / self._spacing_m, _BREAKS_HZ[0]), _BREAKS_HZ[1])
+        rate = min(max(speed_mps / self._spacing_m, BREAKS_HZ[0]), BREAKS_HZ[1])
         per_sample = rate / self._rate_hz if speed_mps > 0.0 else 0.0
         # The blade moves on by a share of a spacing per sample. A negative distance means that a
         # break lies within this block; the distance from it to the block's end gives its sample.
@@ -263,21 +273,21 @@ class _Breaks:
         return wave[:count]
 
 
-def _is_hard(vibration: Vibration) -> bool:
+def is_hard(vibration: Vibration) -> bool:
     """Whether it is too hard to carve: the first mode rises with the stiffness of a material."""
     return vibration.modes[0].frequency_hz > _TOO_HARD_HZ
 
 
-def _sticks(vibration: Vibration, interaction: str) -> float:
+def sticks(vibration: Vibration, interaction: str) -> float:
     """Return the share of a surface that can catch and slip."""
     if interaction == "swing":
         return 0.0
-    if interaction == "carve" and _is_hard(vibration):
+    if interaction == "carve" and is_hard(vibration):
         return max(vibration.stick, _CHATTER * (1.0 - vibration.roughness))
     return vibration.stick
 
 
-def _shed(roughness: float) -> float:
+def shed(roughness: float) -> float:
     """Bandwidth of the noise of a swung object, relative to its frequency."""
     smooth, rough = _SWING_BANDWIDTH
     return smooth + (rough - smooth) * roughness

@@ -39,9 +39,9 @@ PERIOD_S: dict[Form, float] = {"amplitude": 0.0125, "parametric": 0.005}
 FREQUENCY_S = 0.015  # window over which a frequency is estimated
 MIN_IMPACT_S = 0.0125  # for which an impact lasts at least, so that a controller plays it
 MIN_AMPLITUDE = 1e-3  # below it a plan is silence
-_LOWEST_HZ = 20.0
-_HIGHEST_HZ = 1000.0
-_STALE_S = 0.5  # a longer gap is not rendered, since every impact and fade ends within it
+LOWEST_HZ = 20.0
+HIGHEST_HZ = 1000.0
+STALE_S = 0.5  # a longer gap is not rendered, since every impact and fade ends within it
 
 _Wave = NDArray[np.float32]
 
@@ -146,7 +146,7 @@ class VibrationPlanner:
         """Advance the voices to `now` under the commands so far."""
         since = self._rendered_until
         self._rendered_until = now
-        elapsed_s = 0.0 if since is None else min(max(now - since, 0.0), _STALE_S)
+        elapsed_s = 0.0 if since is None else min(max(now - since, 0.0), STALE_S)
         count = round(elapsed_s * PLAN_HZ)
         if count and not self._voices.is_silent:
             self._voices.render(count, now - elapsed_s)
@@ -175,7 +175,7 @@ def frequencies(wave: _Wave, period_s: float) -> NDArray[np.float64]:
     end = np.clip(middles + window // 2, 1, wave.size)
     share = (steps[end] - steps[begin]) / np.maximum(energy[end] - energy[begin], 1e-12)
     hertz = np.arcsin(np.clip(np.sqrt(share) / 2.0, 0.0, 1.0)) * PLAN_HZ / np.pi
-    return np.asarray(np.clip(hertz, _LOWEST_HZ, _HIGHEST_HZ))
+    return np.asarray(np.clip(hertz, LOWEST_HZ, HIGHEST_HZ))
 
 
 def _at_plan_rate(pattern: Pattern) -> Pattern:

@@ -45,11 +45,11 @@ DELAY_S = 1.0 / 600.0  # 80 samples at 48 kHz; 5.5 ms of a tap are noticed (phys
 RELEASE_S = 0.1  # our choice: longer than a period of 20 Hz, so the gain does not follow a wave
 CEILING = 0.99
 _NEGLIGIBLE = 1e-6  # a smaller reduction has ended
-_CHUNK = 256  # samples, so that a long block cannot hide the end of a lease
+CHUNK = 256  # samples, so that a long block cannot hide the end of a lease
 # Bounds per hand, for the cost of a block.
-_MAX_RINGING = 4
-_MAX_IMPACTS = 8
-_MAX_FADING_TEXTURES = 2
+MAX_RINGING = 4
+MAX_IMPACTS = 8
+MAX_FADING_TEXTURES = 2
 
 _Floats = NDArray[np.float64]
 _STILL = Motion(0.0, 0.0)
@@ -178,8 +178,8 @@ class Voices:
             self._gain = self.gain
             self.level = 0.0
             return wave
-        for begin in range(0, count, _CHUNK):
-            part = wave[begin : begin + _CHUNK]
+        for begin in range(0, count, CHUNK):
+            part = wave[begin : begin + CHUNK]
             self._mix_into(part, now + begin / self._rate_hz)
         self.level = math.sqrt(float(np.dot(wave, wave)) / count) if count else 0.0
         return wave
@@ -212,11 +212,11 @@ class Voices:
 
     def _strike(self, hand: _Hand, command: Command) -> None:
         impacts = hand.impacts()
-        if len(impacts) >= _MAX_IMPACTS:
+        if len(impacts) >= MAX_IMPACTS:
             self.dropped += 1
             return
         ringing = [voice for voice in impacts if voice.aim > 0.0]
-        if len(ringing) >= _MAX_RINGING:
+        if len(ringing) >= MAX_RINGING:
             ringing[0].aim = 0.0
         kind = command.interaction if command.interaction in IMPACTS else "tap"
         key = str(command.material), kind
@@ -246,7 +246,7 @@ class Voices:
                 voice.aim = gain
         if command is None or key is None or current is not None:
             return
-        if len(textures) <= _MAX_FADING_TEXTURES:
+        if len(textures) <= MAX_FADING_TEXTURES:
             source = self._texture(key, command)
             thickness_m = command.thickness_m
             voice = Voice(source, command.motion, key, 0.0, gain, thickness_m=thickness_m)

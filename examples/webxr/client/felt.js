@@ -1,0 +1,197 @@
+/**
+ * One switch for what is felt: the service where it answers, else a bake in this page.
+ *
+ * Every touch goes to both. The bake's player therefore knows each hand at any moment and can take over in the middle of
+ * a stroke: when the connection ends, or when a touch is unanswered for BRIDGE_MS, which is before the service's last
+ * plan (100 ms) has ended. It hands a hand back when the service sends that hand its next plan.
+ */
+import {FeelPlayer} from './feel.js';
+
+const BRIDGE_MS = 60;
+const PLAN_EVERY_MS = 35; // with a plan of 100 ms, two are there for each moment
+const HAND_BACK_MS = 1000; // after which a service that stays silent means silence
+const FORWARDED = ['welcome', 'decision', 'telemetry', 'ownership', 'skipped', 'refused', 'state'];
+const HANDS = ['left', 'right'];
+const MODES = ['auto', 'service', 'baked'];
+
+export class Felt extends EventTarget {
+  #haptics;
+  #player;
+  #objects; // of materials.json
+  #declared = new Map(); // materials that the scene states, by object id
+  #decided = new Map(); // materials that the service rendered, by object id and surface
+  #mode;
+  #forms = {};
+  #hands = Object.fromEntries(HANDS.map((name) => [name, {served: false, vibrates: false, plannedAt: -Infinity, missed: null}]));
+  #connectedAt = -Infinity;
+  #askedAt = null; // time of the first touch that the service has not answered
+  #timer = 0;
+
+  /**
+   * `haptics` is a `Haptics`, or null for a page that has no service; `feel` is opened by `openFeel`. `materials` is the
+   * contents of `materials.json`; without it objects are felt as the scene or the service said.
+   */
+  constructor(haptics, feel, {materials, mode = 'auto'} = {}) {
+    super();
+    this.#haptics = haptics;
+    this.#objects = materials?.objects ?? {};
+    this.#player = new FeelPlayer(feel, (touch) => this.surfaceOf(touch));
+    this.mode = mode;
+    for (const name of FORWARDED) haptics?.addEventListener(name, ({detail}) => this.#forward(name, detail));
+    haptics?.addEventListener('vibration', ({detail}) => this.#served(detail));
+    this.#timer = setInterval(() => this.#tick(), PLAN_EVERY_MS);
+  }
+
+  /** auto (the service where it answers, else the bake), service or baked. */
+  get mode() {
+    return this.#mode;
+  }
+
+  set mode(mode) {
+    if (!MODES.includes(mode)) throw new Error(`mode: ${mode} is not one of ${MODES.join(', ')}`);
+    if (this.#mode === mode) return;
+    this.#mode = mode;
+    for (const hand of Object.values(this.#hands)) hand.served = mode === 'service';
+    if (mode === 'auto') this.#connectedAt = performance.now();
+    this.#tick();
+  }
+
+  /** Which of the two is felt now: service or baked. */
+  get by() {
+    const vibrating = HANDS.filter((name) => this.#hands[name].vibrates);
+    return (vibrating.length ? vibrating : HANDS).some((name) => this.#isBaked(name)) ? 'baked' : 'service';
+  }
+
+  /** The reason why nothing is felt, in one sentence; empty if there is none. */
+  get silence() {
+    if (this.by === 'service') return this.#haptics?.silence ?? 'this page has no service: choose `auto` or `baked`';
+    return HANDS.some((name) => this.#player.isHeld(name)) ? 'outputs stopped: release and touch again' : '';
+  }
+
+  /** Describes all objects of the scene, as `Haptics.scene`. */
+  scene(objects, fields = {}) {
+    this.#declared = new Map(objects.filter(({material}) => material).map(({object_id: id, material}) => [id, material]));
+    this.#haptics?.scene(objects, fields);
+  }
+
+  /** Requests plans for these hands, as `Haptics.feel`. */
+  feel(hands) {
+    this.#forms = hands;
+    this.#haptics?.feel(hands);
+  }
+
+  /** Sets the gains of vibration and temperature, each 0 to 1. */
+  gains(gains) {
+    if (gains.vibration_gain !== undefined) this.#player.gain = gains.vibration_gain;
+    this.#haptics?.gains(gains);
+  }
+
+  /** Sends a touch, as `Haptics.touch`. */
+  touch(touch) {
+    const now = performance.now();
+    const hand = this.#hands[touch.hand];
+    if (this.#haptics?.isConnected && this.#mode !== 'baked') {
+      const isAnswered = this.#askedAt === null || this.#haptics.receivedAt >= this.#askedAt;
+      if (this.#haptics.isOwner && isAnswered) this.#askedAt = now;
+      this.#haptics.touch(touch);
+    }
+    const onset = this.#player.touch(touch, now / 1000);
+    if (touch.phase === 'release') hand.missed = null;
+    if (onset) hand.missed = {plan: this.#plan(touch.hand, now), at: now};
+    if (!this.#isBaked(touch.hand)) return;
+    if (onset) this.#sendMissed(touch.hand, now);
+    else if (touch.phase === 'release') this.#send(touch.hand, now);
+  }
+
+  /** Returns what is felt of a touched object without the service: a surface of `materials.json`. */
+  surfaceOf({object_id: id, surface = 0}) {
+    const baked = this.#objects[id]?.surfaces;
+    const material = this.#decided.get(`${id} ${surface}`);
+    if (material !== undefined) return {...baked?.[surface], material};
+    return baked?.[surface] ?? baked?.[0] ?? {material: this.#declared.get(id)};
+  }
+
+  /** Stops outputs at once. */
+  stop(scope = 'all') {
+    this.#haptics?.stop(scope);
+    if (scope === 'peltier') return;
+    this.#player.stop();
+    for (const name of HANDS) {
+      this.#hands[name].missed = null;
+      if (this.#isBaked(name)) this.#post(name, {period_ms: 12.5, amplitude: [], frequency_hz: [], transients: []}, true);
+    }
+  }
+
+  close() {
+    clearInterval(this.#timer);
+    this.#haptics?.close();
+  }
+
+  /** Whether the bake is felt by this hand. */
+  #isBaked(name) {
+    if (this.#mode !== 'auto') return this.#mode === 'baked';
+    if (!this.#haptics?.isConnected) return true;
+    const now = performance.now();
+    const hand = this.#hands[name];
+    const {isOwner, receivedAt} = this.#haptics;
+    if (isOwner && this.#askedAt !== null && receivedAt < this.#askedAt && now - this.#askedAt >= BRIDGE_MS) hand.served = false;
+    else if (now - this.#connectedAt >= HAND_BACK_MS && !(hand.vibrates && isOwner)) hand.served = true;
+    return !hand.served;
+  }
+
+  #forward(name, detail) {
+    if (name === 'decision' && detail.object_id) this.#decided.set(`${detail.object_id} ${detail.surface ?? 0}`, materialOf(detail));
+    if (name === 'state') this.#connectedAt = performance.now();
+    if (name === 'state' && detail === 'disconnected') for (const hand of Object.values(this.#hands)) hand.served = false;
+    this.dispatchEvent(new CustomEvent(name, {detail}));
+    if (name === 'state') this.#tick(true);
+  }
+
+  /** Passes a plan of the service on, and hands this hand back to it. */
+  #served(vibration) {
+    if (this.#mode === 'baked') return;
+    const hand = this.#hands[vibration.hand];
+    hand.served = true;
+    hand.missed = null;
+    hand.vibrates = (vibration.amplitude?.length ?? 0) > 0;
+    this.dispatchEvent(new CustomEvent('vibration', {detail: vibration}));
+  }
+
+  #tick(atOnce = false) {
+    const now = performance.now();
+    for (const name of HANDS) {
+      const hand = this.#hands[name];
+      if (!this.#isBaked(name)) continue;
+      if (hand.missed) this.#sendMissed(name, now);
+      else if (atOnce || now - hand.plannedAt >= PLAN_EVERY_MS) this.#send(name, now);
+    }
+  }
+
+  /** Sends the plan of an impact that the service did not play; it begins now. */
+  #sendMissed(name, now) {
+    const {plan, at} = this.#hands[name].missed;
+    this.#hands[name].missed = null;
+    this.#hands[name].plannedAt = now;
+    if (now - at < 4 * PLAN_EVERY_MS) this.#post(name, plan);
+  }
+
+  #send(name, now) {
+    const hand = this.#hands[name];
+    hand.plannedAt = now;
+    const plan = this.#plan(name, now);
+    if (plan.amplitude.length || hand.vibrates) this.#post(name, plan);
+  }
+
+  #plan(name, now) {
+    return this.#player.plan(name, this.#forms[name] ?? 'amplitude', now / 1000);
+  }
+
+  #post(name, plan, stopped = false) {
+    this.#hands[name].vibrates = plan.amplitude.length > 0;
+    this.dispatchEvent(new CustomEvent('vibration', {detail: {type: 'vibration', id: 0, hand: name, ...plan, stopped}}));
+  }
+}
+
+function materialOf({felt, material}) {
+  return felt ?? (material === 'unknown' ? undefined : material);
+}

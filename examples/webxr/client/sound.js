@@ -1,0 +1,36 @@
+/**
+ * Plays touches as sound, from the tables of a bake: for headphones, or for a palm speaker on an audio output.
+ *
+ * The same player that drives motors renders in an AudioWorklet at the output's rate. A touch is heard with the next
+ * block of the worklet, 128 samples.
+ */
+export class FeltSound {
+  #node;
+
+  /** Opens the sound of an AudioContext; `feel` is opened by `openFeel`. Connect `output` to hear it. */
+  static async open(context, feel) {
+    await context.audioWorklet.addModule(new URL('./sound.worklet.js', import.meta.url));
+    const sound = new FeltSound();
+    sound.#node = new AudioWorkletNode(context, 'hapticvlm-felt', {numberOfInputs: 0, outputChannelCount: [1], processorOptions: {feel}});
+    return sound;
+  }
+
+  get output() {
+    return this.#node;
+  }
+
+  /** Plays a touch on a surface: {material, impact_gain?, thickness_m?, hum?}, as `felt.surfaceOf(touch)` returns it. */
+  touch(touch, surface) {
+    this.#node.port.postMessage({touch: {...touch, felt: surface}});
+  }
+
+  /** Ends everything within 20 ms; a hand is heard again after its release and a new approach or contact. */
+  stop() {
+    this.#node.port.postMessage({stop: true});
+  }
+
+  close() {
+    this.#node.port.postMessage({close: true});
+    this.#node.disconnect();
+  }
+}

@@ -1,0 +1,24 @@
+/** Renders the touches of `FeltSound`. */
+import {FeelPlayer} from './feel.js';
+
+class Felt extends AudioWorkletProcessor {
+  #player;
+  #isOpen = true;
+
+  constructor({processorOptions: {feel}}) {
+    super();
+    this.#player = new FeelPlayer(feel, ({felt}) => felt, {soundHz: sampleRate});
+    this.port.onmessage = ({data}) => {
+      if (data.touch) this.#player.touch(data.touch, currentTime);
+      else if (data.stop) this.#player.stop();
+      else this.#isOpen = false;
+    };
+  }
+
+  process(_inputs, [[channel]]) {
+    channel.set(this.#player.render(channel.length, currentTime));
+    return this.#isOpen;
+  }
+}
+
+registerProcessor('hapticvlm-felt', Felt);

@@ -1,0 +1,152 @@
+"""`hapticvlm bake`: writes how a scene feels to files, for players without a service."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from hapticvlm import documents
+from hapticvlm.commands import touch_options
+from hapticvlm.errors import UsageError, usage_errors
+
+if TYPE_CHECKING:
+    from hapticvlm.commands.parsing import Commands
+    from hapticvlm.materials import Material
+    from hapticvlm.messages import Scene
+    from hapticvlm.scenes.bake import Bake, Materials
+    from hapticvlm.session.scene_model import SceneModel
+
+FEEL = "feel.json"
+MATERIALS = "materials.json"
+CLIPS = "clips"
+CLIP_INTERACTIONS = ("strike", "slide")
+CLIP_FORMATS = ("wav", "haptic", "ahap")
+CLIP_S = 0.6
+_DESCRIPTION = """
+Write how a scene feels to a folder, for players that have no service: materials.json (what each
+surface is) and feel.json (how its materials vibrate). SOURCE is a file with the `scene` messages of
+a scene, one JSON message a line or a list, or a folder that `hapticvlm record` wrote. --materials
+writes the built-in materials instead. In materials.json a surface whose `by` is `hand` keeps its
+material in the next bake. docs/bake.md has both files.
+"""
+
+
+def add(commands: Commands) -> None:
+    """Declare the command and its options."""
+    bake = commands.add_parser(
+        "bake", help="write how a scene feels to files", description=_DESCRIPTION
+    )
+    bake.set_defaults(run=_bake)
+    bake.add_argument(
+        "source", nargs="?", type=Path, metavar="SOURCE", help="scene messages, or a recording"
+    )
+    bake.add_argument(
+        "-o", "--out", required=True, type=Path, metavar="FOLDER", help="folder to write to"
+    )
+    bake.add_argument(
+        "--materials", action="store_true", help="all materials of the table, without a scene"
+    )
+    bake.add_argument(
+        "--clips",
+        action="store_true",
+        help="also write a strike and a slide of each material (wav, haptic, ahap) to clips/",
+    )
+    touch_options.add_gallery(bake)
+
+
+def _bake(options: argparse.Namespace) -> int:
+    from hapticvlm.rendering.vibration import feel_tables
+    from hapticvlm.scenes import bake
+
+    if (options.source is None) != options.materials:
+        raise UsageError("give either SOURCE or --materials")
+    with usage_errors():
+        table = touch_options.table(options.gallery)
+    options.out.mkdir(parents=True, exist_ok=True)
+    if options.materials:
+        tables = feel_tables.feel(table)
+    else:
+        before = _before(options.out / MATERIALS)
+        baked = bake.bake(_model(options.source, table), table, before)
+        tables = baked.feel
+        (options.out / MATERIALS).write_bytes(bake.encode(baked.materials))
+        _report(baked, options.out)
+    (options.out / FEEL).write_bytes(feel_tables.encode(tables))
+    print(f"{options.out / FEEL}: {len(tables.materials)} materials")
+    for sentence in feel_tables.left_out(table) if options.materials else ():
+        print(f"  {sentence}")
+    if options.clips:
+        print(f"{_write_clips(tables.materials, table, options.out / CLIPS)} clips in {CLIPS}/")
+    return 0
+
+
+def _report(baked: Bake, folder: Path) -> None:
+    objects = baked.materials.objects.values()
+    by_hand = sum(surface.by == "hand" for each in objects for surface in each.surfaces)
+    print(f"{folder / MATERIALS}: {len(objects)} objects, {by_hand} corrected by hand; not baked:")
+    for sentence in baked.materials.not_baked:
+        print(f"  {sentence}")
+    if baked.lost:
+        print(f"  corrections of objects that the scene no longer has: {', '.join(baked.lost)}")
+
+
+def _before(path: Path) -> Materials | None:
+    from hapticvlm.scenes.bake import decode
+
+    return decode(documents.read_bytes(path)) if path.exists() else None
+
+
+def _model(source: Path, table: Mapping[str, Material]) -> SceneModel:
+    """Return the model of the scene in this file or recording. Raises UsageError."""
+    from hapticvlm.messages import MessageError
+    from hapticvlm.recordings.replay import replay
+    from hapticvlm.scenes.bake import model_of
+
+    if source.is_dir():
+        return replay(source, table).model
+    try:
+        return model_of(_scenes(source), table)
+    except MessageError as error:
+        raise UsageError(f"{source}: {error}") from None
+
+
+def _scenes(source: Path) -> Iterator[Scene]:
+    """Yield the `scene` messages of a file. Raises UsageError, MessageError."""
+    import json
+
+    from hapticvlm.messages import Scene, decode
+
+    content = documents.read_text(source)
+    try:
+        document = documents.parse_json(content)
+    except ValueError:
+        lines = [line for line in content.splitlines() if line.strip()]
+    else:
+        several = document if isinstance(document, list) else [document]
+        lines = [json.dumps(one) for one in several]
+    messages = [decode(line) for line in lines]
+    scenes = [message for message in messages if isinstance(message, Scene)]
+    if not scenes:
+        raise UsageError(f"{source}: has no `scene` message; write one, as docs/protocol.md has it")
+    yield from scenes
+
+
+def _write_clips(names: Mapping[str, object], table: Mapping[str, Material], folder: Path) -> int:
+    """Write the clips of these materials; return their number."""
+    from hapticvlm.rendering.vibration.vibration import Motion
+    from hapticvlm_studio.commands.export import write
+    from hapticvlm_studio.touches.clip import clip
+    from hapticvlm_studio.touches.heat import ThermalInputs, heat
+    from hapticvlm_studio.touches.sound import sound
+
+    folder.mkdir(exist_ok=True)
+    inputs = ThermalInputs(None, 22.0)
+    for name in names:
+        for interaction in CLIP_INTERACTIONS:
+            played = sound(table[name], interaction, Motion(0.3, 1.5), CLIP_S)
+            touch = clip(played, heat(table[name], inputs, CLIP_S))
+            for kind in CLIP_FORMATS:
+                write(touch, kind, folder / f"{touch.name}.{kind}")
+    return len(names) * len(CLIP_INTERACTIONS)

@@ -1,0 +1,51 @@
+extends Node
+## Plays the golden cases with the GDScript player, a case in each frame, and prints its plans.
+
+var _feel: Dictionary
+var _cases: Array
+var _plans := 0
+var _plan_us := 0
+
+
+func _ready() -> void:
+	_feel = FeelPlayer.open(FileAccess.get_file_as_string("res://feel.json"))
+	_cases = JSON.parse_string(FileAccess.get_file_as_string("res://cases.json"))
+
+
+func _process(_delta: float) -> void:
+	if _cases.is_empty():
+		set_process(false)
+		_say("done", {"plan_us": _plan_us / maxi(_plans, 1)})
+		return
+	_say("case", _play(_cases.pop_front()))
+
+
+func _play(case: Dictionary) -> Dictionary:
+	var player := FeelPlayer.new(
+		_feel, func(touch: Dictionary) -> Dictionary: return {"material": touch.get("object_id")}
+	)
+	return {"name": case.name, "events": case.events.map(_play_event.bind(player))}
+
+
+func _play_event(event: Dictionary, player: FeelPlayer) -> Dictionary:
+	if event.has("touch"):
+		player.touch(event.touch, event.at_s)
+	elif event.has("stop"):
+		player.stop()
+	else:
+		var plans := {}
+		for form: String in ["amplitude", "parametric"]:
+			var began := Time.get_ticks_usec()
+			var plan := player.plan(event.plan, form, event.at_s)
+			_plan_us += Time.get_ticks_usec() - began
+			_plans += 1
+			plan.transients = plan.transients.map(
+				func(one: Dictionary) -> Array: return [one.amplitude, one.frequency_hz]
+			)
+			plans[form] = plan
+		return plans
+	return {}
+
+
+func _say(what: String, detail: Dictionary) -> void:
+	print("PROBE ", JSON.stringify({"what": what, "detail": detail}))

@@ -1,0 +1,89 @@
+"""Compares the plans of a player of `feel.json` with those of the service, case by case."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+Json = dict[str, Any]
+GOLDEN: list[Json] = json.loads(
+    (Path(__file__).parents[2] / "schemas" / "vectors" / "feel.json").read_text()
+)
+MAX_OFF = 0.05  # of full scale
+MAX_HZ_OFF = 0.05  # of the frequency, or
+MAX_HZ = 5.0
+# Below a level of 1e-3 a plan is silent, and just above it begins at scale * sqrt(1e-3): 0.070 or
+# 0.044. There a difference of a thousandth decides between the two, and no player is better.
+EDGE = 0.0705
+FELT = 0.1  # amplitude from which a frequency is compared
+
+
+@dataclass(frozen=True)
+class Deviation:
+    """Of all plans of one case: the largest deviation of amplitude, of frequency and of onset."""
+
+    name: str
+    amplitude: float
+    frequency: float  # in multiples of what is permitted
+    onset_periods: int
+    problems: tuple[str, ...]
+
+    @property
+    def is_small(self) -> bool:
+        return (
+            not self.problems
+            and self.amplitude <= MAX_OFF
+            and self.frequency <= 1.0
+            and self.onset_periods <= 1
+        )
+
+
+def deviations(service: list[Json], player: list[Json]) -> list[Deviation]:
+    """Compare what both planned for the same cases; the service's come first."""
+    assert [case["name"] for case in service] == [case["name"] for case in player]
+    return [_deviation(*pair) for pair in zip(service, player, strict=True)]
+
+
+def _deviation(service: Json, player: Json) -> Deviation:
+    amplitude = frequency = 0.0
+    onset = 0
+    problems = []
+    pairs = list(zip(service["events"], player["events"], strict=True))
+    for wanted, played in ((one, other) for one, other in pairs if "plan" in one):
+        for form in ("amplitude", "parametric"):
+            one, other = wanted[form], played[form]
+            if len(one["transients"]) != len(other["transients"]):
+                problems.append(f"{wanted['at_s']}: {form}: transients {other['transients']}")
+            a, b = _padded(one["amplitude"], other["amplitude"])
+            is_edge = ((a == 0.0) | (b == 0.0)) & (np.maximum(a, b) <= EDGE)
+            amplitude = max(amplitude, float(np.where(is_edge, 0.0, np.abs(a - b)).max(initial=0)))
+            onset = max(onset, _late(a, b), _late(b, a))
+            frequency = max(frequency, _off(one, other))
+    return Deviation(service["name"], amplitude, frequency, onset, tuple(problems))
+
+
+def _off(one: Json, other: Json) -> float:
+    if len(one["frequency_hz"]) != len(other["frequency_hz"]):
+        return 0.0  # the amplitudes tell
+    wanted, played = np.array(one["frequency_hz"]), np.array(other["frequency_hz"])
+    permitted = np.maximum(MAX_HZ_OFF * wanted, MAX_HZ)
+    is_felt = np.array(one["amplitude"])[: wanted.size] >= FELT
+    return float((np.abs(wanted - played) / permitted)[is_felt].max(initial=0.0))
+
+
+def _late(one: Any, other: Any) -> int:
+    """Return by how many periods `other` is felt later than `one`, within the permitted error."""
+    begins = np.flatnonzero(one > FELT)
+    follows = np.flatnonzero(other > FELT - MAX_OFF)
+    if not begins.size:
+        return 0
+    return int(max(0, (follows[0] if follows.size else one.size) - begins[0]))
+
+
+def _padded(*lists: list[float]) -> list[Any]:
+    size = max(map(len, lists))
+    return [np.pad(np.array(values, dtype=float), (0, size - len(values))) for values in lists]

@@ -1,0 +1,72 @@
+// Plays golden cases with the C# player: `baked.exe FEEL` reads cases and prints them with its plans.
+using System;
+using System.Collections.Generic;
+using System.Globalization;
+using System.IO;
+using System.Linq;
+using HapticVLM.Baked;
+using Map = System.Collections.Generic.Dictionary<string, object>;
+
+public static class PlayFeel
+{
+    public static int Main(string[] arguments)
+    {
+        Feel feel = Feel.Open(File.ReadAllText(arguments[0]));
+        var cases = (List<object>)Json.Parse(Console.In.ReadToEnd());
+        Console.WriteLine("[" + string.Join(",", cases.Select(one => Played(feel, (Map)one))) + "]");
+        return 0;
+    }
+
+    private static string Played(Feel feel, Map one)
+    {
+        var player = new FeelPlayer(feel);
+        var events = ((List<object>)one["events"]).Select(each => Played(player, (Map)each));
+        return "{\"name\":\"" + one["name"] + "\",\"events\":[" + string.Join(",", events) + "]}";
+    }
+
+    private static string Played(FeelPlayer player, Map each)
+    {
+        double now = (double)each["at_s"];
+        object value;
+        if (each.TryGetValue("touch", out value)) player.Touch(TouchOf((Map)value), now);
+        else if (each.ContainsKey("stop")) player.Stop();
+        else
+        {
+            var hand = (string)each["plan"];
+            return "{\"at_s\":" + Text(now) + ",\"amplitude\":" + Text(player.Plan(hand, "amplitude", now)) + ",\"parametric\":" + Text(player.Plan(hand, "parametric", now)) + "}";
+        }
+        return "{}";
+    }
+
+    private static FeltTouch TouchOf(Map touch)
+    {
+        object surface, interaction;
+        touch.TryGetValue("object_id", out surface);
+        touch.TryGetValue("interaction", out interaction);
+        return new FeltTouch
+        {
+            Phase = (string)touch["phase"],
+            Hand = (string)touch["hand"],
+            Interaction = (string)interaction,
+            SpeedMps = (double)touch["speed_mps"],
+            ForceN = (double)touch["force_n"],
+            Surface = surface == null ? null : new FeltSurface { Material = (string)surface },
+        };
+    }
+
+    private static string Text(FeltPlan plan)
+    {
+        var transients = plan.Transients.Select(one => "[" + Text(one.Amplitude) + "," + Text(one.FrequencyHz) + "]");
+        return "{\"amplitude\":[" + Text(plan.Amplitude) + "],\"frequency_hz\":[" + Text(plan.FrequencyHz) + "],\"transients\":[" + string.Join(",", transients) + "]}";
+    }
+
+    private static string Text(IEnumerable<double> values)
+    {
+        return string.Join(",", values.Select(Text));
+    }
+
+    private static string Text(double value)
+    {
+        return value.ToString("R", CultureInfo.InvariantCulture);
+    }
+}
