@@ -1,3 +1,42 @@
-"""HapticVLM: virtual objects feel like what they look like."""
+"""HapticVLM: virtual objects feel like what they look like.
+
+The names of `__all__` are the Python interface (docs/python.md). Each is imported when it is first
+used, so that `import hapticvlm` costs nothing. Their types are in `__init__.pyi`: this file imports
+none of its own parts, since all of them import it.
+"""
+
+from importlib import import_module
 
 __version__ = "0.3.0"
+__all__ = [
+    "MATERIALS",
+    "FeltTouch",
+    "HapticVLMError",
+    "PictureRecogniser",
+    "RecognisedPicture",
+    "feel",
+    "materials",
+    "recognise",
+]
+_MODULES = {
+    "MATERIALS": "hapticvlm.materials",
+    "FeltTouch": "hapticvlm_studio.touches.felt",
+    "HapticVLMError": "hapticvlm.errors",
+    "PictureRecogniser": "hapticvlm.vision.picture_recogniser",
+    "RecognisedPicture": "hapticvlm.vision.picture_recogniser",
+    "feel": "hapticvlm_studio.touches.felt",
+    "recognise": "hapticvlm.vision.picture_recogniser",
+}
+
+
+def __getattr__(name: str) -> object:
+    if name == "materials":
+        return import_module("hapticvlm.materials")
+    if name not in _MODULES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = globals()[name] = getattr(import_module(_MODULES[name]), name)
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -220,6 +220,14 @@ def _is_words(text: str) -> bool:
     return all(part.isalpha() and len(part) > 1 for part in parts)
 
 
+def find(name: str, known: Mapping[str, Material] = MATERIALS) -> Material:
+    """Find a material by name, in any case. Raises MaterialError naming the nearest."""
+    material = known.get(name) or known.get(name.lower())
+    if material is None:
+        raise MaterialError(f"no material `{name[:40]}`{nearest(name, known)}")
+    return material
+
+
 def nearest(name: str, known: Iterable[str]) -> str:
     """Return the end of an error message: the nearest known name, if any, and all known names."""
     known = list(known)

@@ -6,6 +6,7 @@ import json
 import subprocess
 import sys
 import wave
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -121,10 +122,10 @@ def test_a_full_scale_sine_reads_zero_decibels():
 
 
 def test_picture_and_sound_are_written(tmp_path, capsys):
-    picture, track = tmp_path / "touch.png", tmp_path / "touch.wav"
+    picture, track = tmp_path / "touch.svg", tmp_path / "touch.wav"
     assert main(["feel", "metal", "--plot", str(picture), "--wav", str(track)]) == 0
 
-    assert picture.read_bytes().startswith(b"\x89PNG")
+    ElementTree.parse(picture)
     with wave.open(str(track)) as file:
         assert (file.getframerate(), file.getnchannels(), file.getnframes()) == (48000, 1, 240000)
     assert "limited by" in capsys.readouterr().out
@@ -156,15 +157,22 @@ def test_numbers_out_of_range_are_refused(wrong, capsys):
 
 @pytest.mark.parametrize("option", ["--plot", "--wav"])
 def test_a_file_that_cannot_be_written_is_said(option, tmp_path, capsys):
-    assert main(["feel", "wood", "--seconds", "0.1", option, str(tmp_path / "no" / "x.png")]) == 2
+    assert main(["feel", "wood", "--seconds", "0.1", option, str(tmp_path / "no" / "x.svg")]) == 2
     assert "hapticvlm feel:" in capsys.readouterr().err
 
 
-def test_it_starts_without_the_heavy_libraries():
+def test_a_drawing_for_which_there_is_no_format_is_refused_with_the_one_there_is(tmp_path, capsys):
+    assert main(["feel", "wood", "--seconds", "0.1", "--plot", str(tmp_path / "x.png")]) == 2
+    assert ".svg" in capsys.readouterr().err
+
+
+def test_it_draws_and_starts_without_the_heavy_libraries(tmp_path):
     code = (
-        "import sys; from hapticvlm.commands.main import main; main(['feel', 'wood', '--json']);"
+        "import sys; from hapticvlm.commands.main import main; "
+        "main(['feel', 'wood', '--json', '--plot', sys.argv[1]]);"
         "heavy = {'torch', 'transformers', 'onnxruntime', 'matplotlib'} & set(sys.modules);"
         "sys.exit(f'imported {heavy}' if heavy else 0)"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, timeout=120)
+    command = [sys.executable, "-c", code, str(tmp_path / "touch.svg")]
+    done = subprocess.run(command, capture_output=True, timeout=120)
     assert done.returncode == 0, done.stderr

@@ -15,12 +15,10 @@ from hapticvlm.errors import UsageError
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
-    from hapticvlm.evidence.ladder import Verdict
-    from hapticvlm.messages import Frame, Region
-    from hapticvlm.vision.frame_recogniser import FrameRecogniser
+    from hapticvlm.messages import Region
+    from hapticvlm.vision.picture_recogniser import PictureRecogniser, RecognisedPicture
 
 DIGITS = 4  # of a confidence in JSON
-LEAST = 1e-4  # belief that is printed
 WIDEST = 60  # characters of a path, before the columns move
 
 _DESCRIPTION = """
@@ -40,9 +38,7 @@ class Answer:
     """The recognition of one picture, or the error that prevented it."""
 
     path: Path
-    verdict: Verdict | None = None
-    beliefs: tuple[tuple[str, float], ...] = ()
-    is_outlined: bool = False
+    result: RecognisedPicture | None = None
     error: str | None = None
 
 
@@ -110,9 +106,7 @@ def add(commands: Commands) -> None:
 
 
 def _recognise(options: argparse.Namespace) -> int:
-    from hapticvlm.vision.encoders.loading import load_encoder
-    from hapticvlm.vision.frame_recogniser import FrameRecogniser
-    from hapticvlm.vision.galleries.storage import load_gallery
+    from hapticvlm.vision.picture_recogniser import PictureRecogniser
 
     if options.mask is not None and not options.mask.exists():
         raise UsageError(f"--mask {options.mask}: no such file or folder")
@@ -123,10 +117,8 @@ def _recognise(options: argparse.Namespace) -> int:
         raise UsageError(
             f"{first}no picture found; give JPEG, PNG or WebP files, or folders of them"
         )
-    encoder = load_encoder(options.encoder)
-    gallery = load_gallery(options.gallery, encoder=encoder)
-    among = None if options.among is None else _among(options.among, gallery.candidates)
-    recogniser = FrameRecogniser(encoder, gallery)
+    recogniser = PictureRecogniser.load(options.encoder, options.gallery)
+    among = None if options.among is None else _among(options.among, recogniser)
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):  # a file's name may be invalid in every encoding
             stream.reconfigure(errors="backslashreplace")
@@ -172,18 +164,16 @@ def _fraction(text: str) -> float:
     return value
 
 
-def _among(text: str, candidates: Sequence[str]) -> frozenset[str]:
+def _among(text: str, recogniser: PictureRecogniser) -> list[str]:
     """Read names separated by commas. Raises MaterialError listing the gallery's materials."""
     from hapticvlm.materials import MaterialError
 
     names = [name.strip() for name in text.split(",") if name.strip()]
-    unknown = next((name for name in names if name not in candidates), None)
-    if unknown is not None or not names:
-        name = (unknown or text)[:60]
-        raise MaterialError(
-            f"--among: no material `{name}` in the gallery; choose from {', '.join(candidates)}"
-        )
-    return frozenset(names)
+    try:
+        recogniser.check(names)
+    except MaterialError as error:
+        raise MaterialError(f"--{error}") from None
+    return names
 
 
 def _count(text: str) -> int:
@@ -212,50 +202,36 @@ def _find(paths: Sequence[Path]) -> list[Path]:
 def _answers(
     paths: Sequence[Path],
     options: argparse.Namespace,
-    recogniser: FrameRecogniser,
-    among: frozenset[str] | None,
+    recogniser: PictureRecogniser,
+    among: Sequence[str] | None,
 ) -> Iterator[Answer]:
     """Recognise one picture after the other: in a batch, one could change the result of another."""
-    from hapticvlm.evidence.ladder import decide, fuse, restrict
-    from hapticvlm.vision.files import FileError, read_frame
+    from hapticvlm.vision.files import FileError
     from hapticvlm.vision.pictures import PictureError
-    from hapticvlm.vision.plain_ground import views
 
     for path in paths:
         try:
-            frame = read_frame(path, _mask_of(path, options.mask))
             if options.texture:
-                yield _texture_answer(path, frame, options, recogniser, among)
+                yield Answer(path, _of_texture(path, options, recogniser, among))
                 continue
-            frames = views(frame) if options.outline else [frame]
-            evidence = fuse([recogniser.compare(shown, [shown.region])[0] for shown in frames])
-            evidence = restrict(evidence, among)
-            yield Answer(path, decide([evidence]), evidence.beliefs, len(frames) > 1)
+            mask = _mask_of(path, options.mask)
+            yield Answer(path, recogniser.recognise(path, mask, among, outline=options.outline))
         except FileError as error:
             yield Answer(path, error=str(error))
         except PictureError as error:
             yield Answer(path, error=f"{path}: {error}")
 
 
-def _texture_answer(
+def _of_texture(
     path: Path,
-    frame: Frame,
     options: argparse.Namespace,
-    recogniser: FrameRecogniser,
-    among: frozenset[str] | None,
-) -> Answer:
-    """Read a texture map beside what its shader implies. Raises PictureError."""
-    from msgspec.structs import replace
-
-    from hapticvlm.evidence.ladder import decide, restrict
-    from hapticvlm.evidence.shader import from_shader
-
-    shader = from_shader(options.metallic, options.roughness, None, None)
-    texture = recogniser.read_texture(replace(frame, region=options.region))
-    evidence = [restrict(item, among) for item in (shader, texture) if item is not None]
-    verdict = decide(evidence)
-    beliefs = sorted(verdict.beliefs.items(), key=lambda item: -item[1])
-    return Answer(path, verdict, tuple(item for item in beliefs if item[1] >= LEAST))
+    recogniser: PictureRecogniser,
+    among: Sequence[str] | None,
+) -> RecognisedPicture:
+    """Read a texture map beside what its shader implies. Raises FileError, PictureError."""
+    return recogniser.recognise_texture(
+        path, options.region, metallic=options.metallic, roughness=options.roughness, among=among
+    )
 
 
 def _mask_of(path: Path, masks: Path | None) -> Path | None:
@@ -270,32 +246,33 @@ def _mask_of(path: Path, masks: Path | None) -> Path | None:
 
 def _print(answer: Answer, width: int | None, top: int | None) -> None:
     """Print one answer, as JSON where there is no width."""
-    verdict = answer.verdict
+    result = answer.result
     if answer.error is not None:
         _complain(answer.error)
     if width is None:
         print(json.dumps(_fields(answer, top)), flush=True)
-    elif verdict is not None:
-        runner_up = verdict.runner_up or "-"
-        confidence = f"{verdict.confidence:.2f}"
-        source = f"{verdict.source}, outlined" if answer.is_outlined else verdict.source
-        cells = (verdict.material, confidence, runner_up, source)
-        beliefs = ", ".join(f"{name} {belief:.2f}" for name, belief in answer.beliefs[: top or 0])
+    elif result is not None:
+        source = f"{result.source}, outlined" if result.is_outlined else result.source
+        cells = (result.material, f"{result.confidence:.2f}", result.runner_up or "-", source)
+        pairs = list(result.beliefs.items())[: top or 0]
+        beliefs = ", ".join(f"{name} {belief:.2f}" for name, belief in pairs)
         print(f"{_row(str(answer.path), cells, width)}  {beliefs}".rstrip(), flush=True)
 
 
 def _fields(answer: Answer, top: int | None) -> dict[str, object]:
-    verdict = answer.verdict
-    if verdict is None:
+    result = answer.result
+    if result is None:
         return {"path": str(answer.path), "error": answer.error}
     return {
         "path": str(answer.path),
-        "material": verdict.material,
-        "confidence": round(verdict.confidence, DIGITS),
-        "runner_up": verdict.runner_up,
-        "source": verdict.source,
-        "outlined": answer.is_outlined,
-        "beliefs": {name: round(belief, DIGITS) for name, belief in answer.beliefs[:top]},
+        "material": result.material,
+        "confidence": round(result.confidence, DIGITS),
+        "runner_up": result.runner_up,
+        "source": result.source,
+        "outlined": result.is_outlined,
+        "beliefs": {
+            name: round(belief, DIGITS) for name, belief in list(result.beliefs.items())[:top]
+        },
     }
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hapticvlm.commands.parsing import number_within
+from hapticvlm.rendering.touch_ranges import RANGES
 from hapticvlm.rendering.vibration.vibration import VOICES
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ def add_force(parser: Options) -> None:
     """Declare the force of the hand."""
     parser.add_argument(
         "--force",
-        type=number_within(0.0, 100.0),
+        type=number_within(*RANGES["force_n"]),
         default=1.0,
         metavar="N",
         help="force of the hand in N (%(default)s)",
@@ -35,13 +36,13 @@ def add_temperatures(parser: Options) -> None:
     """Declare the temperatures of object and room."""
     parser.add_argument(
         "--object-c",
-        type=number_within(-100.0, 400.0),
+        type=number_within(*RANGES["object_c"]),
         metavar="DEGC",
         help="temperature of the object (the room's)",
     )
     parser.add_argument(
         "--ambient-c",
-        type=number_within(-60.0, 80.0),
+        type=number_within(*RANGES["ambient_c"]),
         default=22.0,
         metavar="DEGC",
         help="temperature of the room (%(default)s)",
@@ -52,7 +53,7 @@ def add_seconds(parser: Options, default_s: float) -> None:
     """Declare the length of the touch."""
     parser.add_argument(
         "--seconds",
-        type=number_within(0.02, 60.0),
+        type=number_within(*RANGES["seconds"]),
         default=default_s,
         metavar="S",
         help="length of the touch (%(default)s)",
@@ -83,16 +84,6 @@ def table(gallery: Path | None) -> Mapping[str, Material]:
     from hapticvlm.vision.galleries.user_materials import read_folder, table_with
 
     return MATERIALS if gallery is None else table_with(read_folder(gallery))
-
-
-def find(name: str, known: Mapping[str, Material]) -> Material:
-    """Find a material by name. Raises MaterialError naming the nearest."""
-    from hapticvlm.materials import MaterialError, nearest
-
-    material = known.get(name) or known.get(name.lower())
-    if material is None:
-        raise MaterialError(f"no material `{name[:40]}`{nearest(name, known)}")
-    return material
 
 
 def add_recordings(parser: Options) -> None:

@@ -1,8 +1,9 @@
-"""Reads picture and mask files as the upright frames a scene would send. Knows no material.
+"""Turns pictures and masks into the upright frames a scene would send. Knows no material.
 
-A plain JPEG is passed on unchanged, so that it is decoded as the service decodes it. Any other
-picture is turned as its EXIF states, converted to 8-bit RGB on a grey ground and shrunk to the
-largest frame. Animations are refused, because only the user knows which of their pictures counts.
+A picture is a file, an image of Pillow or an array. A plain JPEG file is passed on unchanged, so
+that it is decoded as the service decodes it. Any other picture is turned as its EXIF states,
+converted to 8-bit RGB on a grey ground and shrunk to the largest frame. Animations are refused,
+because only the user knows which of their pictures counts.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import struct
 import warnings
 from io import BytesIO
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,8 +41,11 @@ _QUARTER = 5  # from this orientation on width and height change places
 _UNREADABLE = (OSError, ValueError, SyntaxError, EOFError, KeyError, struct.error, MemoryError)
 
 
+Source = str | Path | Image.Image | NDArray[Any]  # of a picture, or of a mask
+
+
 class FileError(HapticVLMError, ValueError):
-    """A picture or mask file cannot be used; the message names it, the reason and the cure."""
+    """A picture or a mask cannot be used; the message names it, the reason and the cure."""
 
 
 def list_files(folder: Path) -> list[Path]:
@@ -50,29 +54,59 @@ def list_files(folder: Path) -> list[Path]:
     return sorted(path for path in paths if path.is_file() and not path.name.startswith("."))
 
 
-def read_frame(path: Path, mask: Path | None = None) -> Frame:
-    """Read a picture, and a mask of its upright size (nonzero = object). Raises FileError."""
+def read_frame(picture: Source, mask: Source | None = None) -> Frame:
+    """Return the frame of a picture, with a mask of its upright size (nonzero = object).
+
+    - `picture`: a JPEG, PNG or WebP file, an image of Pillow, or an array of uint8: (H, W) grey,
+      (H, W, 3) RGB or (H, W, 4) RGBA, the top row first.
+    - `mask`: the same, or an array of bool.
+
+    Raises FileError.
+    """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # of broken EXIF: only the pixels matter
         warnings.simplefilter("error", Image.DecompressionBombWarning)
-        data = _read(path)
-        with _open(path, data) as image:
-            return _upright(path, data, image, mask)
+        name, data, image = _image(picture, "picture")
+        with image:
+            return _upright(name, data, image, mask)
 
 
-def _upright(path: Path, data: bytes, image: Image.Image, mask: Path | None) -> Frame:
+def _image(source: Source, role: str) -> tuple[str, bytes | None, Image.Image]:
+    """Return the name of a picture or mask for errors, the bytes of a file, and the image."""
+    if isinstance(source, str | Path):
+        data = _read(Path(source))
+        return str(source), data, _open(Path(source), data)
+    if isinstance(source, Image.Image):
+        try:
+            return role, None, source.copy()  # not to decode, turn or close the caller's own
+        except _UNREADABLE as error:
+            reason = documents.reason(error)
+            raise FileError(f"{role}: broken ({reason}); open it again") from None
+    if not isinstance(source, np.ndarray):
+        kind = type(source).__name__
+        raise FileError(f"{role}: {kind}; give a path, an image of Pillow or an array of numpy")
+    pixels = source.astype(np.uint8) * 255 if source.dtype == np.bool_ else source
+    is_grey, is_colour = pixels.ndim == 2, pixels.ndim == 3 and pixels.shape[2] in (3, 4)
+    if pixels.dtype != np.uint8 or not (is_grey or is_colour) or not pixels.size:
+        shape = f"an array of {source.dtype}, {source.shape}"
+        cure = "give uint8 of 0..255 as (H, W), (H, W, 3) or (H, W, 4)"
+        raise FileError(f"{role}: {shape}; {cure}")
+    return role, None, Image.fromarray(np.ascontiguousarray(pixels))
+
+
+def _upright(name: str, data: bytes | None, image: Image.Image, mask: Source | None) -> Frame:
     turn = _orientation(image)
     size = image.size[::-1] if turn >= _QUARTER else image.size
     # A JPEG that needs no change keeps its own bytes. Decoded and encoded again, its pixels would
     # differ from those that a scene sends, and references made from it would match less well.
     is_plain = image.format == "JPEG" and image.mode in ("RGB", "L") and turn == 1
-    if is_plain and max(size) <= MAX_SIDE_PX:
+    if data is not None and is_plain and max(size) <= MAX_SIDE_PX:
         return _frame("jpeg", data, size, None if mask is None else _mask(mask, size, size))
     try:
         pixels = _pixels(image, turn)
     except (*_UNREADABLE, Image.DecompressionBombError) as error:
         raise FileError(
-            f"{path}: broken picture ({documents.reason(error)}); save it again"
+            f"{name}: broken picture ({documents.reason(error)}); save it again"
         ) from None
     shrunk = (pixels.shape[1], pixels.shape[0])
     levels = None if mask is None else _mask(mask, size, shrunk)
@@ -156,23 +190,24 @@ def _without_alpha(image: Image.Image) -> Image.Image:
     return image.convert("RGB") if image.mode in ("P", "PA", "RGBA") else image
 
 
-def _mask(path: Path, upright: tuple[int, int], size: tuple[int, int]) -> bytes:
-    """Read a mask of the picture's upright size as a 1-bit PNG of `size`."""
-    with _open(path, _read(path)) as image:
+def _mask(mask: Source, upright: tuple[int, int], size: tuple[int, int]) -> bytes:
+    """Return a mask of the picture's upright size as a 1-bit PNG of `size`."""
+    name, _, image = _image(mask, "mask")
+    with image:
         if image.size != upright:
             problem = (
-                f"{path}: the mask is {image.size[0]} x {image.size[1]} px, its upright picture"
+                f"{name}: the mask is {image.size[0]} x {image.size[1]} px, its upright picture"
             )
             raise FileError(f"{problem} {upright[0]} x {upright[1]}; save both at one size")
         try:
             levels = np.asarray(_without_alpha(image))
         except (*_UNREADABLE, Image.DecompressionBombError) as error:
             raise FileError(
-                f"{path}: broken mask ({documents.reason(error)}); save it again"
+                f"{name}: broken mask ({documents.reason(error)}); save it again"
             ) from None
     inside = levels.any(axis=2) if levels.ndim == 3 else levels != 0
     if not inside.any():
-        raise FileError(f"{path}: no pixel is nonzero; mark the object or leave the mask out")
+        raise FileError(f"{name}: no pixel is nonzero; mark the object or leave the mask out")
     data = BytesIO()
     marked = Image.fromarray(inside)
     marked.resize(size, Image.Resampling.NEAREST).save(data, "PNG", compress_level=1)

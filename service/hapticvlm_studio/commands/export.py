@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import argparse
-import json
-import time
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from hapticvlm.commands import touch_options
 from hapticvlm.commands.parsing import number_within
 from hapticvlm.errors import UsageError, usage_errors
+from hapticvlm.rendering.touch_ranges import RANGES
 from hapticvlm.rendering.vibration.vibration import INTERACTIONS
 
 if TYPE_CHECKING:
@@ -24,7 +23,6 @@ PAGE = "page"
 FORMATS = ("wav", "haptic", "ahap", "hjif", PAGE)
 SCALES = ("palm", "controller")
 ALL = "all"
-HEAT_SUFFIX = ".heat.json"
 _DESCRIPTION = """
 Write what touching a material feels like to a file: wav (48 kHz, what the palm speaker plays),
 haptic (Meta Haptics SDK), ahap (Apple Core Haptics) or hjif (MPEG, ISO/IEC 23090-31). `all` writes
@@ -52,7 +50,7 @@ def add(commands: Commands) -> None:
     )
     export.add_argument(
         "--speed",
-        type=number_within(0.0, 20.0),
+        type=number_within(*RANGES["speed_mps"]),
         default=0.3,
         metavar="M_PER_S",
         help="speed of the hand in m/s (0.3)",
@@ -83,6 +81,8 @@ class _Job:
 
 
 def _export(options: argparse.Namespace) -> int:
+    from hapticvlm_studio.touches.felt import save_clip
+
     if options.voice is not None and options.to not in ("wav", PAGE):
         raise UsageError(f"--voice is for wav and page; {options.to} drives an actuator")
     with usage_errors():
@@ -95,13 +95,12 @@ def _export(options: argparse.Namespace) -> int:
     for job in jobs:
         with usage_errors():
             clip = _clip(job, options, table)
-        if options.scale == "controller":
-            clip = _for_controllers(clip)
         folder = options.out if options.material == ALL and options.out is not None else Path()
         if options.voice == "sound":
             clip = _as_sound(clip)
         path = job.path or folder / f"{clip.name}.{options.to}"
-        print("  ".join(str(written) for written in write(clip, options.to, path)), flush=True)
+        written = save_clip(clip, options.to, path)
+        print("  ".join(map(str, written)), flush=True)
     return 0
 
 
@@ -114,49 +113,17 @@ def _write_page(
         jobs = [_Job(job.material, touch, job.path) for job in jobs for touch in INTERACTIONS]
     with usage_errors():
         clips = [_clip(job, options, table) for job in jobs]
-    clips = [_for_controllers(clip) for clip in clips] if options.scale != SCALES[0] else clips
     path = options.out or Path(f"{options.material}.html")
     path.write_text(gallery.page(clips, options.voice or "sound"), encoding="utf-8")
     print(f"{path}: {len(clips)} touches, {path.stat().st_size / 1e6:.1f} MB; open it in a browser")
     return 0
 
 
-def write(clip: Clip, kind: str, path: Path) -> list[Path]:
-    """Write a clip, and its temperatures to a second file where the format has none.
-
-    Returns the paths written. Raises OSError.
-    """
-    from hapticvlm_studio.touches import ahap, haptic, hjif
-    from hapticvlm_studio.touches.sound import write_wav
-
-    if kind == "hjif":
-        _write_json(path, hjif.document(clip, time.strftime("%Y-%m-%d")))
-        return [path]
-    if kind == "wav":
-        write_wav(path, clip.wave)
-    else:
-        _write_json(path, haptic.document(clip) if kind == "haptic" else ahap.document(clip))
-    heat_path = path.with_name(path.name + HEAT_SUFFIX)
-    _write_json(heat_path, heat_document(clip))
-    return [path, heat_path]
-
-
-def heat_document(clip: Clip) -> dict[str, Any]:
-    """Return the temperatures of a touch from contact on, in degC, times in s."""
-    heat = clip.heat
-    return {
-        "material": heat.material,
-        "surface_c": heat.surface_c,
-        "contact_c": round(heat.contact_c, 2),
-        "time_s": heat.time_s,
-        "skin_c": [round(celsius, 2) for celsius in heat.skin_c],
-        "setpoint_c": [round(celsius, 2) for celsius in heat.setpoint_c],
-    }
-
-
 def _jobs(options: argparse.Namespace, table: Mapping[str, Material]) -> Iterator[_Job]:
+    from hapticvlm.materials import find
+
     if options.material != ALL:
-        yield _Job(touch_options.find(options.material, table), options.interaction, options.out)
+        yield _Job(find(options.material, table), options.interaction, options.out)
         return
     if options.to != PAGE and options.out is not None and options.out.is_file():
         raise UsageError(f"--out {options.out} is a file; `{ALL}` needs a folder")
@@ -167,32 +134,24 @@ def _jobs(options: argparse.Namespace, table: Mapping[str, Material]) -> Iterato
 
 
 def _clip(job: _Job, options: argparse.Namespace, table: Mapping[str, Material]) -> Clip:
-    from hapticvlm.rendering.vibration.vibration import Motion
-    from hapticvlm_studio.touches.clip import clip
-    from hapticvlm_studio.touches.heat import ThermalInputs, heat
-    from hapticvlm_studio.touches.sound import sound
+    from hapticvlm_studio.touches.felt import feel
 
     # A recording may be of another material than the one that is touched.
     others = {} if options.patterns is None else table
-    voices = touch_options.voices(options, {**others, job.material.name: job.material})
-    motion = Motion(options.speed, options.force)
-    return clip(
-        sound(job.material, job.interaction, motion, options.seconds, voices),
-        heat(job.material, ThermalInputs(options.object_c, options.ambient_c), options.seconds),
+    touch = feel(
+        job.material,
+        job.interaction,
+        object_c=options.object_c,
+        ambient_c=options.ambient_c,
+        speed_mps=options.speed,
+        force_n=options.force,
+        seconds=options.seconds,
+        voices=touch_options.voices(options, {**others, job.material.name: job.material}),
     )
-
-
-def _for_controllers(clip: Clip) -> Clip:
-    from hapticvlm_studio.touches.clip import for_controllers
-
-    return for_controllers(clip)
+    return touch.clip(options.scale)
 
 
 def _as_sound(clip: Clip) -> Clip:
     from hapticvlm.rendering.vibration.sound_voice import as_sound
 
     return replace(clip, wave=as_sound(clip.wave))
-
-
-def _write_json(path: Path, document: dict[str, Any]) -> None:
-    path.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")

@@ -13,23 +13,22 @@ from typing import TYPE_CHECKING, Any
 from hapticvlm.commands import touch_options
 from hapticvlm.commands.parsing import add_json, number_within
 from hapticvlm.errors import usage_errors
+from hapticvlm.rendering.touch_ranges import RANGES
 from hapticvlm.rendering.vibration.vibration import INTERACTIONS
 from hapticvlm.server.options import contact_resistance
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
     from hapticvlm.materials import Material
-    from hapticvlm_studio.touches.heat import Heat, ThermalInputs
-    from hapticvlm_studio.touches.sound import Sound
+    from hapticvlm_studio.touches.felt import FeltTouch
+    from hapticvlm_studio.touches.heat import Heat
 
 SHOWN_S = (0.0, 0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0)
-SPEED_MPS = 0.3
-SWING_MPS = 5.0
 
 _DESCRIPTION = """
 Compute what touching a material feels like. The command prints the temperature of the skin, the
 setpoint of the plate, the limit that acted, and the vibration. --plot draws them and --wav writes
-the vibration. It uses neither a service nor a device.
+the vibration. It uses neither a service nor a device. In Python `hapticvlm.feel` is the same.
 """
 
 
@@ -41,7 +40,7 @@ def add(commands: Commands) -> None:
         description=_DESCRIPTION,
         examples=(
             "hapticvlm feel metal --object-c 5",
-            "hapticvlm feel wood --interaction slide --speed 0.2 --plot wood.png --wav wood.wav",
+            "hapticvlm feel wood --interaction slide --speed 0.2 --plot wood.svg --wav wood.wav",
             "hapticvlm feel glass --wav glass.wav --voice sound",
         ),
     )
@@ -58,7 +57,7 @@ def add(commands: Commands) -> None:
     )
     sound.add_argument(
         "--speed",
-        type=number_within(0.0, 20.0),
+        type=number_within(*RANGES["speed_mps"]),
         metavar="M_PER_S",
         help="highest speed of a stroke in m/s (0.3; swing 5)",
     )
@@ -66,9 +65,7 @@ def add(commands: Commands) -> None:
     touch_options.add_recordings(sound)
     out = feel.add_argument_group("output")
     touch_options.add_seconds(out, 5.0)
-    out.add_argument(
-        "--plot", type=Path, metavar="FILE", help="draw the touch to this .png, .svg or .pdf file"
-    )
+    out.add_argument("--plot", type=Path, metavar="FILE", help="draw the touch to this .svg file")
     out.add_argument(
         "--wav", type=Path, metavar="FILE", help="write the vibration to this file, 48 kHz mono"
     )
@@ -82,7 +79,7 @@ def _add_heat(feel: argparse.ArgumentParser) -> None:
     touch_options.add_temperatures(heat)
     heat.add_argument(
         "--skin-c",
-        type=number_within(10.0, 45.0),
+        type=number_within(*RANGES["skin_c"]),
         default=32.0,
         metavar="DEGC",
         help="temperature of the skin before the touch (%(default)s)",
@@ -96,7 +93,7 @@ def _add_heat(feel: argparse.ArgumentParser) -> None:
     )
     heat.add_argument(
         "--thickness-m",
-        type=number_within(1e-6, 10.0),
+        type=number_within(*RANGES["thickness_m"]),
         metavar="M",
         help="thickness of an object that is a sheet or rod, in m (thick)",
     )
@@ -104,69 +101,51 @@ def _add_heat(feel: argparse.ArgumentParser) -> None:
 
 def _palm(text: str) -> float:
     """Return a contact resistance that skin and object can have."""
-    return number_within(0.0, 1.0)(repr(contact_resistance(text)))
+    return number_within(*RANGES["contact_resistance"])(repr(contact_resistance(text)))
 
 
 def _feel(options: argparse.Namespace) -> int:
     from hapticvlm.commands.progress import working
+    from hapticvlm.materials import find
+    from hapticvlm.rendering.vibration.sound_voice import in_voice
+    from hapticvlm_studio.touches.sound import write_wav
 
     with usage_errors():
-        material = touch_options.find(options.material, touch_options.table(options.gallery))
+        material = find(options.material, touch_options.table(options.gallery))
         with working("computing the touch"):
-            heat, sound = _touch(material, options)
-            _write(heat, sound, options)
-    _report(heat, sound, as_json=options.json)
+            touch = _touch(material, options)
+            if options.wav is not None:
+                write_wav(options.wav, in_voice(touch.vibration, options.voice))
+            if options.plot is not None:
+                touch.plot().save(options.plot)
+    if options.json:
+        document = {"thermal": asdict(touch.heat), "vibration": touch.sound.describe()}
+        print(json.dumps(document), flush=True)
+    else:
+        _print(touch.heat, touch.sound.describe())
+        sys.stdout.flush()
     return 0
 
 
-def _report(heat: Heat, sound: Sound, *, as_json: bool) -> None:
-    if as_json:
-        print(json.dumps({"thermal": asdict(heat), "vibration": sound.describe()}), flush=True)
-    else:
-        _print(heat, sound.describe())
-        sys.stdout.flush()
-
-
-def _touch(material: Material, options: argparse.Namespace) -> tuple[Heat, Sound]:
+def _touch(material: Material, options: argparse.Namespace) -> FeltTouch:
     from hapticvlm.materials import MATERIALS
-    from hapticvlm.rendering.vibration.vibration import Motion
-    from hapticvlm_studio.touches.heat import heat
-    from hapticvlm_studio.touches.sound import sound
+    from hapticvlm_studio.touches.felt import feel
 
-    usual_mps = SWING_MPS if options.interaction == "swing" else SPEED_MPS
-    motion = Motion(usual_mps if options.speed is None else options.speed, options.force)
     # A recording may be of another material than the one that is touched.
     others = {} if options.patterns is None else MATERIALS
-    touch = (options.interaction, motion, options.seconds)
-    voices = touch_options.voices(options, {**others, material.name: material})
-    return (
-        heat(material, _thermal_inputs(options), options.seconds),
-        sound(material, *touch, voices, options.thickness_m),
+    return feel(
+        material,
+        options.interaction,
+        object_c=options.object_c,
+        ambient_c=options.ambient_c,
+        skin_c=options.skin_c,
+        contact_resistance=options.contact_resistance,
+        thickness_m=options.thickness_m,
+        speed_mps=options.speed,
+        force_n=options.force,
+        seconds=options.seconds,
+        voices=touch_options.voices(options, {**others, material.name: material}),
     )
-
-
-def _thermal_inputs(options: argparse.Namespace) -> ThermalInputs:
-    from hapticvlm_studio.touches.heat import ThermalInputs
-
-    return ThermalInputs(
-        options.object_c,
-        options.ambient_c,
-        options.skin_c,
-        options.contact_resistance,
-        options.thickness_m,
-    )
-
-
-def _write(heat: Heat, sound: Sound, options: argparse.Namespace) -> None:
-    if options.wav is not None:
-        from hapticvlm.rendering.vibration.sound_voice import in_voice
-        from hapticvlm_studio.touches.sound import write_wav
-
-        write_wav(options.wav, in_voice(sound.wave, options.voice))
-    if options.plot is not None:
-        from hapticvlm_studio.touches import plot
-
-        plot.draw(heat, sound, options.plot)
 
 
 def _print(heat: Heat, vibration: dict[str, Any]) -> None:

@@ -1,0 +1,202 @@
+"""Computes one touch of a material by the models of the service: `hapticvlm.feel`.
+
+The commands `feel` and `export` are this too. It uses neither a service nor a device. heat.py has
+the thermal half, sound.py the vibration.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hapticvlm.errors import UsageError
+from hapticvlm.materials import Material, find, nearest
+from hapticvlm.perception import NEUTRAL_C
+from hapticvlm.rendering import touch_ranges
+from hapticvlm.rendering.vibration.vibration import INTERACTIONS, RATE_HZ, Motion
+from hapticvlm.rendering.vibration.voices import Voices
+from hapticvlm_studio.touches import ahap, haptic, hjif
+from hapticvlm_studio.touches.clip import Clip, clip, for_controllers
+from hapticvlm_studio.touches.drawing import Drawing, draw
+from hapticvlm_studio.touches.heat import Heat, ThermalInputs, heat
+from hapticvlm_studio.touches.sound import Sound, sound, write_wav
+
+AMBIENT_C = 22.0
+SPEED_MPS = 0.3
+SWING_MPS = 5.0
+KINDS = ("wav", "haptic", "ahap", "hjif")
+SCALES = ("palm", "controller")
+HEAT_SUFFIX = ".heat.json"
+
+
+@dataclass(frozen=True, slots=True)
+class FeltTouch:
+    """A touch: the skin on the real object, the plate, and the vibration.
+
+    - `heat`: the temperatures, what they follow from, and the limits that acted.
+    - `sound`: the vibration with its material and motion; `sound.describe()` has its spectrum.
+
+    A notebook shows its drawing.
+    """
+
+    heat: Heat
+    sound: Sound
+
+    @property
+    def time_s(self) -> NDArray[np.float64]:
+        """Times of `skin_c` and `plate_c` after contact, (T,) in s, every 0.02 s from 0."""
+        return np.array(self.heat.time_s)
+
+    @property
+    def skin_c(self) -> NDArray[np.float64]:
+        """Temperature of skin that touches the real object, (T,) in degC (docs/physics.md 1.1)."""
+        return np.array(self.heat.skin_c)
+
+    @property
+    def plate_c(self) -> NDArray[np.float64]:
+        """Setpoint of the plate, within its limits, that gives the skin this, (T,) in degC."""
+        return np.array(self.heat.setpoint_c)
+
+    @property
+    def vibration(self) -> NDArray[np.float32]:
+        """What the palm speaker plays, (N,) in -1..1 of full scale at `rate_hz`."""
+        return self.sound.wave
+
+    @property
+    def rate_hz(self) -> int:
+        """Sample rate of `vibration` in Hz."""
+        return RATE_HZ
+
+    def plot(self) -> Drawing:
+        """Draw temperatures, vibration and spectrum; a notebook shows it. It needs no library.
+
+        hapticvlm.feel("metal", object_c=5).plot().save("touch.svg")
+        """
+        return draw(self.heat, self.sound)
+
+    def clip(self, scale: str = "palm") -> Clip:
+        """Return the touch as haptic formats hold it; `save` has the scales. Raises UsageError."""
+        if scale not in SCALES:
+            raise UsageError(f"scale: `{scale}` is not one of {', '.join(SCALES)}; choose one")
+        whole = clip(self.sound, self.heat)
+        return for_controllers(whole) if scale == "controller" else whole
+
+    def save(self, path: str | Path, *, scale: str = "palm") -> list[Path]:
+        """Write the touch as a file for other tools; its ending is the format.
+
+        - `path`: .wav (16 bit, 48 kHz, mono), .haptic (Meta Haptics SDK), .ahap (Apple Core
+          Haptics) or .hjif (MPEG, ISO/IEC 23090-31).
+        - `scale`: `palm` (as the palm speaker plays it) or `controller` (raises what controllers
+          and phones would hardly play; a .wav does not change).
+
+        Returns the paths written: only .hjif holds temperatures, so any other format gets a second
+        file, PATH.heat.json. Raises `HapticVLMError` for another ending or scale, and OSError.
+
+            hapticvlm.feel("glass", "tap").save("glass.haptic", scale="controller")
+        """
+        path = Path(path)
+        kind = path.suffix.lower().removeprefix(".")
+        if kind not in KINDS:
+            endings = ", ".join(f".{known}" for known in KINDS)
+            raise UsageError(f"{path}: `{path.suffix}` is not one of {endings}; choose one of them")
+        return save_clip(self.clip(scale), kind, path)
+
+    def _repr_html_(self) -> str:
+        return self.plot().svg
+
+
+def feel(
+    material: str | Material,
+    interaction: str | None = None,
+    *,
+    object_c: float | None = None,
+    ambient_c: float = AMBIENT_C,
+    skin_c: float = NEUTRAL_C,
+    contact_resistance: float | None = None,
+    thickness_m: float | None = None,
+    speed_mps: float | None = None,
+    force_n: float = 1.0,
+    seconds: float = 5.0,
+    voices: Voices | None = None,
+) -> FeltTouch:
+    """Compute what touching a material feels like, by the models that the service renders with.
+
+    - `material`: a name of `hapticvlm.MATERIALS`, or a material of your own
+      (`hapticvlm.materials.derive`).
+    - `interaction`: `tap`, `strike`, `press`, `slide`, `carve` or `swing`; None: a strike, then a
+      slide from 0.4 s on.
+    - `object_c`, `ambient_c`, `skin_c`: temperatures in degC of the object (None: that of the
+      room), of the room, and of the skin before the touch.
+    - `contact_resistance`: of skin and object in m2 K/W (None: that of the material).
+    - `thickness_m`: of an object that is a sheet or a rod, in m (None: thick).
+    - `speed_mps`: highest speed of a stroke, or the speed of an impact, in m/s (None: 0.3; swing
+      5).
+    - `force_n`: force of the hand in N.
+    - `seconds`: length of the touch.
+    - `voices`: a mixer with recordings or a corrected speaker; None synthesises.
+
+    Raises `HapticVLMError` for an unknown material (it names the nearest) or interaction, and for a
+    quantity out of range (it names the range). docs/physics.md has the models and their sources.
+
+        touch = hapticvlm.feel("wood", "slide", object_c=5, speed_mps=0.2)
+        touch.skin_c[-1], touch.vibration.max()
+    """
+    facts = find(material) if isinstance(material, str) else material
+    if interaction is not None and interaction not in INTERACTIONS:
+        raise UsageError(f"no interaction `{interaction[:40]}`{nearest(interaction, INTERACTIONS)}")
+    usual_mps = SWING_MPS if interaction == "swing" else SPEED_MPS
+    motion = Motion(usual_mps if speed_mps is None else speed_mps, force_n)
+    inputs = ThermalInputs(object_c, ambient_c, skin_c, contact_resistance, thickness_m)
+    touch_ranges.check(
+        object_c=object_c,
+        ambient_c=ambient_c,
+        skin_c=skin_c,
+        contact_resistance=contact_resistance,
+        thickness_m=thickness_m,
+        speed_mps=motion.speed_mps,
+        force_n=force_n,
+        seconds=seconds,
+    )
+    return FeltTouch(
+        heat(facts, inputs, seconds),
+        sound(facts, interaction, motion, seconds, voices, thickness_m),
+    )
+
+
+def save_clip(of: Clip, kind: str, path: Path) -> list[Path]:
+    """Write a clip, and its temperatures to a second file where the format has none.
+
+    Returns the paths written. Raises OSError.
+    """
+    if kind == "hjif":
+        _write_json(path, hjif.document(of, time.strftime("%Y-%m-%d")))
+        return [path]
+    if kind == "wav":
+        write_wav(path, of.wave)
+    else:
+        _write_json(path, haptic.document(of) if kind == "haptic" else ahap.document(of))
+    heat_path = path.with_name(path.name + HEAT_SUFFIX)
+    _write_json(heat_path, heat_document(of.heat))
+    return [path, heat_path]
+
+
+def heat_document(of: Heat) -> dict[str, Any]:
+    """Return the temperatures of a touch from contact on, in degC, times in s."""
+    return {
+        "material": of.material,
+        "surface_c": of.surface_c,
+        "contact_c": round(of.contact_c, 2),
+        "time_s": of.time_s,
+        "skin_c": [round(celsius, 2) for celsius in of.skin_c],
+        "setpoint_c": [round(celsius, 2) for celsius in of.setpoint_c],
+    }
+
+
+def _write_json(path: Path, document: dict[str, Any]) -> None:
+    path.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
