@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
+import hapticvlm
+
 ROOT = Path(__file__).parents[1]
 HISTORY = {"CHANGELOG.md", "LOG.md"}
 OTHER_CODE = {".c", ".cpp", ".cs", ".gd", ".h", ".hpp", ".html", ".js", ".mjs", ".ts"}
@@ -21,7 +23,7 @@ MODULE = re.compile(r"(?<![\w./-])hapticvlm\w*(?:\.[a-z_]\w*)+")
 NAME = re.compile(r"`([A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*(?:\(\))?)`")
 CLASS = re.compile(r"[A-Z][A-Za-z]*[a-z][A-Za-z]*")
 A_FILE = re.compile(
-    r"\.(cfg|crt|cs|csv|exe|h|hex|html|js|jsonl?|key|md|npz|onnx|pem|py|toml|txt|wav|ya?ml)$"
+    r"\.(cfg|crt|cs|csv|exe|h|hex|html|js|jsonl?|key|md|npz|onnx|pem|pyi?|toml|txt|wav|ya?ml)$"
 )
 COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
 DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
@@ -59,6 +61,8 @@ def parts(path: Path) -> tuple[set[str], list[str]]:
 
 def is_defined(name: str) -> bool:
     """Whether a dotted name is a module of ours, or something in the code of one."""
+    if name.split(".")[1] in hapticvlm.__all__:  # found by name, so not in the package's code
+        return True
     here = ROOT / "service"
     for part in name.split("."):
         if here.suffix == ".py":

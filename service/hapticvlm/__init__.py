@@ -10,22 +10,38 @@ from importlib import import_module
 __version__ = "0.3.0"
 __all__ = [
     "MATERIALS",
+    "BlockingClient",
+    "Client",
     "FeltTouch",
     "HapticVLMError",
     "PictureRecogniser",
     "RecognisedPicture",
+    "Refused",
+    "Service",
+    "TouchEnded",
+    "connect",
+    "connect_blocking",
     "feel",
     "materials",
     "recognise",
+    "serve",
 ]
 _MODULES = {
     "MATERIALS": "hapticvlm.materials",
+    "BlockingClient": "hapticvlm.client.blocking",
+    "Client": "hapticvlm.client.connection",
     "FeltTouch": "hapticvlm_studio.touches.felt",
     "HapticVLMError": "hapticvlm.errors",
     "PictureRecogniser": "hapticvlm.vision.picture_recogniser",
     "RecognisedPicture": "hapticvlm.vision.picture_recogniser",
+    "Refused": "hapticvlm.client.connection",
+    "Service": "hapticvlm.client.local_service",
+    "TouchEnded": "hapticvlm.client.connection",
+    "connect": "hapticvlm.client.connection",
+    "connect_blocking": "hapticvlm.client.blocking",
     "feel": "hapticvlm_studio.touches.felt",
     "recognise": "hapticvlm.vision.picture_recogniser",
+    "serve": "hapticvlm.client.local_service",
 }
 
 

@@ -1,4 +1,12 @@
 from hapticvlm import materials as materials
+from hapticvlm.client.blocking import BlockingClient as BlockingClient
+from hapticvlm.client.blocking import connect_blocking as connect_blocking
+from hapticvlm.client.connection import Client as Client
+from hapticvlm.client.connection import Refused as Refused
+from hapticvlm.client.connection import TouchEnded as TouchEnded
+from hapticvlm.client.connection import connect as connect
+from hapticvlm.client.local_service import Service as Service
+from hapticvlm.client.local_service import serve as serve
 from hapticvlm.errors import HapticVLMError as HapticVLMError
 from hapticvlm.materials import MATERIALS as MATERIALS
 from hapticvlm.vision.picture_recogniser import PictureRecogniser as PictureRecogniser
@@ -10,11 +18,19 @@ from hapticvlm_studio.touches.felt import feel as feel
 __version__: str
 __all__ = [
     "MATERIALS",
+    "BlockingClient",
+    "Client",
     "FeltTouch",
     "HapticVLMError",
     "PictureRecogniser",
     "RecognisedPicture",
+    "Refused",
+    "Service",
+    "TouchEnded",
+    "connect",
+    "connect_blocking",
     "feel",
     "materials",
     "recognise",
+    "serve",
 ]

@@ -30,6 +30,7 @@ import ssl
 import time
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -39,11 +40,15 @@ from websockets.asyncio.client import connect as open_socket
 from websockets.exceptions import ConnectionClosed
 
 from hapticvlm import __version__
-from hapticvlm.errors import HapticVLMError
+from hapticvlm.errors import HapticVLMError, UsageError
 
-logger = logging.getLogger(__name__)
+URL = "ws://127.0.0.1:8790/"
 Message = dict[str, Any]
 MAX_EVENTS = 4096  # older events are dropped for newer ones
+LONGEST_TOUCH_S = 900.0  # after which the plate rests, however it is touched
+RENEWALS = 3  # of a lease while it lasts, so that two late ones do not end it
+
+logger = logging.getLogger(__name__)
 
 
 class Connection(ClientConnection):
@@ -75,6 +80,18 @@ class Refused(HapticVLMError):
         super().__init__(f"{answer['code']}: {answer['text']}")
         self.code: str = answer["code"]
         self.path: str | None = answer.get("path")
+
+
+class TouchEnded(HapticVLMError):
+    """Raised when a touch reached its longest time before its block ended."""
+
+
+@dataclass(slots=True)
+class Hand:
+    """The motion of a touching hand: speed in m/s and force in N. A change holds from now on."""
+
+    speed_mps: float
+    force_n: float
 
 
 class Client:
@@ -197,6 +214,73 @@ class Client:
             **message,
         )
 
+    @asynccontextmanager
+    async def touching(
+        self,
+        object_id: str,
+        *,
+        speed_mps: float = 0.1,
+        force_n: float = 1.0,
+        longest_s: float = 60.0,
+        **fields: Any,
+    ) -> AsyncIterator[Hand]:
+        """Touch an object until the block ends: contact, renewals of the lease, release.
+
+        - `object_id`: the touched object.
+        - `speed_mps`, `force_n`: of the hand in m/s and N, also of the impact at contact. The
+          block may change them in the `Hand` that it gets. At a speed of 0 the hand is still.
+        - `longest_s`: the touch ends after this many seconds (at most 900) even if the block goes
+          on, so that a program that hangs does not drive the outputs for ever.
+        - `fields`: others of `touch`, such as `hand` or `interaction`.
+
+        A task of the event loop renews the lease: code that holds the loop for longer than a lease
+        (250 ms) ends the touch, and so does the end of the process.
+
+        Raises `Refused` at the contact. At the end of the block it raises what ended the touch
+        early: `Refused` (`unsafe` after a stop: the touch does not begin again by itself),
+        `TouchEnded` after `longest_s`, or `ConnectionError`.
+
+            async with client.touching("cup", speed_mps=0.2) as hand:
+                await asyncio.sleep(1.0)
+                hand.speed_mps = 0.4
+                await asyncio.sleep(1.0)
+        """
+        if not 0.0 < longest_s <= LONGEST_TOUCH_S:
+            limit = f"is not within 0..{LONGEST_TOUCH_S:g} s"
+            raise UsageError(f"longest_s: {longest_s} {limit}; touch again for longer")
+        hand = Hand(speed_mps, force_n)
+        await self._move(hand, "contact", object_id, fields)
+        renewing = asyncio.create_task(self._renew(hand, object_id, fields, longest_s))
+        try:
+            yield hand
+        finally:
+            renewing.cancel()
+            await asyncio.wait({renewing})
+            with suppress(ConnectionClosed, ConnectionError, Refused):
+                await self._release(fields)
+        if not renewing.cancelled():
+            renewing.result()
+
+    async def _renew(self, hand: Hand, object_id: str, fields: Message, longest_s: float) -> None:
+        """Renew a touch until it is refused, or release it and raise TouchEnded."""
+        period_s = self.welcome["limits"]["lease_ms"] / 1000.0 / RENEWALS
+        with suppress(TimeoutError):
+            async with asyncio.timeout(longest_s):
+                while True:
+                    await asyncio.sleep(period_s)
+                    phase = "slide" if hand.speed_mps > 0.0 else "contact"
+                    await self._move(hand, phase, object_id, fields)
+        await self._release(fields)
+        problem = f"the touch of {object_id} ended after longest_s, {longest_s:g} s"
+        raise TouchEnded(f"{problem}; give a longer one, up to {LONGEST_TOUCH_S:g}")
+
+    async def _move(self, hand: Hand, phase: str, object_id: str, fields: Message) -> None:
+        motion = {"speed_mps": hand.speed_mps, "force_n": hand.force_n}
+        await self.touch(phase, object_id, **motion, **fields)
+
+    async def _release(self, fields: Message) -> None:
+        await self.touch("release", hand=fields.get("hand", "right"))
+
     async def frame(self, image: bytes, width: int, height: int, **fields: Any) -> Message:
         """Send a picture and return the answer, `decision` or `skipped`.
 
@@ -289,7 +373,7 @@ def trusting(ca: Path) -> ssl.SSLContext:
 
 @asynccontextmanager
 async def connect(
-    url: str = "ws://127.0.0.1:8790/",
+    url: str = URL,
     *,
     name: str = "hapticvlm-python",
     role: str = "scene",
@@ -310,7 +394,7 @@ async def connect(
     OSError if no service listens or its certificate is not trusted, and
     `websockets.exceptions.WebSocketException` if the address is not a service's.
 
-        async with connect(name="my study", token="SECRET") as client:
+        async with hapticvlm.connect(name="my study", token="SECRET") as client:
             print(client.welcome["materials"])
     """
     encrypted: dict[str, Any] = {} if tls is None else {"ssl": tls}

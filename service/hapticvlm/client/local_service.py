@@ -1,4 +1,4 @@
-"""Runs `hapticvlm serve` in a process of its own, for demonstrations, measurements and tests."""
+"""Runs `hapticvlm serve` in a process of its own: for programs, demonstrations and tests."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from hapticvlm.errors import HapticVLMError
 
@@ -85,6 +86,31 @@ def running(
     finally:
         service.stop()
         reader.join(5.0)
+
+
+@contextmanager
+def serve(**options: str | float | Path | None) -> Iterator[Service]:
+    """Run a service in a process of its own, and stop it when the context ends.
+
+    - `options`: those of `hapticvlm serve`, with _ for -, such as `speaker="default"` or
+      `record="folder"`; True gives an option that has no value, None and False leave one out. The
+      port is a free one, unless `port` is one of them. Without a device the outputs are simulated.
+
+    The `Service` has the address for `hapticvlm.connect` (`url`) and the dashboard's (`page`). On
+    Linux the service also stops when this process is killed.
+
+    Raises `ServiceError`, a `HapticVLMError` with the service's own words, if it does not start.
+
+        with hapticvlm.serve() as service, hapticvlm.connect_blocking(service.url) as client:
+            print(client.welcome["devices"])
+    """
+    words: list[str] = []
+    for name, value in options.items():
+        if value is not None and value is not False:
+            flag = "--" + name.replace("_", "-")
+            words.append(flag if value is True else f"{flag}={value}")
+    with running(words, ends_with_us=True) as service:
+        yield service
 
 
 @contextmanager

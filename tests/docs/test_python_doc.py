@@ -1,0 +1,69 @@
+"""Every snippet of docs/python.md, and the notebook, run as they stand."""
+
+import ast
+import json
+import re
+import shutil
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import pytest
+
+from hapticvlm.commands.main import main
+
+pytestmark = [pytest.mark.process, pytest.mark.slow]
+ROOT = Path(__file__).parents[2]
+PAGE = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
+SNIPPETS = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+NOTEBOOK = ROOT / "examples" / "notebook" / "first_touch.ipynb"
+MOST_LINES = 5  # from a picture to the drawing of its touch
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A folder with a photo and materials of the reader's own, as the page takes for granted."""
+    folder = tmp_path_factory.mktemp("reader")
+    frames = sorted((ROOT / "examples" / "captures" / "living_room" / "frames").glob("*.jpg"))
+    shutil.copy(frames[0], folder / "photo.jpg")
+    for frame in frames[8:11]:
+        shutil.copy(frame, folder)
+    pictures = [str(folder / frame.name) for frame in frames[8:11]]
+    own = ["--like", "wood", "--out", str(folder / "my-materials")]
+    assert main(["gallery", "add", "walnut", *pictures, *own]) == 0
+    return folder
+
+
+@pytest.mark.parametrize(
+    "snippet", SNIPPETS, ids=[f"snippet {n + 1}" for n in range(len(SNIPPETS))]
+)
+def test_every_snippet_runs_as_it_stands(snippet, folder, monkeypatch):
+    monkeypatch.chdir(folder)
+    exec(compile(snippet, "docs/python.md", "exec"), {"__name__": "__main__"})
+
+
+def test_the_page_has_its_snippets_and_each_imports_what_it_uses():
+    assert len(SNIPPETS) == 6
+    assert all("import hapticvlm" in snippet for snippet in SNIPPETS)
+
+
+async def test_the_notebook_goes_from_a_picture_to_its_touch_in_few_lines(monkeypatch):
+    # A kernel runs the cells one after the other beside its own event loop, as this test does, and
+    # shows the value of each cell's last line.
+    monkeypatch.chdir(NOTEBOOK.parent)
+    cells = json.loads(NOTEBOOK.read_text(encoding="utf-8"))["cells"]
+    sources = ["".join(cell["source"]) for cell in cells if cell["cell_type"] == "code"]
+    shown: list[Any] = []
+    space: dict[str, Any] = {}
+    for source in sources:
+        *before, last = ast.parse(source).body
+        assert isinstance(last, ast.Expr)
+        exec(compile(ast.Module(before, []), "cell", "exec"), space)
+        shown.append(eval(compile(ast.Expression(last.value), "cell", "eval"), space))
+    result, drawing, (material, contact_c) = shown
+    assert result.felt_as in result._repr_html_()
+    ElementTree.fromstring(drawing._repr_svg_())
+    assert material == result.felt_as
+    assert contact_c < 32.0
+    lines = [line for source in sources[:2] for line in source.splitlines() if line]
+    assert len(lines) <= MOST_LINES
