@@ -8,6 +8,7 @@ would, and feels.
 from __future__ import annotations
 
 import json
+import shlex
 import shutil
 import subprocess
 import tarfile
@@ -140,12 +141,16 @@ def test_it_holds_the_client_its_types_its_licence_and_nothing_else(packed: Path
 
 
 def test_installed_it_is_felt_gives_way_takes_over_and_says_why_it_is_silent(
-    run: Run, folder: Path, packed: Path, service: Service
+    run: Run, folder: Path, service: Service
 ) -> None:
+    # Its README's first command, in a clone.
+    readme = (PACKAGE / "README.md").read_text(encoding="utf-8")
+    first = readme.partition("```\n")[2].splitlines()[0]
+    install = first.replace("PATH/TO/CLONE", shlex.quote(str(HERE.parents[1])))
     clean = folder / "clean"
     clean.mkdir()
     (clean / "package.json").write_text('{"type": "module", "private": true}')
-    run("npm", "install", *QUIET, packed, *BESIDE, cwd=clean)
+    run("bash", "-c", f"{install} {shlex.join(map(str, (*QUIET, *BESIDE)))}", cwd=clean)
     shutil.copy(HERE / "user.ts", clean)
     run("node", TSC, *STRICT, "--skipLibCheck", "false", clean / "user.ts", cwd=clean)
     said = json.loads(run("node", clean / "user.js", service.url))

@@ -306,3 +306,16 @@ def test_without_statsmodels_all_but_the_anova_is_reported_and_the_package_named
     assert "install statsmodels`" in printed
     assert "Friedman's test" in printed
     assert (study / "report" / "report.html").exists()
+
+
+def test_without_matplotlib_there_is_a_report_that_says_what_it_lacks(study, monkeypatch):
+    out = study / "report"
+    out.mkdir()
+    (out / "confusion.png").write_bytes(b"of an earlier evaluation")
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    assert main(["study", "report", str(study)]) == 0
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert "they need matplotlib" in page
+    assert "<img" not in page
+    assert (out / "trials.csv").exists()
+    assert not list(out.glob("*.png"))

@@ -12,12 +12,13 @@ from typing import Any
 import numpy as np
 
 from hapticvlm import documents
+from hapticvlm.errors import installing
 from hapticvlm.palette import FIGURE
 from hapticvlm_studio.design.stimuli import StudyError
 from hapticvlm_studio.report import plots, results
 from hapticvlm_studio.report.evaluate import Document, evaluate, evaluate_paper
 from hapticvlm_studio.report.statistics import Share
-from hapticvlm_studio.report.text import people, text_of
+from hapticvlm_studio.report.text import PICTURES, people, text_of
 
 _STYLE = """
 :root { color-scheme: light dark; }
@@ -46,8 +47,6 @@ def report(folder: Path, out: Path | None, *, as_json: bool) -> str:
     if not study.counted:
         raise StudyError(f"{folder}: no trial is answered yet")
     document = evaluate(study)
-    # The CSV files come before the pictures: they need no matplotlib, so where that is missing the
-    # data are on the disk all the same.
     out = folder / "report" if out is None else out
     with documents.naming(out):
         out.mkdir(parents=True, exist_ok=True)
@@ -68,8 +67,14 @@ def report_paper(out: Path | None, *, as_json: bool) -> str:
 
 
 def _draw(out: Path, document: Document, times: Sequence[Any] | None) -> None:
-    import matplotlib as mpl
-
+    """Draw the pictures; without matplotlib the report says so and has only its tables."""
+    try:
+        import matplotlib as mpl
+    except ModuleNotFoundError:
+        document["pictures_missing"] = f"they need matplotlib: `{installing('matplotlib')}`"
+        for name in PICTURES:  # of an earlier evaluation
+            (out / f"{name}.png").unlink(missing_ok=True)
+        return
     whole = (document["labels"], np.array(document["counts"]))
     parts = [
         (f"{part['factor']} alone", (part["levels"], np.array(part["counts"])))

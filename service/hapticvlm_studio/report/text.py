@@ -58,6 +58,8 @@ def _head(document: Document) -> str:
         lines.append(
             "The interval assumes independent trials, which the trials of one person are not."
         )
+    if "pictures_missing" in document:
+        lines += ["", f"No pictures: {document['pictures_missing']}."]
     return "\n".join(lines)
 
 
