@@ -135,18 +135,13 @@ def _scenes(source: Path) -> Iterator[Scene]:
 
 def _write_clips(names: Mapping[str, object], table: Mapping[str, Material], folder: Path) -> int:
     """Write the clips of these materials; return their number."""
-    from hapticvlm.rendering.vibration.vibration import Motion
-    from hapticvlm_studio.commands.export import write
-    from hapticvlm_studio.touches.clip import clip
-    from hapticvlm_studio.touches.heat import ThermalInputs, heat
-    from hapticvlm_studio.touches.sound import sound
+    from hapticvlm_studio.touches.felt import feel, save_clip
 
     folder.mkdir(exist_ok=True)
-    inputs = ThermalInputs(None, 22.0)
     for name in names:
         for interaction in CLIP_INTERACTIONS:
-            played = sound(table[name], interaction, Motion(0.3, 1.5), CLIP_S)
-            touch = clip(played, heat(table[name], inputs, CLIP_S))
+            touch = feel(table[name], interaction, force_n=1.5, speed_mps=0.3, seconds=CLIP_S)
+            clip = touch.clip()
             for kind in CLIP_FORMATS:
-                write(touch, kind, folder / f"{touch.name}.{kind}")
+                save_clip(clip, kind, folder / f"{clip.name}.{kind}")
     return len(names) * len(CLIP_INTERACTIONS)
