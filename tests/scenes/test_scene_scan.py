@@ -85,7 +85,7 @@ def test_only_unsure_surfaces_have_their_texture_looked_at_and_each_texture_once
 
     def look(texture: Texture) -> Evidence:
         looked.append(texture.name)
-        return Evidence("encoder", (("stone", 0.7), ("ceramic", 0.2)))
+        return Evidence("texture", (("stone", 0.7), ("ceramic", 0.2)))
 
     nodes = (
         node("a", unsure),
@@ -121,10 +121,10 @@ def test_the_summary_counts_and_says_what_would_help() -> None:
     summary = summarise(rows)
     assert (summary.objects, summary.surfaces) == (3, 5)
     assert summary.counts == {"sure": 1, "probable": 1, "unknown": 3}
-    mute, bare, ambiguous, textured = summary.help
+    mute, bare, ambiguous = summary.help
     assert mute.startswith("2 of them")
     assert "mat1, mat2" in mute
-    assert all(each.startswith("1 of them") for each in (bare, ambiguous, textured))
+    assert all(each.startswith("1 of them") for each in (bare, ambiguous))
 
 
 def test_the_messages_of_a_scene_are_those_of_the_protocol(room: Scene) -> None:

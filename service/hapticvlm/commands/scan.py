@@ -41,12 +41,12 @@ COLUMNS = (
 
 _DESCRIPTION = """
 Print what the service would make of each surface of glTF 2.0 scenes (.glb, .gltf), before any frame
-is recognised: by the names of objects, their parents, materials and textures, and by shader
-parameters. A folder stands for all scenes in it and its sub-folders. `sure` is the confidence:
-from 0.80 on no picture is needed, below 0.50 the material is `unknown`. `felt as` is the material
-that is rendered, also where none is sure enough to be named. `degC` is the temperature of the skin
-that touches it, in air of 22 degC. The least sure surfaces come last.
-Exit code 1: a scene could not be read; 2: no scene was found, or an option is wrong.
+is recognised: by the names of objects, their parents, materials and textures, by shader parameters,
+and where these leave it open, by its texture. A folder stands for all scenes in it and its
+sub-folders. `sure` is the confidence: from 0.80 on no picture is needed, below 0.50 the material is
+`unknown`. `felt as` is the material that is rendered, also where none is sure enough to be named.
+`degC` is the temperature of the skin that touches it, in air of 22 degC. The least sure surfaces
+come last. Exit code 1: a scene could not be read; 2: no scene was found, or an option is wrong.
 """
 
 
@@ -156,7 +156,9 @@ def _scanned(path: Path, root: Path) -> Scanned:
     from hapticvlm.scenes import scan
     from hapticvlm.scenes.reading import read_scene
     from hapticvlm.scenes.scene import SceneError
+    from hapticvlm.scenes.texture_reader import TextureReader
 
+    look = TextureReader()
     try:
         with working(f"reading {path.name}"):
             scene = read_scene(path, root)
@@ -164,8 +166,8 @@ def _scanned(path: Path, root: Path) -> Scanned:
         return Scanned(path, error=str(error))
     surfaces = scan.surfaces_of(scene)
     counted = track(surfaces, f"scanning {path.name}")
-    rows = list(scan.scan(counted))
-    return Scanned(path, rows, scan.summarise(rows), scene.notes)
+    rows = list(scan.scan(counted, look=look))
+    return Scanned(path, rows, scan.summarise(rows), (*scene.notes, *look.problems))
 
 
 def _print_messages(path: Path, root: Path) -> int:

@@ -37,15 +37,13 @@ class Row:
     """One surface of one object, by its index there, and the decision on it.
 
     `said` is the surface's name as it was declared; `is_named` tells whether any name said
-    something of matter. `texture` is the name of its base-colour map, `has_texture` whether it has
-    one.
+    something of matter. `texture` is the name of its base-colour map.
     """
 
     object_id: str
     surface: int
     said: str | None
     texture: str | None
-    has_texture: bool
     is_named: bool
     decision: Decision
 
@@ -136,7 +134,6 @@ def _row(
         surface=at,
         said=said,
         texture=None if texture is None else texture.name,
-        has_texture=texture is not None,
         is_named=is_named,
         decision=decision,
     )
@@ -148,13 +145,11 @@ def summarise(rows: Sequence[Row]) -> Summary:
     mute = [row.said for row in unsure if row.said and not row.is_named]
     bare = sum(not row.said and not row.is_named for row in unsure)
     ambiguous = sum(row.is_named for row in unsure)
-    textured = sum(row.has_texture for row in unsure)
     examples = ", ".join(list(dict.fromkeys(mute))[:3])
     causes = (
         (len(mute), f"have names that say nothing of matter ({examples}); rename their materials"),
         (bare, "have no material's name; give them a material with a name"),
-        (ambiguous, "have names that leave it open; state `material`"),
-        (textured, "have a texture, which shows more when a client sends frames"),
+        (ambiguous, "have names that leave it open; state `material`, or send frames"),
     )
     return Summary(
         surfaces=len(rows),

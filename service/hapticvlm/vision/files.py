@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import struct
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
 from typing import Any, Literal
@@ -63,12 +65,24 @@ def read_frame(picture: Source, mask: Source | None = None) -> Frame:
 
     Raises FileError.
     """
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # of broken EXIF: only the pixels matter
-        warnings.simplefilter("error", Image.DecompressionBombWarning)
+    with _quiet():
         name, data, image = _image(picture, "picture")
         with image:
             return _upright(name, data, image, mask)
+
+
+def decode_frame(data: bytes, path: Path) -> Frame:
+    """Decode a picture in memory; errors name it by `path`. Raises FileError."""
+    with _quiet(), _open(path, data) as image:
+        return _upright(str(path), data, image, None)
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # of broken EXIF: only the pixels matter
+        warnings.simplefilter("error", Image.DecompressionBombWarning)
+        yield
 
 
 def _image(source: Source, role: str) -> tuple[str, bytes | None, Image.Image]:
