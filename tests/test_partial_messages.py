@@ -9,7 +9,7 @@ import pytest
 from scene_cases import CASES, objects_of
 
 from hapticvlm.materials import MATERIALS
-from hapticvlm.messages import Hello, MessageError, Ok, Touch
+from hapticvlm.messages import Decision, Hello, MessageError, Ok, Touch
 from hapticvlm.partial_messages import MAX_LISTED, decode
 from hapticvlm.session.actions import Reply
 from hapticvlm.session.session import SceneSession
@@ -53,7 +53,7 @@ def owner():
 def decided(session, object_id):
     message = read({**TOUCH, "object_id": object_id}).message
     replies = [a.message for a in session.receive(message, 2.0) if isinstance(a, Reply)]
-    return next(each.material for each in replies if each.__class__.__name__ == "Decision")
+    return next(each.material for each in replies if isinstance(each, Decision))
 
 
 @pytest.mark.parametrize("encoding", ["MessagePack", "JSON"])

@@ -210,6 +210,7 @@ def test_a_map_read_before_is_answered_at_once():
 def test_a_map_whose_surface_has_another_meanwhile_is_superseded():
     session = session_of(room(OPEN))
     [request] = session.receive(map_of(), 2.0)
+    assert isinstance(request, RecognitionRequest)
     state(session, room(WALL), replace=False)
     evidence = Evidence("texture", (("wood", 0.9),))
     [answer] = replies(session.recognised(request, evidence, {}, 2.1), Skipped)

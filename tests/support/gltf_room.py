@@ -128,7 +128,7 @@ def _document(data: bytearray, path: Path, *, binary: bool) -> dict[str, Any]:
             document["textures"].append({"source": len(document["images"])})
             picture = _map(surface)
             if binary:
-                image = {"mimeType": "image/png", "name": surface.texture}
+                image: dict[str, Any] = {"mimeType": "image/png", "name": surface.texture}
                 image |= {"bufferView": _view(document, data, picture)}
             else:
                 path.parent.mkdir(parents=True, exist_ok=True)
@@ -160,8 +160,8 @@ def _box(document: dict[str, Any], data: bytearray, surface: DrawnSurface) -> di
             normal, across, up = np.zeros((3, 3))
             normal[axis], up[(axis + 2) % 3] = side, 1.0
             across[(axis + 1) % 3] = side  # turns the same way seen from outside
-            corners = ((-1, -1), (1, -1), (1, 1), (-1, 1))
-            faces += [(normal + u * across + v * up, normal, (u, v)) for u, v in corners]
+            places = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+            faces += [(normal + u * across + v * up, normal, (u, v)) for u, v in places]
     at = np.array([face[0] for face in faces]) * np.array(surface.size) / 2.0 + surface.center
     around = np.array([face[2] for face in faces]) / 2.0 + 0.5
     corners = np.array([f * 4 + c for f in range(6) for c in (0, 1, 2, 0, 2, 3)], np.uint16)

@@ -137,7 +137,7 @@ def _train(
                 logits, labels[batch], reduction="none", label_smoothing=SMOOTHING
             )
             optimiser.zero_grad()
-            (costs[batch] * surprise).mean().backward()  # type: ignore[no-untyped-call]
+            (costs[batch] * surprise).mean().backward()  # type: ignore[no-untyped-call, unused-ignore]
             optimiser.step()
             rate.step()
     return hidden, last
