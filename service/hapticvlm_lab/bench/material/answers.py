@@ -59,8 +59,10 @@ def object_evidence(method: Method, source: Source, object_id: str) -> list[Evid
     """Read what the scene states of an object, with the method's rungs."""
     stated = source.stated.get(object_id)
     evidence: list[Evidence | None] = []
-    if stated is not None and "name" in method.rungs and stated.name:
-        evidence.append(from_name(stated.name))
+    if stated is not None and "name" in method.rungs:
+        surface = stated.surface if method.surfaces else None
+        if stated.name or surface:
+            evidence.append(from_name(stated.name or "", surface=surface))
     if stated is not None and "shader" in method.rungs and stated.shader:
         s = stated.shader
         evidence.append(from_shader(s.metallic, s.roughness, s.transmission, s.base_color))

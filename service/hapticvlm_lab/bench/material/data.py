@@ -46,10 +46,15 @@ class View:
 
 @dataclass(frozen=True, slots=True)
 class Stated:
-    """The scene's statements about an object, without its material."""
+    """The scene's statements about an object, without its material.
+
+    `surface`: the name of its largest surface. `texture`: the base-colour map of that.
+    """
 
     name: str | None = None
     shader: messages.Shader | None = None
+    surface: str | None = None
+    texture: messages.Frame | None = field(default=None, repr=False)
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,6 +29,7 @@ Family = Literal["guess", "stated", "named", "ours", "ladder"]
 
 NAME: frozenset[messages.Rung] = frozenset({"name"})
 SHADER: frozenset[messages.Rung] = frozenset({"shader"})
+TEXTURE: frozenset[messages.Rung] = frozenset({"texture"})
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +37,7 @@ class Method:
     """One row of the chart. `cut` None: objects are cut out as the source allows.
 
     `refers`: beliefs are adjusted by references to the named objects of the same scene.
+    `surfaces`: the rung of names reads those of surfaces, too.
     """
 
     name: str
@@ -47,6 +49,7 @@ class Method:
     fused: bool = False
     is_default: bool = False
     refers: bool = False
+    surfaces: bool = False
 
     def fits(self, source: Source) -> bool:
         """Return whether the source has what this method needs and no other method does the same.

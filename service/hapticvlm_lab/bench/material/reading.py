@@ -16,6 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm import captures, materials, messages
+from hapticvlm.scenes.reading import read_scene
+from hapticvlm.vision.files import decode_frame
 from hapticvlm_lab.bench.material.data import (
     Source,
     Stated,
@@ -108,12 +110,15 @@ def sources_of(data: Path | None, kits: Path | None = None) -> list[tuple[Source
         if source is not None:
             sets.append((source, "photographs"))
     if kits is not None:
-        sets.append((read_kits(kits), "game kits"))
+        sets.append((read_kits(kits, data), "game kits"))
     return sets
 
 
-def read_kits(folder: Path) -> Source:
-    """Read drawn crops of game kits; objects are named by their files. Raises CaptureError."""
+def read_kits(folder: Path, data: Path | None = None) -> Source:
+    """Read drawn crops of game kits; objects are named by their files. Raises CaptureError.
+
+    With the folder of `data`, which has the kits' files, objects state their largest surface.
+    """
     files = sorted(folder.glob("*.npz"))
     if not files:
         text = f"{folder} has no KIT.npz; `python -m hapticvlm_lab.training.kits --held-back` draws"
@@ -124,8 +129,23 @@ def read_kits(folder: Path) -> Source:
             drawn = zip(file["big"], file["label"].tolist(), file["path"].tolist(), strict=True)
             views += [_drawn(big, label, object_id) for big, label, object_id in drawn]
     ordered = [view for group in by_object(views).values() for view in group]
-    stated = {view.object_id: Stated(Path(view.object_id).stem) for view in views}
+    stated = {key: _of_file(key, data) for key in dict.fromkeys(view.object_id for view in views)}
     return Source("game kits", tuple(ordered), stated)
+
+
+def _of_file(object_id: str, data: Path | None) -> Stated:
+    """Return what a scene states of an object: its file's name, and its largest surface."""
+    name = Path(object_id).stem
+    if data is None or not (data / object_id).is_file():
+        return Stated(name)
+    nodes = read_scene(data / object_id).objects
+    surfaces = [node.surfaces[0] for node in nodes if node.surfaces]
+    if not surfaces:
+        return Stated(name)
+    largest = max(surfaces, key=lambda surface: surface.triangles)
+    texture = largest.texture
+    shown = None if texture is None else decode_frame(texture.read(), data / object_id)
+    return Stated(name, largest.shader, largest.label, shown)
 
 
 def scene_of(object_id: str) -> str:

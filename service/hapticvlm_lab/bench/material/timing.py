@@ -19,8 +19,11 @@ import numpy as np
 
 from hapticvlm import messages
 from hapticvlm.evidence.ladder import Evidence, decide
+from hapticvlm.vision import textures
+from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.flatness import is_flat
 from hapticvlm.vision.galleries.gallery import Gallery
+from hapticvlm.vision.galleries.storage import load_gallery
 from hapticvlm.vision.pictures import crop
 from hapticvlm.vision.scene_references import SceneReferences
 from hapticvlm_lab.bench.material.answers import evidence_of, object_evidence
@@ -76,6 +79,8 @@ def _stage(method: Method, jpeg: bytes, stated: Source | None) -> Callable[[], o
     if method.rungs and stated is None:
         return None
     read = _reading(method, stated)
+    if "texture" in method.rungs and method.encoder is None:
+        return _texture_stage(read, stated)
     if method.encoder is None:
         return read if method.rungs else None
     encoder = method.encoder
@@ -96,6 +101,19 @@ def _stage(method: Method, jpeg: bytes, stated: Source | None) -> Callable[[], o
         return decide([*read(), seen])
 
     return recognise
+
+
+def _texture_stage(
+    read: Callable[[], list[Evidence]], stated: Source | None
+) -> Callable[[], object] | None:
+    """Return the reading of one map beside statements; None if no object has a map."""
+    shown = [] if stated is None else [each.texture for each in stated.stated.values()]
+    frames = itertools.cycle([frame for frame in shown if frame is not None])
+    if next(frames, None) is None:
+        return None
+    encoder = load_encoder()
+    gallery = load_gallery(encoder=encoder)
+    return lambda: decide([*read(), textures.read(next(frames), encoder, gallery)])
 
 
 def _named_objects(gallery: Gallery) -> SceneReferences:

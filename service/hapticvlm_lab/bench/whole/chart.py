@@ -122,7 +122,9 @@ def run(data: Path | None, kits: Path | None, out: Path, *, as_json: bool) -> in
 def measure(sources: Sequence[tuple[Source, Kind]]) -> list[Row]:
     """Decide every object by every method, render it in every way, and time all of it."""
     ways = deciding.ways()
-    prices = _prices(ways, next((source for source, _ in sources if source.stated), None))
+    # The source that states most lends the names, shaders and maps that are timed.
+    telling = max((source for source, _ in sources), key=_telling)
+    prices = _prices(ways, telling if telling.stated else None)
     rows = []
     for source, style in track(sources, "deciding and rendering every object"):
         seen: dict[int, Floats | None] = {}  # each picture is looked at once by each eye
@@ -134,6 +136,11 @@ def measure(sources: Sequence[tuple[Source, Kind]]) -> list[Row]:
             hows = feeling.RENDERINGS if deciding.is_default(way, source) else (DEFAULT,)
             rows += [_row(source, style, way, how, decisions, prices) for how in hows]
     return rows
+
+
+def _telling(source: Source) -> tuple[bool, int]:
+    has_maps = any(stated.texture for stated in source.stated.values())
+    return has_maps, len(source.stated)
 
 
 def sentence(rows: Sequence[Row]) -> str:

@@ -11,30 +11,46 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 
-from hapticvlm.evidence.ladder import Evidence, decide, fuse_recognitions, pool
+from hapticvlm.evidence.ladder import Evidence, decide, fuse_recognitions, is_sure, pool
 from hapticvlm.materials import MATERIALS, UNKNOWN
 from hapticvlm.session.decisions import Rendition, choose_rendition
+from hapticvlm.vision import textures
+from hapticvlm.vision.encoders.encoder import Encoder
 from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.flatness import is_flat
+from hapticvlm.vision.galleries.gallery import Gallery
 from hapticvlm.vision.galleries.storage import load_gallery
 from hapticvlm.vision.scene_references import SceneReferences
 from hapticvlm_lab.bench.material.answers import encoder_evidence, object_evidence
 from hapticvlm_lab.bench.material.data import Source, crops, shuffled
-from hapticvlm_lab.bench.material.methods import NAME, SHADER, Floats, Method
+from hapticvlm_lab.bench.material.methods import NAME, SHADER, TEXTURE, Floats, Method
 from hapticvlm_lab.bench.material.reading import scene_of
 from hapticvlm_lab.bench.material.timing import NAMED
 
 NOTHING = "nothing"
 STATED = "every material stated"  # the ceiling: it costs its author, not the machine
 NAMES = "names"
+SURFACES = "surface names"
 STATEMENTS = "names, shaders"
+TEXTURES = "textures"
 EYE = "eye"
 REFERRED = "eye, references"
 ALL = "all"
 GUESS = "eye, always its best guess"
 GRADED = "eye, graded"
-RUNGS = (NOTHING, NAMES, STATEMENTS, EYE, REFERRED, ALL, STATED)  # what the figure shows
+RUNGS = (
+    NOTHING,
+    NAMES,
+    SURFACES,
+    STATEMENTS,
+    TEXTURES,
+    EYE,
+    REFERRED,
+    ALL,
+    STATED,
+)  # what the figure shows
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,25 +67,32 @@ _BY_NAME = Method(NAMES, "stated", rungs=NAME)
 
 def ways() -> list[Method]:
     """List the methods. Raises EncoderError, GalleryError."""
-    eye = load_encoder()
-    gallery = load_gallery(encoder=eye)
+    eye, gallery = _shipped()
     stated = NAME | SHADER
+    every = stated | TEXTURE
     return [
         Method(NOTHING, "guess"),
         Method(NAMES, "stated", rungs=NAME),
-        Method(STATEMENTS, "stated", rungs=stated),
+        Method(SURFACES, "stated", rungs=NAME, surfaces=True),
+        Method(STATEMENTS, "stated", rungs=stated, surfaces=True),
+        Method(TEXTURES, "stated", rungs=every, surfaces=True),
         Method(EYE, "ours", eye, gallery),
         Method(REFERRED, "ours", eye, gallery, refers=True),
         *(Method(name, "ours", eye, gallery) for name in (GUESS, GRADED)),
-        Method(ALL, "ladder", eye, gallery, stated, refers=True),
+        Method(ALL, "ladder", eye, gallery, every, refers=True, surfaces=True),
         Method(STATED, "stated"),
     ]
 
 
 def fits(way: Method, source: Source) -> bool:
     """Return whether a source has what this method reads; otherwise another does the same."""
-    has_shaders = any(stated.shader for stated in source.stated.values())
-    if way.name == STATEMENTS and not has_shaders:
+    told = source.stated.values()
+    reads = {
+        SURFACES: any(stated.surface for stated in told),
+        STATEMENTS: any(stated.shader for stated in told),
+        TEXTURES: any(stated.texture for stated in told),
+    }
+    if not reads.get(way.name, True):
         return False
     return bool(source.stated) or not (way.rungs or way.refers)
 
@@ -94,6 +117,21 @@ def decided(way: Method, source: Source, embeddings: Floats | None) -> list[Deci
         Decided(name, source.views[at[0]].truth, _rendition(way, source, at, seen))
         for name, at in places.items()
     ]
+
+
+def _texture_evidence(source: Source, object_id: str) -> list[Evidence]:
+    """Read an object's map, as the service does where names and shader leave it open."""
+    stated = source.stated.get(object_id)
+    if stated is None or stated.texture is None:
+        return []
+    encoder, gallery = _shipped()
+    return [textures.read(stated.texture, encoder, gallery)]
+
+
+@cache
+def _shipped() -> tuple[Encoder, Gallery]:
+    encoder = load_encoder()
+    return encoder, load_gallery(encoder=encoder)
 
 
 def _referred(
@@ -137,6 +175,8 @@ def _rendition(
     if way.name == STATED:
         return _as_sure(view.truth)
     stated = object_evidence(way, source, view.object_id)
+    if "texture" in way.rungs and not is_sure(stated):
+        stated += _texture_evidence(source, view.object_id)
     looks = [fuse_recognitions(seen[place] for place in places)] if seen else []
     evidence = [*stated, *looks]
     if way.name == GUESS:
