@@ -11,10 +11,13 @@ import msgspec
 import pytest
 
 from hapticvlm.errors import UsageError
+from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.materials import MATERIALS
 from hapticvlm.messages import ObjectSurface, Scene, SceneObject, Vibrates
 from hapticvlm.scenes import bake
 from hapticvlm.scenes.bake import BakedSurface, Materials
+from hapticvlm.scenes.scene import SceneNode, Surface, Texture
+from hapticvlm.session.textures import MOST
 
 ROOT = Path(__file__).parents[2]
 KETTLE = SceneObject(
@@ -131,3 +134,36 @@ def test_each_surface_of_an_object_is_baked_and_corrected_by_itself() -> None:
         *("wood", "plastic")
     ]
     assert list(again.feel.materials) == ["plastic", "wood"]
+
+
+def test_each_texture_is_read_once_and_only_where_names_leave_the_surface_open() -> None:
+    maps = [Texture(f"map_{index}", bytes) for index in range(MOST + 3)]
+    open_ones = [
+        SceneNode(f"Mesh.{index}", ("Mesh",), (Surface("mat", None, each, 1),) * 2)
+        for index, each in enumerate(maps[1:])
+    ]
+    table = SceneNode("Table", ("OakTable",), (Surface("oak_planks", None, maps[0], 1),))
+    read: list[Texture] = []
+
+    def look(texture: Texture) -> Evidence | None:
+        read.append(texture)
+        return None if texture is maps[-1] else Evidence("texture", (("stone", 0.9),))
+
+    nodes = [table, *open_ones]
+    surfaces = [(node, index) for node in nodes for index in range(len(node.surfaces))]
+    objects = [
+        SceneObject(
+            object_id=node.object_id,
+            name=node.name,
+            surfaces=[ObjectSurface(name=each.name) for each in node.surfaces],
+        )
+        for node in nodes
+    ]
+    model = bake.model_of([Scene(id=1, objects=objects, replace=True)], MATERIALS)
+    bake.read_textures(model, surfaces, look)
+    materials = bake.bake(model, MATERIALS).materials
+    assert [id(each) for each in read] == [id(each) for each in maps[1:]]
+    assert surface(materials, "Table").material == "wood"
+    *shown, unread = (materials.objects[node.object_id].surfaces for node in open_ones)
+    assert {(each.material, each.by) for pair in shown for each in pair} == {("stone", "texture")}
+    assert [each.material for each in unread] == [None, None]

@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+import io
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
+from gltf_room import SURFACES, glb, write_room
+from in_process import hapticvlm
+from PIL import Image
 from recorded_session import record
 
 from hapticvlm.commands.main import main
 from hapticvlm.materials import MATERIALS
+from hapticvlm.scenes import texture_reader
+from hapticvlm.scenes.reading import read_scene
+from hapticvlm.scenes.texture_reader import TextureReader
 
 SCENE = {
     "type": "scene",
@@ -24,6 +32,41 @@ MORE = {
     "objects": [{"object_id": "k", "name": "SteelKettle"}],
     "forget": ["g"],
 }
+
+
+@pytest.fixture(autouse=True)
+def cache(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
+    """A folder of the test's own for what texture maps showed."""
+    folder = tmp_path / "cache"
+    monkeypatch.setattr(texture_reader, "cache_folder", lambda: folder)
+    return folder
+
+
+def planks() -> bytes:
+    """Draw a map of long grain."""
+    rng = np.random.default_rng(3)
+    rows = 25 * np.sin(np.arange(96) / 3.0) + rng.normal(0, 8, (96, 96))
+    pixels = np.array((150, 100, 60)) + rows[:, :, None]
+    picture = io.BytesIO()
+    Image.fromarray(pixels.clip(0, 255).astype(np.uint8)).save(picture, "PNG")
+    return picture.getvalue()
+
+
+def write_mute_scene(path: Path, data: bytes) -> Path:
+    """Write a scene whose names say nothing, so that its map, these bytes, is read."""
+    pbr = {"metallicFactor": 0.0, "roughnessFactor": 0.6, "baseColorTexture": {"index": 0}}
+    document = {
+        "asset": {"version": "2.0"},
+        "nodes": [{"name": "Mesh.001", "mesh": 0}],
+        "meshes": [{"primitives": [{"material": 0}]}],
+        "materials": [{"name": "mat7", "pbrMetallicRoughness": pbr}],
+        "textures": [{"source": 0}],
+        "images": [{"bufferView": 0, "mimeType": "image/png"}],
+        "bufferViews": [{"buffer": 0, "byteLength": len(data)}],
+        "buffers": [{"byteLength": len(data)}],
+    }
+    path.write_bytes(glb(document, data))
+    return path
 
 
 def materials(folder: Path) -> dict[str, str | None]:
@@ -102,3 +145,55 @@ def test_a_recording_is_baked_as_its_session_ended(tmp_path: Path) -> None:
     session = record(tmp_path / "session")
     assert main(["bake", str(session), "-o", str(tmp_path / "out")]) == 0
     assert materials(tmp_path / "out") == {"mug": "ceramic"}
+
+
+def test_a_gltf_room_is_baked_as_the_scan_decides_and_again_to_the_same_bytes(
+    tmp_path: Path,
+) -> None:
+    room = write_room(tmp_path / "room.glb")
+    for folder in ("first", "second"):
+        baked = hapticvlm("bake", room, "-o", tmp_path / folder)
+        assert (baked.code, baked.err) == (0, "")
+    surfaces = json.loads((tmp_path / "first" / "materials.json").read_text())["objects"]["Room"]
+    rows = json.loads(hapticvlm("scan", room, "--json").out)["surfaces"]
+    decided = [(row["felt"], row["source"]) for row in rows]
+    assert [(each["material"], each["by"]) for each in surfaces["surfaces"]] == decided
+    assert len(rows) == len(SURFACES)
+    for name in ("materials.json", "feel.json"):
+        first, second = ((tmp_path / each / name).read_bytes() for each in ("first", "second"))
+        assert first == second
+
+
+def test_the_texture_of_a_surface_that_says_nothing_enters_the_bake(
+    tmp_path: Path,
+) -> None:
+    path = write_mute_scene(tmp_path / "mute.glb", planks())
+    (node,) = read_scene(path).objects
+    assert node.surfaces[0].texture is not None
+    evidence = TextureReader()(node.surfaces[0].texture)
+    assert evidence is not None
+    assert main(["bake", str(path), "-o", str(tmp_path / "out")]) == 0
+    document = json.loads((tmp_path / "out" / "materials.json").read_text())
+    (surface,) = document["objects"]["Mesh.001"]["surfaces"]
+    assert (surface["by"], surface["material"]) == ("texture", evidence.material)
+
+
+def test_what_cannot_be_read_of_a_gltf_scene_is_told_and_the_rest_is_baked(tmp_path: Path) -> None:
+    room = write_room(tmp_path / "room.gltf")
+    room.with_suffix(".bin").unlink()
+    mute = write_mute_scene(tmp_path / "mute.glb", b"no picture")
+    for source, named, ids in ((room, "room.bin", {"Room"}), (mute, "texture", {"Mesh.001"})):
+        baked = hapticvlm("bake", source, "-o", tmp_path / "out")
+        assert baked.code == 0
+        assert named in baked.err
+        assert set(materials(tmp_path / "out")) == ids
+
+
+@pytest.mark.parametrize("content", [b"glTF", b"{}", None])
+def test_a_broken_gltf_scene_is_refused_and_named(tmp_path: Path, content: bytes | None) -> None:
+    if content is not None:
+        (tmp_path / "room.GLB").write_bytes(content)
+    refused = hapticvlm("bake", "room.GLB", "-o", "out", cwd=tmp_path)
+    assert refused.code == 2
+    assert "room.GLB" in refused.err
+    assert not (tmp_path / "out" / "feel.json").exists()

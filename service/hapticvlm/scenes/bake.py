@@ -12,15 +12,19 @@ from dataclasses import dataclass
 import msgspec
 
 from hapticvlm.errors import UsageError
+from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.materials import Material, nearest
 from hapticvlm.messages import Scene
 from hapticvlm.rendering.heat.limits import AT_REST, limits_of
 from hapticvlm.rendering.vibration import feel_tables
 from hapticvlm.rendering.vibration.feel_tables import Feel
 from hapticvlm.rendering.vibration.hum import Hum
+from hapticvlm.scenes.scan import Look
+from hapticvlm.scenes.scene import SceneNode
 from hapticvlm.session.scene_model import SceneModel
 from hapticvlm.session.settings import SessionSettings
 from hapticvlm.session.targets import ObjectTarget
+from hapticvlm.session.textures import MOST_SURFACES, Textures
 
 VERSION = 1
 BY_HAND = "hand"
@@ -87,6 +91,29 @@ def model_of(scenes: Iterable[Scene], table: Mapping[str, Material]) -> SceneMod
     for scene in scenes:
         model.declare(scene)
     return model
+
+
+def read_textures(model: SceneModel, surfaces: Iterable[tuple[SceneNode, int]], look: Look) -> None:
+    """Add what the textures show of the surfaces that their names and shaders leave open.
+
+    Each surface is an object of the model and the index there. `look` is asked about a texture
+    once, as in a scan. A session reads few maps, so that a client cannot keep it busy; a bake has
+    no client and reads all.
+    """
+    textures = model.objects.textures = Textures(most=MOST_SURFACES)
+    shown: dict[int, Evidence | None] = {}  # by identity: a scene shares its textures
+    for node, index in surfaces:
+        target = ObjectTarget(node.object_id, index)
+        texture = node.surfaces[index].texture
+        if texture is None or not model.objects.needs_recognition(target):
+            continue
+        key = id(texture)
+        if key not in shown:
+            shown[key] = look(texture)
+        evidence = shown[key]
+        if evidence is not None:
+            textures.note(target, str(key))
+            model.objects.add_texture(str(key), evidence)
 
 
 def bake(model: SceneModel, table: Mapping[str, Material], before: Materials | None = None) -> Bake:

@@ -21,9 +21,10 @@ ASKED_TOGETHER = 16  # maps of one event
 
 
 class Textures:
-    """The maps of one scene."""
+    """The maps of one scene; `most` of them are read."""
 
-    def __init__(self) -> None:
+    def __init__(self, most: int = MOST) -> None:
+        self._most = most
         self._texture_of: dict[ObjectTarget, str] = {}
         self._surfaces_with: dict[str, dict[ObjectTarget, None]] = {}
         self._shown: dict[str, Evidence] = {}
@@ -69,7 +70,7 @@ class Textures:
 
     def may_read(self, texture: str) -> bool:
         """Whether one more map may be read in this session."""
-        return texture in self._asked or len(self._asked) < MOST
+        return texture in self._asked or len(self._asked) < self._most
 
     def add(self, texture: str, evidence: Evidence) -> None:
         """Receive what a map showed."""

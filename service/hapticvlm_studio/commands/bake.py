@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hapticvlm import documents
 from hapticvlm.commands import touch_options
-from hapticvlm.errors import UsageError, usage_errors
+from hapticvlm.commands.progress import track, working
+from hapticvlm.errors import UsageError, printable, usage_errors
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
@@ -26,21 +28,30 @@ CLIP_FORMATS = ("wav", "haptic", "ahap")
 CLIP_S = 0.6
 _DESCRIPTION = """
 Write how a scene feels to a folder, for players that have no service: materials.json (what each
-surface is) and feel.json (how its materials vibrate). SOURCE is a file with the `scene` messages of
-a scene, one JSON message a line or a list, or a folder that `hapticvlm record` wrote. --materials
-writes the built-in materials instead. In materials.json a surface whose `by` is `hand` keeps its
-material in the next bake. docs/bake.md has both files.
+surface is) and feel.json (how its materials vibrate). SOURCE is a glTF 2.0 scene (.glb, .gltf), a
+file with the `scene` messages of a scene, one JSON message a line or a list, or a folder that
+`hapticvlm record` wrote. The surfaces of a glTF scene are decided as by `hapticvlm scan`: by names
+and shaders, and where these leave it open, by their textures. --materials writes the built-in
+materials instead. In materials.json a surface whose `by` is `hand` keeps its material in the next
+bake. docs/bake.md has both files.
 """
 
 
 def add(commands: Commands) -> None:
     """Declare the command and its options."""
     bake = commands.add_parser(
-        "bake", help="write how a scene feels to files", description=_DESCRIPTION
+        "bake",
+        help="write how a scene feels to files",
+        description=_DESCRIPTION,
+        examples=("hapticvlm bake room.glb -o baked", "hapticvlm bake --materials -o baked"),
     )
     bake.set_defaults(run=_bake)
     bake.add_argument(
-        "source", nargs="?", type=Path, metavar="SOURCE", help="scene messages, or a recording"
+        "source",
+        nargs="?",
+        type=Path,
+        metavar="SOURCE",
+        help="a glTF scene, scene messages, or a recording",
     )
     bake.add_argument(
         "-o", "--out", required=True, type=Path, metavar="FOLDER", help="folder to write to"
@@ -62,6 +73,8 @@ def _bake(options: argparse.Namespace) -> int:
 
     if (options.source is None) != options.materials:
         raise UsageError("give either SOURCE or --materials")
+    if hasattr(sys.stdout, "reconfigure"):  # ids may have any letters
+        sys.stdout.reconfigure(errors="backslashreplace")
     with usage_errors():
         table = touch_options.table(options.gallery)
     options.out.mkdir(parents=True, exist_ok=True)
@@ -103,13 +116,39 @@ def _model(source: Path, table: Mapping[str, Material]) -> SceneModel:
     from hapticvlm.messages import MessageError
     from hapticvlm.recordings.replay import replay
     from hapticvlm.scenes.bake import model_of
+    from hapticvlm.scenes.files import ENDINGS
 
     if source.is_dir():
         return replay(source, table).model
+    if source.name.lower().endswith(ENDINGS):
+        return _model_of_gltf(source, table)
     try:
         return model_of(_scenes(source), table)
     except MessageError as error:
         raise UsageError(f"{source}: {error}") from None
+
+
+def _model_of_gltf(source: Path, table: Mapping[str, Material]) -> SceneModel:
+    """Return the model of a glTF scene, its textures read. Raises UsageError."""
+    from hapticvlm.evidence.lexicon import read_lexicon
+    from hapticvlm.scenes import bake
+    from hapticvlm.scenes.declaration import messages_of
+    from hapticvlm.scenes.reading import read_scene
+    from hapticvlm.scenes.scan import surfaces_of
+    from hapticvlm.scenes.scene import SceneError
+    from hapticvlm.scenes.texture_reader import TextureReader
+
+    try:
+        with working(f"reading {source.name}"):
+            scene = read_scene(source)
+    except SceneError as error:
+        raise UsageError(str(error)) from None
+    model = bake.model_of(messages_of(scene, read_lexicon(table)), table)
+    look = TextureReader()
+    bake.read_textures(model, track(surfaces_of(scene), f"baking {source.name}"), look)
+    for note in (*scene.notes, *look.problems):
+        print(f"hapticvlm bake: {source}: {printable(note)}", file=sys.stderr)
+    return model
 
 
 def _scenes(source: Path) -> Iterator[Scene]:
