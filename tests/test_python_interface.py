@@ -13,6 +13,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from gltf_room import SURFACES, glb, write_room
 from PIL import Image
 
 import hapticvlm
@@ -28,6 +29,7 @@ NAMES = {
     "PictureRecogniser",
     "RecognisedPicture",
     "Refused",
+    "ScannedScene",
     "Service",
     "TouchEnded",
     "connect",
@@ -35,6 +37,7 @@ NAMES = {
     "feel",
     "materials",
     "recognise",
+    "scan",
     "serve",
 }
 HEADSET = Path(__file__).parents[1] / "examples" / "captures" / "living_room" / "frames"
@@ -126,6 +129,49 @@ def test_a_mask_may_be_an_array_of_bool_and_only_what_is_among_is_believed():
 def test_a_picture_that_cannot_be_used_is_refused_with_what_to_do(arguments, cure):
     with pytest.raises(HapticVLMError, match=cure):
         hapticvlm.recognise(*arguments)
+
+
+def test_a_scene_is_scanned_as_the_command_does(capsys, tmp_path):
+    room = write_room(tmp_path / "room.glb")
+    result = hapticvlm.scan(str(room))
+    assert main(["scan", str(room), "--json"]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    rows = [(row.surface, row.decision.material, row.sureness) for row in result.rows]
+    wanted = [(row["surface"], row["material"], row["sureness"]) for row in printed["surfaces"]]
+    assert rows == wanted
+    assert len(rows) == len(SURFACES)
+    assert result == hapticvlm.scan(room)
+    assert result.notes == ()
+    with pytest.raises(AttributeError):
+        result.rows = ()
+
+
+def test_a_notebook_shows_the_surfaces_of_a_scene_the_least_sure_first(tmp_path):
+    (tmp_path / "room.glb").write_bytes(
+        glb(
+            {
+                "asset": {"version": "2.0"},
+                "nodes": [{"name": f"OakTable{n}", "mesh": 0} for n in range(250)]
+                + [{"name": "<b>Mesh</b>", "mesh": 0}],
+                "meshes": [{"primitives": [{}]}],
+            }
+        )
+    )
+    drawn = hapticvlm.scan(tmp_path / "room.glb")._repr_html_()
+    first = drawn.split("<tr>")[2]
+    assert "&lt;b&gt;Mesh" in first
+    assert "unknown" in first
+    assert drawn.count("<tr>") == 1 + 200
+    assert "51 surer surfaces" in drawn
+    ElementTree.fromstring(f"<div>{drawn.replace('<br>', '<br/>')}</div>")
+
+
+@pytest.mark.parametrize(
+    ("path", "cure"), [("no-such.glb", "no-such.glb"), (".", "a folder"), (3.5, "give the path")]
+)
+def test_a_scene_that_cannot_be_read_is_refused_with_what_to_do(path, cure):
+    with pytest.raises(HapticVLMError, match=cure):
+        hapticvlm.scan(path)
 
 
 def test_a_touch_is_what_the_command_computes(capsys):

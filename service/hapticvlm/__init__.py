@@ -17,6 +17,7 @@ __all__ = [
     "PictureRecogniser",
     "RecognisedPicture",
     "Refused",
+    "ScannedScene",
     "Service",
     "TouchEnded",
     "connect",
@@ -24,6 +25,7 @@ __all__ = [
     "feel",
     "materials",
     "recognise",
+    "scan",
     "serve",
 ]
 _MODULES = {
@@ -35,12 +37,14 @@ _MODULES = {
     "PictureRecogniser": "hapticvlm.vision.picture_recogniser",
     "RecognisedPicture": "hapticvlm.vision.picture_recogniser",
     "Refused": "hapticvlm.client.connection",
+    "ScannedScene": "hapticvlm.scenes.scanned_scene",
     "Service": "hapticvlm.client.local_service",
     "TouchEnded": "hapticvlm.client.connection",
     "connect": "hapticvlm.client.connection",
     "connect_blocking": "hapticvlm.client.blocking",
     "feel": "hapticvlm_studio.touches.felt",
     "recognise": "hapticvlm.vision.picture_recogniser",
+    "scan": "hapticvlm.scenes.scanned_scene",
     "serve": "hapticvlm.client.local_service",
 }
 

@@ -9,6 +9,8 @@ from hapticvlm.client.local_service import Service as Service
 from hapticvlm.client.local_service import serve as serve
 from hapticvlm.errors import HapticVLMError as HapticVLMError
 from hapticvlm.materials import MATERIALS as MATERIALS
+from hapticvlm.scenes.scanned_scene import ScannedScene as ScannedScene
+from hapticvlm.scenes.scanned_scene import scan as scan
 from hapticvlm.vision.picture_recogniser import PictureRecogniser as PictureRecogniser
 from hapticvlm.vision.picture_recogniser import RecognisedPicture as RecognisedPicture
 from hapticvlm.vision.picture_recogniser import recognise as recognise
@@ -25,6 +27,7 @@ __all__ = [
     "PictureRecogniser",
     "RecognisedPicture",
     "Refused",
+    "ScannedScene",
     "Service",
     "TouchEnded",
     "connect",
@@ -32,5 +35,6 @@ __all__ = [
     "feel",
     "materials",
     "recognise",
+    "scan",
     "serve",
 ]

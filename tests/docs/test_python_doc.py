@@ -9,6 +9,7 @@ from typing import Any
 from xml.etree import ElementTree
 
 import pytest
+from gltf_room import write_room
 
 from hapticvlm.commands.main import main
 
@@ -22,10 +23,11 @@ MOST_LINES = 5  # from a picture to the drawing of its touch
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A folder with a photo and materials of the reader's own, as the page takes for granted."""
+    """A folder with a photo, a scene and own materials, as the page takes for granted."""
     folder = tmp_path_factory.mktemp("reader")
     frames = sorted((ROOT / "examples" / "captures" / "living_room" / "frames").glob("*.jpg"))
     shutil.copy(frames[0], folder / "photo.jpg")
+    write_room(folder / "room.glb")
     for frame in frames[8:11]:
         shutil.copy(frame, folder)
     pictures = [str(folder / frame.name) for frame in frames[8:11]]
@@ -43,7 +45,7 @@ def test_every_snippet_runs_as_it_stands(snippet, folder, monkeypatch):
 
 
 def test_the_page_has_its_snippets_and_each_imports_what_it_uses():
-    assert len(SNIPPETS) == 6
+    assert len(SNIPPETS) == 7
     assert all("import hapticvlm" in snippet for snippet in SNIPPETS)
 
 

@@ -153,21 +153,18 @@ def _find(path: Path) -> list[tuple[Path, Path]]:
 
 
 def _scanned(path: Path, root: Path) -> Scanned:
-    from hapticvlm.scenes import scan
     from hapticvlm.scenes.reading import read_scene
+    from hapticvlm.scenes.scan import surfaces_of
+    from hapticvlm.scenes.scanned_scene import scanned
     from hapticvlm.scenes.scene import SceneError
-    from hapticvlm.scenes.texture_reader import TextureReader
 
-    look = TextureReader()
     try:
         with working(f"reading {path.name}"):
             scene = read_scene(path, root)
     except SceneError as error:
         return Scanned(path, error=str(error))
-    surfaces = scan.surfaces_of(scene)
-    counted = track(surfaces, f"scanning {path.name}")
-    rows = list(scan.scan(counted, look=look))
-    return Scanned(path, rows, scan.summarise(rows), (*scene.notes, *look.problems))
+    result = scanned(path, scene, track(surfaces_of(scene), f"scanning {path.name}"))
+    return Scanned(path, result.rows, result.summary, result.notes)
 
 
 def _print_messages(path: Path, root: Path) -> int:
