@@ -143,7 +143,7 @@ def test_a_scene_is_scanned_as_the_command_does(capsys, tmp_path):
     assert result == hapticvlm.scan(room)
     assert result.notes == ()
     with pytest.raises(AttributeError):
-        result.rows = ()
+        result.rows = ()  # type: ignore[misc]
 
 
 def test_a_notebook_shows_the_surfaces_of_a_scene_the_least_sure_first(tmp_path):
