@@ -404,9 +404,10 @@ async def test_a_service_with_a_gallery_folder_knows_the_material_through_and_th
             )
             assert (seen["material"], seen["source"]) == ("night-slate", "encoder")
             wrong = [{"object_id": "x", "material": "night-slat"}]
-            refused = await client.ask(type="scene", objects=wrong, replace=False)
-            assert (refused["type"], refused["path"]) == ("error", "$.objects[0].material")
-            assert "nearest is `night-slate`" in refused["text"]
+            taken = await client.ask(type="scene", objects=wrong, replace=False)
+            (part,) = taken["left_out"]
+            assert part["path"] == "objects[0].material"
+            assert "nearest is `night-slate`" in part["text"]
         assert service.stop() == 0
 
 

@@ -93,6 +93,7 @@ public static class Golden
             case Kind.View: var view = new View(); view.Read(ref r, Pool); view.Write(w); break;
             case Kind.Vibration: var vibration = new Vibration(); vibration.Read(ref r, Pool); vibration.Write(w); break;
             case Kind.Ownership: var ownership = new Ownership(); ownership.Read(ref r, Pool); ownership.Write(w); break;
+            case Kind.Textures: var textures = new Textures(); textures.Read(ref r, Pool); textures.Write(w); break;
             case Kind.Skipped: var skipped = new Skipped(); skipped.Read(ref r, Pool); skipped.Write(w); break;
             case Kind.Ok: var ok = new Ok(); ok.Read(ref r, Pool); ok.Write(w); break;
             case Kind.Error: var error = new Error(); error.Read(ref r, Pool); error.Write(w); break;

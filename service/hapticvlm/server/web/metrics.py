@@ -81,5 +81,5 @@ def obstacles(status: Mapping[str, Any]) -> list[str]:
 def _at(status: Mapping[str, Any], path: tuple[str, ...]) -> float | None:
     value: Any = status
     for key in path:
-        value = None if value is None else value[key]
+        value = None if value is None else value.get(key)
     return None if value is None else float(value)
