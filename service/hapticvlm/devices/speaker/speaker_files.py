@@ -6,6 +6,7 @@ MATERIAL-INTERACTION.wav, and each replaces the built-in pattern of that name.
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -33,7 +34,10 @@ from hapticvlm.rendering.vibration.patterns import (
 MAX_POINTS = 1000
 MAX_FILES = 200
 MAX_RESPONSE_DB = 120.0
+_TOLD_LEAD_S = 0.01
 FIELDS = ("simulated", "frequency_hz", "response_db")
+
+logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,7 +147,10 @@ def _read(path: Path, table: Mapping[str, Material], correction: Correction) -> 
     try:
         key = replaced_key(path.stem, table)
         samples, rate_hz = read_wav(path, LONGEST_S)
-        return pattern(key, samples, rate_hz, correction, table)
+        recording = pattern(key, samples, rate_hz, correction, table)
     except ValueError as error:
         message = str(error)
         raise PatternError(message if str(path) in message else f"{path}: {message}") from None
+    if recording.lead_s >= _TOLD_LEAD_S:
+        logger.info("%s: the %.0f ms before its onset are cut", path, 1000 * recording.lead_s)
+    return recording
