@@ -186,6 +186,7 @@ BAD = {
     "too short": (tone(0.01), "record longer"),
     "empty": (np.zeros(0), "record longer"),
     "huge": (1e6 * tone(), "1000 times full scale"),
+    "one channel inverted": (np.stack((tone(), -tone()), axis=1), "cancel each other"),
     "six channels": (np.zeros((RATE_HZ, 6)), "channels"),
 }
 
@@ -202,7 +203,7 @@ def test_a_bad_recording_is_refused_by_name_with_its_fault(tmp_path: Path, kind:
 def test_other_faults_of_a_folder_are_named(tmp_path: Path) -> None:
     with pytest.raises(OSError, match="no such folder"):
         read_patterns(tmp_path / "nowhere", MATERIALS)
-    with pytest.raises(PatternError, match="0 WAV files"):
+    with pytest.raises(PatternError, match="0 sound files"):
         read_patterns(tmp_path, MATERIALS)
     (tmp_path / "glass-tap.wav").write_bytes(b"RIFF nonsense")
     with pytest.raises(PatternError, match="not a readable sound file"):
@@ -300,3 +301,27 @@ def test_a_strike_that_beats_is_one_event() -> None:
 def test_an_impact_that_lasts_too_long_from_its_onset_is_refused() -> None:
     with pytest.raises(PatternError, match=r"lasts 2\.\d+ s from its onset, at most 2"):
         pattern(("glass", "tap"), np.r_[np.zeros(RATE_HZ), tap(2.5)], RATE_HZ)
+
+
+def test_files_are_read_as_systems_and_recorders_leave_them(tmp_path: Path) -> None:
+    soundfile.write(tmp_path / "GLASS-TAPPING.WAV", tap(), RATE_HZ)
+    (tmp_path / "._GLASS-TAPPING.WAV").write_bytes(b"\0\5\x16\7Mac OS X")
+    soundfile.write(tmp_path / "Wood-Strike.flac", tap(), RATE_HZ)
+    keys = [recording.key for recording in read_patterns(tmp_path, MATERIALS)]
+    assert sorted(keys) == [("glass", "tap"), ("wood", "strike")]
+
+
+def test_a_recording_whose_header_was_never_finished_is_read_to_its_end(tmp_path: Path) -> None:
+    path = tmp_path / "glass-tap.wav"
+    soundfile.write(path, tap() + 0.1, RATE_HZ)
+    (whole,) = read_patterns(tmp_path, MATERIALS)
+    content = bytearray(path.read_bytes())
+    content[4:8] = content[40:44] = bytes(4)
+    path.write_bytes(content)
+    (repaired,) = read_patterns(tmp_path, MATERIALS)
+    assert np.array_equal(repaired.samples, whole.samples)
+
+    soundfile.write(path, tap()[:0], RATE_HZ)
+    path.write_bytes(path.read_bytes() + b"LIST" + (4000).to_bytes(4, "little") + bytes(4000))
+    with pytest.raises(PatternError, match="record longer"):
+        read_patterns(tmp_path, MATERIALS)

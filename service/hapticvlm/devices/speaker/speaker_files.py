@@ -33,6 +33,7 @@ from hapticvlm.rendering.vibration.patterns import (
 
 MAX_POINTS = 1000
 MAX_FILES = 200
+ENDINGS = (".wav", ".flac", ".aif", ".aiff", ".ogg", ".mp3", ".w64", ".caf")
 MAX_RESPONSE_DB = 120.0
 _TOLD_LEAD_S = 0.01
 FIELDS = ("simulated", "frequency_hz", "response_db")
@@ -108,15 +109,24 @@ def read_patterns(
     table: Mapping[str, Material],
     correction: Correction = Correction(),  # noqa: B008 - frozen
 ) -> tuple[Pattern, ...]:
-    """Read every WAV file of `folder`, corrected for the speaker.
+    """Read every sound file of `folder`, corrected for the speaker.
+
+    Files whose names begin with a dot are skipped: macOS puts `._NAME` beside each file.
 
     `table` holds the materials that may be named. Raises OSError, PatternError naming the file.
     """
     if not folder.is_dir():
         raise NotADirectoryError(f"{folder}: no such folder")
-    files = sorted(path for path in folder.iterdir() if path.suffix.lower() == ".wav")
+    files = sorted(
+        path
+        for path in folder.iterdir()
+        if path.suffix.lower() in ENDINGS and not path.name.startswith(".")
+    )
     if not 1 <= len(files) <= MAX_FILES:
-        raise PatternError(f"{folder}: holds {len(files)} WAV files; it must hold 1 to {MAX_FILES}")
+        raise PatternError(
+            f"{folder}: holds {len(files)} sound files ({', '.join(ENDINGS)}); it must hold 1 to "
+            f"{MAX_FILES}"
+        )
     paths: dict[tuple[str, str], Path] = {}
     patterns = []
     for path in files:

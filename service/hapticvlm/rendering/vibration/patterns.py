@@ -35,6 +35,7 @@ RATES_HZ = (2_000, 384_000)
 LOW_HZ = 10.0
 HIGH_HZ = 900.0
 EDGE_HZ = 100.0
+_CANCELLED_SHARE = 0.01  # of the peak of the channels, left in their mean
 _SILENT = 1e-4  # of full scale, rms within the band
 _MIN_SHARE = 0.03  # of the recording's rms must lie in the band; a cut alone leaves about 0.01
 _LEAD_S = 0.001  # of an impact before its onset, and its fade-in
@@ -122,21 +123,21 @@ class PatternTexture:
 
 
 def replaced_key(stem: str, materials: Iterable[str]) -> tuple[str, str]:
-    """Return the (material, interaction) that a file with this stem replaces.
+    """Return the (material, interaction) that a file with this stem, in any case, replaces.
 
     Raises PatternError, naming the stems that are possible.
     """
-    known = tuple(materials)
+    known = {name.casefold(): name for name in materials}
     for preset in PRESETS:
-        if stem == preset.name:
+        if stem.casefold() == preset.name:
             return preset.material, preset.interaction
-    material, _, interaction = stem.rpartition("-")
+    material, _, interaction = stem.casefold().rpartition("-")
     if material in known and interaction in INTERACTIONS:
-        return material, interaction
+        return known[material], interaction
     presets = ", ".join(preset.name for preset in PRESETS)
     raise PatternError(
         f"`{stem[:60]}` is not the name of a pattern: use MATERIAL-INTERACTION with a material of "
-        f"{', '.join(known)} and one of {', '.join(INTERACTIONS)}, or one of {presets}"
+        f"{', '.join(known.values())} and one of {', '.join(INTERACTIONS)}, or one of {presets}"
     )
 
 
@@ -189,6 +190,8 @@ def _checked(samples: _Floats, rate_hz: int) -> _Floats:
         remedy = "record longer" if seconds < SHORTEST_S else "cut it"
         raise PatternError(f"lasts {seconds:.3g} s, not {SHORTEST_S:g} to {LONGEST_S:g}; {remedy}")
     mono = samples.mean(axis=1) if samples.ndim == 2 else samples
+    if np.abs(mono).max() < _CANCELLED_SHARE * np.abs(samples).max():
+        raise PatternError("its channels cancel each other, one is inverted; export one channel")
     if not np.isfinite(mono).all():
         raise PatternError("holds values that are not numbers; export it again")
     if float(np.abs(mono).max()) > 1e3:
