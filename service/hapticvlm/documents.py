@@ -28,6 +28,7 @@ PIECE_BYTES = 4 * MIB
 MAX_KEY_PARTS = 16  # of a dotted TOML key; a key of thousands of parts unfolds to gigabytes
 _ADDRESS = re.compile(r" <[^<>]* object at 0x[0-9a-f]+>")
 _TOO_DEEP = "nested too deep"
+_FORMULA_STARTS = tuple("=+-@\t\r\n\uff1d\uff0b\uff0d\uff20")  # the last four are full-width
 
 
 def open_file(path: Path) -> BufferedReader:
@@ -129,6 +130,14 @@ def parse_json(content: str | bytes) -> Any:  # noqa: ANN401 - whatever JSON can
         return json.loads(content)
     except RecursionError:
         raise ValueError(_TOO_DEEP) from None
+
+
+def spreadsheet_cell(value: object) -> object:
+    """Return a value for a CSV file: a text that begins like a formula gets an apostrophe.
+
+    A spreadsheet would run such a text when the file is opened, and it may come from a stranger.
+    """
+    return f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA_STARTS) else value
 
 
 def _size(count: int) -> str:

@@ -183,9 +183,10 @@ BAD = {
     "not numbers": (np.full(RATE_HZ, np.nan), "not numbers"),
     "infinite": (np.where(np.arange(RATE_HZ) == 9, np.inf, tone(1.0)), "not numbers"),
     "too long": (tone(11.0), "cut it"),
-    "too short": (tone(0.01), "cut it"),
-    "empty": (np.zeros(0), "cut it"),
+    "too short": (tone(0.01), "record longer"),
+    "empty": (np.zeros(0), "record longer"),
     "huge": (1e6 * tone(), "1000 times full scale"),
+    "one channel inverted": (np.stack((tone(), -tone()), axis=1), "cancel each other"),
     "six channels": (np.zeros((RATE_HZ, 6)), "channels"),
 }
 
@@ -202,7 +203,7 @@ def test_a_bad_recording_is_refused_by_name_with_its_fault(tmp_path: Path, kind:
 def test_other_faults_of_a_folder_are_named(tmp_path: Path) -> None:
     with pytest.raises(OSError, match="no such folder"):
         read_patterns(tmp_path / "nowhere", MATERIALS)
-    with pytest.raises(PatternError, match="0 WAV files"):
+    with pytest.raises(PatternError, match="0 sound files"):
         read_patterns(tmp_path, MATERIALS)
     (tmp_path / "glass-tap.wav").write_bytes(b"RIFF nonsense")
     with pytest.raises(PatternError, match="not a readable sound file"):
@@ -251,3 +252,76 @@ def test_feel_plays_the_recordings_and_corrects_the_speaker_as_serve_does(
     assert tilts[0] - tilts[1] == pytest.approx(12.0, abs=2.0)
     assert main(["feel", "wood", "--patterns", str(tmp_path / "nowhere")]) == 2
     assert "no such folder" in capsys.readouterr().err
+
+
+def tap(seconds: float = 0.3) -> Wave:
+    time = np.arange(int(seconds * RATE_HZ)) / RATE_HZ
+    return np.asarray(0.4 * np.sin(2 * math.pi * 350 * time) * np.exp(-22 * time))
+
+
+def level_db(wave: NDArray[np.float32]) -> float:
+    return float(10 * np.log10(np.sum(np.square(wave, dtype=np.float64))))
+
+
+def onset_s(wave: NDArray[np.float32]) -> float:
+    return float(np.argmax(np.abs(wave) > 0.2 * np.abs(wave).max())) / RATE_HZ
+
+
+@pytest.mark.parametrize("lead_s", [0.0, 0.05, 0.3, 2.0])
+@pytest.mark.parametrize("offset", [0.0, 0.1, -0.5, 0.8])
+def test_a_tap_with_any_lead_and_offset_is_felt_at_once_and_at_its_level(
+    lead_s: float, offset: float
+) -> None:
+    noise = np.random.default_rng(1).normal(0.0, 1e-3, round(lead_s * RATE_HZ))
+    recording = pattern(("glass", "tap"), np.r_[noise, tap()] + offset, RATE_HZ)
+    plain = pattern(("glass", "tap"), tap(), RATE_HZ)
+
+    assert onset_s(recording.samples) < 0.003
+    assert recording.lead_s == pytest.approx(max(lead_s - 0.001, 0.0), abs=0.0021)
+    assert level_db(recording.samples) == pytest.approx(level_db(plain.samples), abs=0.5)
+    assert peak_hz(recording.samples) == pytest.approx(350.0, abs=8.0)
+
+
+def test_an_offset_is_no_part_of_a_recorded_texture() -> None:
+    plain, lifted = (pattern(("wood", "slide"), tone() + up, RATE_HZ) for up in (0.0, 0.6))
+    assert level_db(lifted.samples) == pytest.approx(level_db(plain.samples), abs=0.1)
+
+
+def test_several_taps_in_one_file_are_refused_with_their_times() -> None:
+    with pytest.raises(PatternError, match=r"holds 3 events \(at 0.00, 0.30, 0.60 s\).*cut it"):
+        pattern(("glass", "tap"), np.r_[tap(), tap(), tap()], RATE_HZ)
+
+
+def test_a_strike_that_beats_is_one_event() -> None:
+    time = np.arange(RATE_HZ) / RATE_HZ
+    beats = np.sin(2 * math.pi * 300 * time) + np.sin(2 * math.pi * 315 * time)
+    assert pattern(("glass", "strike"), 0.2 * beats * np.exp(-5 * time), RATE_HZ).lead_s < 0.002
+
+
+def test_an_impact_that_lasts_too_long_from_its_onset_is_refused() -> None:
+    with pytest.raises(PatternError, match=r"lasts 2\.\d+ s from its onset, at most 2"):
+        pattern(("glass", "tap"), np.r_[np.zeros(RATE_HZ), tap(2.5)], RATE_HZ)
+
+
+def test_files_are_read_as_systems_and_recorders_leave_them(tmp_path: Path) -> None:
+    soundfile.write(tmp_path / "GLASS-TAPPING.WAV", tap(), RATE_HZ)
+    (tmp_path / "._GLASS-TAPPING.WAV").write_bytes(b"\0\5\x16\7Mac OS X")
+    soundfile.write(tmp_path / "Wood-Strike.flac", tap(), RATE_HZ)
+    keys = [recording.key for recording in read_patterns(tmp_path, MATERIALS)]
+    assert sorted(keys) == [("glass", "tap"), ("wood", "strike")]
+
+
+def test_a_recording_whose_header_was_never_finished_is_read_to_its_end(tmp_path: Path) -> None:
+    path = tmp_path / "glass-tap.wav"
+    soundfile.write(path, tap() + 0.1, RATE_HZ)
+    (whole,) = read_patterns(tmp_path, MATERIALS)
+    content = bytearray(path.read_bytes())
+    content[4:8] = content[40:44] = bytes(4)
+    path.write_bytes(content)
+    (repaired,) = read_patterns(tmp_path, MATERIALS)
+    assert np.array_equal(repaired.samples, whole.samples)
+
+    soundfile.write(path, tap()[:0], RATE_HZ)
+    path.write_bytes(path.read_bytes() + b"LIST" + (4000).to_bytes(4, "little") + bytes(4000))
+    with pytest.raises(PatternError, match="record longer"):
+        read_patterns(tmp_path, MATERIALS)

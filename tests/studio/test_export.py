@@ -122,6 +122,9 @@ def read_hjif(path):
     assert 0 < document["timescale"] <= 48_000
     ids = [perception["id"] for perception in document["perceptions"]]
     assert len(set(ids)) == len(ids)
+    channels = [each for perception in document["perceptions"] for each in perception["channels"]]
+    ids = [channel["id"] for channel in channels]
+    assert len(set(ids)) == len(ids)  # the decoder of the binary form aborts on an id twice
     found = {}
     for perception in document["perceptions"]:
         assert "effect_semantic_scheme" not in perception  # the reference refuses every value
@@ -140,12 +143,15 @@ def read_hjif(path):
         times = [frame["relative_position"] for frame in effect["keyframes"]]
         assert times == sorted(set(times))
         assert all(isinstance(time, int) for time in times)
-        assert all(abs(frame["amplitude_modulation"]) <= 1.0 for frame in effect["keyframes"])
+        # The binary form has 8 bits for an amplitude, so the largest uses all of them.
+        assert max(abs(frame["amplitude_modulation"]) for frame in effect["keyframes"]) == 1.0
+        assert 0.0 < channel["gain"] <= 1.0
         found[perception["perception_modality"]] = (perception, band, effect["keyframes"])
-    _, band, keyframes = found["Vibrotactile"]
+    perception, band, keyframes = found["Vibrotactile"]
+    gain = perception["channels"][0]["gain"]
     assert all(1 <= frame["frequency_modulation"] <= 1000 for frame in keyframes)
     scale = document["timescale"]
-    points = [(f["relative_position"] / scale, f["amplitude_modulation"]) for f in keyframes]
+    points = [(f["relative_position"] / scale, gain * f["amplitude_modulation"]) for f in keyframes]
     return lines(points, points[-1][0]), temperatures(*found["Temperature"], scale)
 
 
@@ -155,6 +161,7 @@ def temperatures(perception, band, keyframes, scale):
     told = re.search(r"degC = ([\d.]+) \+ ([\d.]+) x value", perception["description"])
     assert told is not None
     zero, span = map(float, told.groups())
+    span *= perception["channels"][0]["gain"]
     return [
         (frame["relative_position"] / scale, zero + span * frame["amplitude_modulation"])
         for frame in keyframes
@@ -216,6 +223,20 @@ def test_mpeg_holds_the_temperatures_itself(tmp_path):
     assert found[-1][1] < 24.0
     assert all(18.0 <= celsius <= 40.0 for _, celsius in found)
     assert not path.with_name(path.name + ".heat.json").exists()
+
+
+def test_eight_bits_keep_the_level_of_a_weak_swing(tmp_path):
+    """The binary form stores -1..1 in 8 bits; a swing of 0.005 would be 14 dB too strong."""
+    path = exported(tmp_path, "metal", "swing", "hjif")
+    document = json.loads(path.read_text())
+    for perception in document["perceptions"]:
+        for frame in perception["channels"][0]["bands"][0]["effects"][0]["keyframes"]:
+            level = round(127.5 * (frame["amplitude_modulation"] + 1.0))
+            frame["amplitude_modulation"] = level / 127.5 - 1.0
+    path.write_text(json.dumps(document))
+    amplitude, _ = read_hjif(path)
+    spoken = played(tmp_path, "metal", "swing")
+    assert windows(amplitude).max() / spoken.max() == pytest.approx(1.0, abs=0.03)
 
 
 def test_a_long_touch_is_cut_into_events_that_core_haptics_plays(tmp_path):

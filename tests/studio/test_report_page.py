@@ -1,5 +1,6 @@
 """The report that is sent round: whole in one file, with ratings, and with what may be claimed."""
 
+import codecs
 import csv
 import re
 from pathlib import Path
@@ -23,7 +24,13 @@ REMARK = "my name is Ann"
 
 
 def made_up(
-    folder: Path, people: int, repeats: int = 2, *, simulated: bool = False, hear: bool = False
+    folder: Path,
+    people: int,
+    repeats: int = 2,
+    *,
+    simulated: bool = False,
+    hear: bool = False,
+    remark: str = REMARK,
 ) -> Path:
     """A study whose people take every fifth fabric pattern for whooshing; nobody felt it."""
     assert main(["study", "new", str(folder)]) == 0
@@ -46,7 +53,7 @@ def made_up(
             if made.form.is_rated(trial, len(trials), len(made.stimuli)):
                 rated = {"real": 4 + person % 2, "pleasant": 3}
                 file.add({"event": "rated", **head, "ratings": rated})
-        file.add({"event": "told", "when": "end", "answers": {"remarks": REMARK}})
+        file.add({"event": "told", "when": "end", "answers": {"remarks": remark}})
         file.close()
     return folder
 
@@ -59,7 +66,7 @@ def nine(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def rows(path: Path) -> list[dict[str, str]]:
-    with path.open(newline="", encoding="utf-8") as file:
+    with path.open(newline="", encoding="utf-8-sig") as file:
         return list(csv.DictReader(file))
 
 
@@ -100,6 +107,18 @@ def test_ratings_stand_with_their_trials_and_answers_with_their_people(nine: Pat
                          "handedness": "left", "remarks": REMARK}  # fmt: skip
 
 
+@pytest.mark.parametrize("start", ["=", "+", "-", "@", "\t", "\r"])
+def test_a_spreadsheet_reads_an_answer_as_text_and_its_letters_as_they_are(
+    tmp_path: Path, start: str
+) -> None:
+    study = results.read(made_up(tmp_path / "study", 1, remark=start + "Jörg"))
+    results.write_people(tmp_path / "participants.csv", study)
+    assert rows(tmp_path / "participants.csv")[0]["remarks"] == f"'{start}Jörg"
+    results.write_csv(tmp_path / "trials.csv", study)
+    for name in ("participants.csv", "trials.csv"):
+        assert (tmp_path / name).read_bytes().startswith(codecs.BOM_UTF8), name
+
+
 def test_a_mean_rating_has_an_interval_by_person(nine: Path) -> None:
     real, pleasant = evaluate(results.read(nine))["ratings"]
     # Nine people, four of them at 5 and five at 4: t(8) = 2.306, standard deviation 0.527.
@@ -117,9 +136,10 @@ def test_html_in_a_title_is_shown_and_not_obeyed(tmp_path: Path) -> None:
 
 
 def test_nobody_felt_anything_so_nothing_is_claimed_of_people(tmp_path: Path) -> None:
-    for folder, how in (("a", {"simulated": True}), ("b", {"hear": True})):
+    for folder, simulated in (("a", True), ("b", False)):
         (tmp_path / folder).mkdir()
-        document = evaluate(results.read(made_up(tmp_path / folder, 2, **how)))
+        study = made_up(tmp_path / folder, 2, simulated=simulated, hear=not simulated)
+        document = evaluate(results.read(study))
         assert (len(document["may"]), len(document["may_not"])) == (1, 1)
         assert not re.search(r"\d|recognise", document["may"][0])
 

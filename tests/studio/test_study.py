@@ -140,6 +140,18 @@ def test_codes_of_people_cannot_be_names_of_other_files() -> None:
             designs.design(paper_like(), codes, Plan())
 
 
+@pytest.mark.parametrize("code", ["CON", "nul", "Com1", "lpt9", "COM²"])
+def test_codes_of_people_are_names_of_files_on_every_system(code: str) -> None:
+    with pytest.raises(StudyError, match="Windows has a device"):
+        designs.design(paper_like(), ("P1", code), Plan())
+    with pytest.raises(StudyError, match="the same file"):
+        designs.design(paper_like(), ("p1", "P1"), Plan())
+    assert designs.design(paper_like(), ("CONNY", "COM10"), Plan()).participants == (
+        "CONNY",
+        "COM10",
+    )
+
+
 def test_a_trial_counts_once_answered_and_is_presented_again_otherwise(
     design: designs.Design,
 ) -> None:

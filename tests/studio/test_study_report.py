@@ -276,7 +276,7 @@ def test_the_command_writes_pictures_a_text_and_a_csv_without_names(
     assert "F(4, 12)" in printed
     for picture in ("confusion.png", "recognition.png"):
         assert (study / "report" / picture).read_bytes().startswith(b"\x89PNG")
-    with (study / "report" / "trials.csv").open(newline="") as file:
+    with (study / "report" / "trials.csv").open(newline="", encoding="utf-8-sig") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 120
     assert rows[0]["participant"] == "P0"

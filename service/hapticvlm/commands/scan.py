@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hapticvlm import documents
 from hapticvlm.commands.parsing import add_json
 from hapticvlm.commands.progress import track, working
 from hapticvlm.errors import UsageError, printable
@@ -257,12 +258,7 @@ def _row_fields(row: Row) -> dict[str, object]:
 
 def _cells(path: Path, row: Row) -> list[object]:
     fields: dict[str, object] = {"file": str(path), **_row_fields(row)}
-    return [_harmless(fields[name]) for name in COLUMNS]
-
-
-def _harmless(value: object) -> object:
-    """Keep a spreadsheet from running a name as a formula: an apostrophe makes it text."""
-    return f"'{value}" if isinstance(value, str) and value.startswith(tuple("=+-@")) else value
+    return [documents.spreadsheet_cell(fields[name]) for name in COLUMNS]
 
 
 def _write_csv(lines: Sequence[Sequence[object]]) -> None:

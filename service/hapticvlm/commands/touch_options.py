@@ -92,7 +92,7 @@ def add_recordings(parser: Options) -> None:
         "--patterns",
         type=Path,
         metavar="FOLDER",
-        help="play the WAV files of this folder instead of synthesis, as `serve` does",
+        help="play the recordings of this folder instead of synthesis, as `serve` does",
     )
     parser.add_argument(
         "--speaker-response",

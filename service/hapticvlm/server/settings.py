@@ -100,7 +100,7 @@ class ServeOptions:
         Path | None,
         Flag(
             OUTPUTS,
-            "play the WAV files of this folder instead of synthesis; their names are "
+            "play the recordings of this folder instead of synthesis; their names are "
             "MATERIAL-INTERACTION.wav, or those of the paper's patterns",
             "FOLDER",
         ),

@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -34,6 +35,7 @@ from hapticvlm_studio.design.stimuli import Stimulus, StudyError, revive
 
 HEAD = "study.json"
 VERSION = 2  # of study.json; 2 added the form
+_WINDOWS_DEVICE = re.compile(r"con|prn|aux|nul|(com|lpt)[0-9¹²³]", re.IGNORECASE)
 OLDEST = 1
 
 
@@ -79,12 +81,21 @@ class Plan:
 def design(stimuli: tuple[Stimulus, ...], participants: Iterable[str], plan: Plan) -> Design:
     """Return the design of a study. Raises StudyError when a code or the plan is invalid."""
     codes = tuple(participants)
-    if not codes or len(set(codes)) < len(codes):
-        raise StudyError("participants: needs at least one, each with a different code")
+    folded = {code.casefold() for code in codes}
+    if not codes or len(folded) < len(codes):
+        raise StudyError(
+            "participants: needs at least one, each with a different code; p1 and P1 are the same "
+            "file on Windows and macOS"
+        )
     for code in codes:
         if not code.replace("-", "").replace("_", "").isalnum() or len(code) > 40:
             raise StudyError(
                 f"participant {code!r}: a code has at most 40 letters, digits, - and _"
+            )
+        if _WINDOWS_DEVICE.fullmatch(code):
+            raise StudyError(
+                f"participant {code!r}: Windows has a device of this name and allows no such file; "
+                f"use another code, such as {code}-1"
             )
     names = [stimulus.name for stimulus in stimuli]
     lay_out = free_orders if plan.order == "free" else blocked_orders

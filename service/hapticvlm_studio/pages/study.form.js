@@ -2,6 +2,8 @@
 import { make } from "./dom.js";
 import { known, nameOf, own, speak, spoken, text } from "./study.texts.js";
 
+const MAX_NUMBER = 1e12; // of an answer, as in design/form.py
+
 // Draws the form of a phase into `form`; calls `send` with the command once it is submitted.
 export function draw(form, phase, view, study, send) {
   const parts = { consent: agreement, questions, rating: ratings }[phase](view, study, form);
@@ -52,20 +54,38 @@ function field(question) {
   const label = make("label", own(question.text) + needed, { className: "field" });
   const fields = { name: question.name, required: question.needed };
   if (question.kind === "number") {
-    const input = make("input", "", { ...fields, type: "number", step: "any", inputMode: "decimal" });
-    if (question.low !== null) input.min = question.low;
-    if (question.high !== null) input.max = question.high;
-    label.append(input);
+    label.append(...numberField(question, fields));
   } else {
     label.append(make("textarea", "", { ...fields, maxLength: 2000, rows: 4 }));
   }
   return label;
 }
 
+// Returns a text field for a number, and the number that was understood beside it. A field of type number
+// drops the comma in some browsers: 70,5 becomes 705.
+function numberField({ low, high }, fields) {
+  const input = make("input", "", { ...fields, type: "text", inputMode: "decimal", autocomplete: "off" });
+  const understood = make("output");
+  input.addEventListener("input", () => {
+    const number = numberOf(input.value);
+    const isFine = number !== null && number >= (low ?? -MAX_NUMBER) && number <= (high ?? MAX_NUMBER);
+    const refusal = text("page.number", { low: low ?? -MAX_NUMBER, high: high ?? MAX_NUMBER });
+    input.setCustomValidity(input.value.trim() === "" || isFine ? "" : refusal);
+    understood.value = isFine ? `= ${number.toLocaleString(spoken(), { maximumFractionDigits: 20, useGrouping: false })}` : "";
+  });
+  return [input, understood];
+}
+
+// Reads a decimal number, with a comma or a point; null for anything else.
+function numberOf(written) {
+  const number = written.trim().replace(/^\u2212/, "-");
+  return /^[+-]?(\d+([.,]\d*)?|[.,]\d+)$/.test(number) ? Number(number.replace(",", ".")) : null;
+}
+
 function answerOf(form, { name, kind }) {
   const value = form.elements[name].value.trim();
   if (value === "") return null;
-  return kind === "number" ? Number(value) : value;
+  return kind === "number" ? numberOf(value) : value;
 }
 
 function scale(rating) {

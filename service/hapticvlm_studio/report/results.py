@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from hapticvlm import documents
 from hapticvlm_studio.design.design import Design, read_design
 from hapticvlm_studio.design.form import Answer, Form
 from hapticvlm_studio.design.stimuli import Stimulus
@@ -200,8 +201,11 @@ def write_people(path: Path, results: Results) -> None:
 
 
 def _write(path: Path, header: Sequence[str], lines: Iterable[Sequence[object]]) -> None:
-    with path.open("w", encoding="utf-8", newline="") as file:
-        csv.writer(file, lineterminator="\n").writerows([header, *lines])
+    # Excel takes a CSV file without a byte-order mark for the machine's old code page.
+    with path.open("w", encoding="utf-8-sig", newline="") as file:
+        csv.writer(file).writerows(
+            [documents.spreadsheet_cell(cell) for cell in line] for line in (header, *lines)
+        )
 
 
 def confusion(results: Results) -> NDArray[np.int64]:

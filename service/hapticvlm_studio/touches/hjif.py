@@ -1,9 +1,14 @@
 """Writes `.hjif` of MPEG haptics (ISO/IEC 23090-31): vibration and temperature of a touch. Pure.
 
 Field names and rules are those of MPEGGroup/HapticReferenceSoftware, whose JSON schema is not
-public. Positions are in ticks of 1 ms, frequencies in Hz, amplitudes 0..1 of full scale. This is
-the only export with heat: the Main profile has a modality for temperature. Its scale is not fixed
-by the format, so the description of the perception states it: setpoint = NEUTRAL_C + SPAN_C value.
+public. Positions are in ticks of 1 ms, frequencies in Hz. The amplitude of a keyframe times the
+gain of its channel is 0..1 of full scale. This is the only export with heat: the Main profile has a
+modality for temperature. Its scale is not fixed by the format, so the description of the perception
+states it: setpoint = NEUTRAL_C + SPAN_C value, where the value includes the gain.
+
+The binary form of the format has two rules that its text form does not need. The ids of channels
+are unique in the whole document, or its decoder aborts. An amplitude of a keyframe has 8 bits, so
+the largest of a channel is 1 and the channel's gain holds the peak.
 """
 
 from __future__ import annotations
@@ -11,6 +16,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm_studio.touches.clip import Clip
@@ -45,15 +51,14 @@ def document(clip: Clip, date: str) -> dict[str, Any]:
 
 
 def _vibration(clip: Clip) -> dict[str, Any]:
+    levels, gain = _normalised(clip.points())
     keyframes = [
         {
             "relative_position": round(at * TICKS_PER_S),
-            "amplitude_modulation": round(float(level), 4),
+            "amplitude_modulation": level,
             "frequency_modulation": round(float(hertz)),
         }
-        for at, level, hertz in zip(
-            clip.times_s.tolist(), clip.points(), clip.frequency_hz, strict=True
-        )
+        for at, level, hertz in zip(clip.times_s.tolist(), levels, clip.frequency_hz, strict=True)
     ]
     band = {
         "band_type": "VectorialWave",
@@ -61,7 +66,8 @@ def _vibration(clip: Clip) -> dict[str, Any]:
         "upper_frequency_limit": HIGH_HZ,
         "effects": [_effect(keyframes, KEYWORDS.get(clip.material))],
     }
-    return _perception(0, "Vibrotactile", "vibration of the palm, 1 is full scale", band)
+    description = "vibration of the palm, 1 is full scale"
+    return _perception(0, "Vibrotactile", description, band, gain)
 
 
 def _temperature(clip: Clip) -> dict[str, Any]:
@@ -70,12 +76,13 @@ def _temperature(clip: Clip) -> dict[str, Any]:
     count = max(round(end_s / HEAT_STEP_S), 2)  # the decoder renders two keyframes as silence
     at_s = np.linspace(0.0, end_s, count + 1)
     plate_c = np.interp(at_s, heat.time_s, heat.setpoint_c)
+    levels, gain = _normalised((plate_c - NEUTRAL_C) / SPAN_C)
     keyframes = [
         {
             "relative_position": round(at * TICKS_PER_S),
-            "amplitude_modulation": round((celsius - NEUTRAL_C) / SPAN_C, 4),
+            "amplitude_modulation": level,
         }
-        for at, celsius in zip(at_s.tolist(), plate_c.tolist(), strict=True)
+        for at, level in zip(at_s.tolist(), levels, strict=True)
     ]
     band = {
         "band_type": "Curve",
@@ -84,8 +91,17 @@ def _temperature(clip: Clip) -> dict[str, Any]:
         "upper_frequency_limit": LOW_HZ,
         "effects": [_effect(keyframes, None)],
     }
-    description = f"setpoint of the plate, degC = {NEUTRAL_C:g} + {SPAN_C:g} x value"
-    return _perception(1, "Temperature", description, band)
+    scale = f"{NEUTRAL_C:g} + {SPAN_C:g} x value"
+    description = f"setpoint of the plate, degC = {scale}; value = keyframe x gain"
+    return _perception(1, "Temperature", description, band, gain)
+
+
+def _normalised(values: NDArray[np.float64]) -> tuple[list[float], float]:
+    """Return the values divided by their largest size, and that size: the gain, at least 0."""
+    peak = float(np.abs(values).max())
+    if peak == 0.0:
+        return [0.0] * values.size, 1.0
+    return [round(value, 4) for value in (values / peak).tolist()], peak
 
 
 def _effect(keyframes: list[dict[str, Any]], keyword: str | None) -> dict[str, Any]:
@@ -100,7 +116,7 @@ def _effect(keyframes: list[dict[str, Any]], keyword: str | None) -> dict[str, A
 
 
 def _perception(
-    number: int, modality: str, description: str, band: dict[str, Any]
+    number: int, modality: str, description: str, band: dict[str, Any], gain: float
 ) -> dict[str, Any]:
     return {
         "id": number,
@@ -113,9 +129,9 @@ def _perception(
         "effect_library": [],
         "channels": [
             {
-                "id": 0,
+                "id": number,
                 "description": "palm",
-                "gain": 1.0,
+                "gain": gain,
                 "mixing_coefficient": 1.0,
                 "body_part_mask": _UNSPECIFIED,
                 "bands": [band],

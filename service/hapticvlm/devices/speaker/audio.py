@@ -19,6 +19,7 @@ gaps.
 from __future__ import annotations
 
 import gc
+import io
 import logging
 import signal
 import threading
@@ -48,6 +49,8 @@ if TYPE_CHECKING:
 
 MAX_CHANNELS = 2
 MAX_QUEUED_BLOCKS = 20_000
+_HEAD_BYTES = 4096  # in which a WAV file begins its samples
+_MAX_BYTES_PER_S = 384_000 * MAX_CHANNELS * 8
 _REMEDY = "`hapticvlm doctor` lists the outputs; without --speaker none is needed"
 
 logger = logging.getLogger(__name__)
@@ -173,7 +176,7 @@ def read_wav(path: Path, longest_s: float) -> tuple[NDArray[np.float64], int]:
     if not path.is_file():
         raise FileNotFoundError(f"{path}: no such file")
     try:
-        with soundfile.SoundFile(path) as file:
+        with soundfile.SoundFile(_with_sizes(path, longest_s)) as file:
             if file.channels > MAX_CHANNELS:
                 raise ValueError(f"{path}: {file.channels} channels; mix it down to 1 or 2")
             if file.frames > longest_s * file.samplerate:
@@ -184,6 +187,21 @@ def read_wav(path: Path, longest_s: float) -> tuple[NDArray[np.float64], int]:
         raise ValueError(
             f"{path}: not a readable sound file: {documents.reason(error)}; use a WAV file"
         ) from None
+
+
+def _with_sizes(path: Path, longest_s: float) -> Path | io.BytesIO:
+    """Return the file, or its repaired bytes if a recorder that lost power left the sizes at 0."""
+    with documents.open_file(path) as file:
+        head = file.read(_HEAD_BYTES)
+    at = head.find(b"data\0\0\0\0") if head[:4] == b"RIFF" and head[8:12] == b"WAVE" else -1
+    start = at + 8
+    # A chunk after an empty one has a name; samples hardly begin with four printable characters.
+    if at < 0 or len(head) < start + 4 or all(32 <= byte < 127 for byte in head[start : start + 4]):
+        return path
+    content = documents.read_bytes(path, round(longest_s * _MAX_BYTES_PER_S))
+    sizes = (len(content) - 8, len(content) - start)
+    riff, data = (size.to_bytes(4, "little") for size in sizes)
+    return io.BytesIO(content[:4] + riff + content[8 : at + 4] + data + content[start:])
 
 
 def write_wav(path: Path, samples: NDArray[np.float32]) -> None:

@@ -6,6 +6,7 @@ MATERIAL-INTERACTION.wav, and each replaces the built-in pattern of that name.
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -32,8 +33,12 @@ from hapticvlm.rendering.vibration.patterns import (
 
 MAX_POINTS = 1000
 MAX_FILES = 200
+ENDINGS = (".wav", ".flac", ".aif", ".aiff", ".ogg", ".mp3", ".w64", ".caf")
 MAX_RESPONSE_DB = 120.0
+_TOLD_LEAD_S = 0.01
 FIELDS = ("simulated", "frequency_hz", "response_db")
+
+logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,15 +109,24 @@ def read_patterns(
     table: Mapping[str, Material],
     correction: Correction = Correction(),  # noqa: B008 - frozen
 ) -> tuple[Pattern, ...]:
-    """Read every WAV file of `folder`, corrected for the speaker.
+    """Read every sound file of `folder`, corrected for the speaker.
+
+    Files whose names begin with a dot are skipped: macOS puts `._NAME` beside each file.
 
     `table` holds the materials that may be named. Raises OSError, PatternError naming the file.
     """
     if not folder.is_dir():
         raise NotADirectoryError(f"{folder}: no such folder")
-    files = sorted(path for path in folder.iterdir() if path.suffix.lower() == ".wav")
+    files = sorted(
+        path
+        for path in folder.iterdir()
+        if path.suffix.lower() in ENDINGS and not path.name.startswith(".")
+    )
     if not 1 <= len(files) <= MAX_FILES:
-        raise PatternError(f"{folder}: holds {len(files)} WAV files; it must hold 1 to {MAX_FILES}")
+        raise PatternError(
+            f"{folder}: holds {len(files)} sound files ({', '.join(ENDINGS)}); it must hold 1 to "
+            f"{MAX_FILES}"
+        )
     paths: dict[tuple[str, str], Path] = {}
     patterns = []
     for path in files:
@@ -143,7 +157,10 @@ def _read(path: Path, table: Mapping[str, Material], correction: Correction) -> 
     try:
         key = replaced_key(path.stem, table)
         samples, rate_hz = read_wav(path, LONGEST_S)
-        return pattern(key, samples, rate_hz, correction, table)
+        recording = pattern(key, samples, rate_hz, correction, table)
     except ValueError as error:
         message = str(error)
         raise PatternError(message if str(path) in message else f"{path}: {message}") from None
+    if recording.lead_s >= _TOLD_LEAD_S:
+        logger.info("%s: the %.0f ms before its onset are cut", path, 1000 * recording.lead_s)
+    return recording

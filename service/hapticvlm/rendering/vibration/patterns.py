@@ -1,8 +1,9 @@
 """Defines the paper's five patterns as points of the grammar, and replaces patterns by recordings.
 
 A recording is converted so that it can stand in for a synthesised pattern: one channel at RATE_HZ,
-nothing outside the band of touch, as strong to the palm as the pattern it replaces. An impact is
-faded in and out; a texture is joined into a loop. Force and speed set the level of a recording as
+without the recorder's offset, nothing outside the band of touch, as strong to the palm as the
+pattern it replaces. An impact begins at its onset and is faded in and out; a texture is joined into
+a loop. Force and speed set the level of a recording as
 they set that of the pattern; its pitch does not change with speed. Pure.
 """
 
@@ -34,8 +35,13 @@ RATES_HZ = (2_000, 384_000)
 LOW_HZ = 10.0
 HIGH_HZ = 900.0
 EDGE_HZ = 100.0
+_CANCELLED_SHARE = 0.01  # of the peak of the channels, left in their mean
 _SILENT = 1e-4  # of full scale, rms within the band
 _MIN_SHARE = 0.03  # of the recording's rms must lie in the band; a cut alone leaves about 0.01
+_LEAD_S = 0.001  # of an impact before its onset, and its fade-in
+_ONSET_SHARE = 0.2  # of the loudest millisecond: an event begins above it
+_QUIET_SHARE = 0.1
+_QUIET_S = 0.05  # between two events
 _FADE_S = 0.005
 _JOIN_S = 0.05
 _PEAK = 0.9
@@ -70,11 +76,15 @@ PRESETS = (
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pattern:
-    """A recording that replaces (material, interaction); `samples` is (N,) float32 at RATE_HZ."""
+    """A recording that replaces (material, interaction); `samples` is (N,) float32 at RATE_HZ.
+
+    `lead_s` is the time before the onset of an impact that was cut, in s.
+    """
 
     material: str
     interaction: str
     samples: NDArray[np.float32]
+    lead_s: float = 0.0
 
     @property
     def key(self) -> tuple[str, str]:
@@ -113,21 +123,21 @@ class PatternTexture:
 
 
 def replaced_key(stem: str, materials: Iterable[str]) -> tuple[str, str]:
-    """Return the (material, interaction) that a file with this stem replaces.
+    """Return the (material, interaction) that a file with this stem, in any case, replaces.
 
     Raises PatternError, naming the stems that are possible.
     """
-    known = tuple(materials)
+    known = {name.casefold(): name for name in materials}
     for preset in PRESETS:
-        if stem == preset.name:
+        if stem.casefold() == preset.name:
             return preset.material, preset.interaction
-    material, _, interaction = stem.rpartition("-")
+    material, _, interaction = stem.casefold().rpartition("-")
     if material in known and interaction in INTERACTIONS:
-        return material, interaction
+        return known[material], interaction
     presets = ", ".join(preset.name for preset in PRESETS)
     raise PatternError(
         f"`{stem[:60]}` is not the name of a pattern: use MATERIAL-INTERACTION with a material of "
-        f"{', '.join(known)} and one of {', '.join(INTERACTIONS)}, or one of {presets}"
+        f"{', '.join(known.values())} and one of {', '.join(INTERACTIONS)}, or one of {presets}"
     )
 
 
@@ -144,15 +154,20 @@ def pattern(
     PatternError.
     """
     material, interaction = key
-    mono = _checked(samples, rate_hz, interaction)
-    whole = resampled(mono, rate_hz)
+    mono = _checked(samples, rate_hz)
+    whole = resampled(_without_offset(mono), rate_hz)
     wave = _within_band(whole, correction)
     within_rms, rms = (float(np.sqrt(np.mean(samples**2))) for samples in (wave, whole))
     if within_rms < max(_SILENT, _MIN_SHARE * rms):
         raise PatternError("nothing can be felt within 10-1000 Hz; choose another recording")
-    wave = _faded(wave) if interaction in IMPACTS else _joined(wave)
+    lead_s = 0.0
+    if interaction in IMPACTS:
+        wave, lead_s = _from_onset(wave)
+        wave = _faded(wave)
+    else:
+        wave = _joined(wave)
     wave *= _level(wave, interaction, table[material].vibration)
-    return Pattern(material, interaction, np.asarray(wave, dtype=np.float32))
+    return Pattern(material, interaction, np.asarray(wave, dtype=np.float32), lead_s)
 
 
 def resampled(wave: _Floats, rate_hz: int) -> _Floats:
@@ -165,21 +180,63 @@ def resampled(wave: _Floats, rate_hz: int) -> _Floats:
     return np.asarray(resample_poly(wave, ratio.numerator, ratio.denominator), dtype=np.float64)
 
 
-def _checked(samples: _Floats, rate_hz: int, interaction: str) -> _Floats:
+def _checked(samples: _Floats, rate_hz: int) -> _Floats:
     if not RATES_HZ[0] <= rate_hz <= RATES_HZ[1]:
         raise PatternError(
             f"its rate of {rate_hz} Hz is not within {RATES_HZ[0]}..{RATES_HZ[1]}; resample it"
         )
-    longest_s = LONGEST_IMPACT_S if interaction in IMPACTS else LONGEST_S
     seconds = samples.shape[0] / rate_hz
-    if not SHORTEST_S <= seconds <= longest_s:
-        raise PatternError(f"lasts {seconds:.3g} s, not {SHORTEST_S:g} to {longest_s:g}; cut it")
+    if not SHORTEST_S <= seconds <= LONGEST_S:
+        remedy = "record longer" if seconds < SHORTEST_S else "cut it"
+        raise PatternError(f"lasts {seconds:.3g} s, not {SHORTEST_S:g} to {LONGEST_S:g}; {remedy}")
     mono = samples.mean(axis=1) if samples.ndim == 2 else samples
+    if np.abs(mono).max() < _CANCELLED_SHARE * np.abs(samples).max():
+        raise PatternError("its channels cancel each other, one is inverted; export one channel")
     if not np.isfinite(mono).all():
         raise PatternError("holds values that are not numbers; export it again")
     if float(np.abs(mono).max()) > 1e3:
         raise PatternError("holds values beyond 1000 times full scale; export it again")
     return np.asarray(mono, dtype=np.float64)
+
+
+def _without_offset(wave: _Floats) -> _Floats:
+    """Remove what the recorder adds to every sample, such as gravity in an accelerometer.
+
+    Its level is the median, because the event is short or symmetric. The edges of the file would
+    otherwise be steps of that height, which are felt as thumps and take the level of the event.
+    """
+    return wave - np.median(wave)
+
+
+def _from_onset(wave: _Floats) -> tuple[_Floats, float]:
+    """Cut an impact to _LEAD_S before its onset, so that it is felt with the touch.
+
+    Returns the wave (N,) and the seconds that were cut. Raises PatternError if it holds several
+    events, which would be felt as one touch, or lasts too long from its onset.
+    """
+    step = round(_LEAD_S * RATE_HZ)
+    level = np.abs(wave[: wave.size // step * step]).reshape(-1, step).max(axis=1)
+    loud = np.flatnonzero(level > _ONSET_SHARE * level.max())
+    # An event ends where the level stays below _QUIET_SHARE for _QUIET_S. A wave that decays and
+    # beats crosses the higher share several times, and the lower one for no longer than a beat.
+    heard = np.flatnonzero(level > _QUIET_SHARE * level.max())
+    ends = heard[:-1][np.diff(heard) * _LEAD_S > _QUIET_S]
+    later = [loud[loud > end] for end in ends if end > loud[0]]
+    onsets = sorted({int(loud[0]), *(int(each[0]) for each in later if each.size)})
+    if len(onsets) > 1:
+        times = ", ".join(f"{onset * _LEAD_S:.2f}" for onset in onsets[:6])
+        raise PatternError(
+            f"holds {len(onsets)} events (at {times} s), and a touch plays one; cut it to one"
+        )
+    start = max(onsets[0] - 1, 0) * step
+    seconds = (wave.size - start) / RATE_HZ
+    if seconds > LONGEST_IMPACT_S:
+        raise PatternError(
+            f"lasts {seconds:.3g} s from its onset, at most {LONGEST_IMPACT_S:g}; cut its end"
+        )
+    if onsets[0] == 0:  # nothing before the event, and the fade needs _LEAD_S
+        wave = np.concatenate((np.zeros(step), wave))
+    return wave[start:], start / RATE_HZ
 
 
 def _within_band(wave: _Floats, correction: Correction) -> _Floats:
@@ -194,11 +251,11 @@ def _within_band(wave: _Floats, correction: Correction) -> _Floats:
 
 
 def _faded(wave: _Floats) -> _Floats:
-    count = min(int(_FADE_S * RATE_HZ), wave.size // 2)
-    fade = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, count))
+    """Fade an impact in over the time before its onset, and out over _FADE_S."""
     wave = wave.copy()
-    wave[:count] *= fade
-    wave[-count:] *= fade[::-1]
+    for part, seconds in ((wave, _LEAD_S), (wave[::-1], _FADE_S)):
+        count = min(round(seconds * RATE_HZ), wave.size // 2)
+        part[:count] *= 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, count))
     return wave
 
 
