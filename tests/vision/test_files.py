@@ -130,6 +130,22 @@ def test_a_phones_jpeg_with_a_second_picture_is_read(tmp_path: Path) -> None:
     assert is_like(decoded(path), picture())
 
 
+@pytest.mark.parametrize("turn", [1, 6])
+def test_a_cameras_stray_bytes_are_skipped_upright_or_turned(tmp_path: Path, turn: int) -> None:
+    exif = Image.Exif()
+    exif[ORIENTATION] = turn
+    path = saved(tmp_path / "plain.jpg", picture(), exif=exif)
+    camera = tmp_path / "camera.jpg"
+    data = path.read_bytes()
+    camera.write_bytes(data[:-2] + b"stray" * 9 + data[-2:])
+    plain = pictures.crop(read_frame(path), 32)
+    assert (pictures.crop(read_frame(camera), 32).image == plain.image).all()
+    for cut in (data[: -len(data) // 8], data[:-2] + b"stray"):
+        camera.write_bytes(cut)
+        with pytest.raises((FileError, pictures.PictureError), match="broken"):
+            pictures.crop(read_frame(camera), 32)
+
+
 def test_a_large_picture_is_shrunk_with_its_mask(tmp_path: Path) -> None:
     side = MAX_SIDE_PX + 1000
     pixels = np.zeros((50, side, 3), np.uint8)

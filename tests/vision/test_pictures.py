@@ -414,6 +414,37 @@ def test_a_broken_body_is_refused_by_name(bad: messages.Frame, path: str) -> Non
     assert caught.value.path == path
 
 
+def restarting(pixels: Pixels) -> bytes:
+    """A JPEG with a restart marker after each row of blocks, as webcams write them."""
+    out = io.BytesIO()
+    Image.fromarray(pixels).save(out, "JPEG", quality=90, restart_marker_rows=1)
+    return out.getvalue()
+
+
+def with_stray_bytes(data: bytes, marker: bytes, count: int) -> bytes:
+    """A JPEG with bytes that belong to nothing before the first such marker of its scan."""
+    at = data.index(marker, data.index(b"\xff\xda"))
+    stray = np.random.default_rng(count).integers(0, 255, count, np.uint8).tobytes()
+    return data[:at] + stray + data[at:]
+
+
+@pytest.mark.parametrize("count", [16, 608])
+@pytest.mark.parametrize("marker", [b"\xff\xd0", b"\xff\xd9"], ids=["restart", "end"])
+def test_stray_bytes_before_a_marker_change_no_pixel(marker: bytes, count: int) -> None:
+    plain = restarting(weave())
+    camera = with_stray_bytes(plain, marker, count)
+    for side in (64, 448):  # reduced and whole
+        expected = crop(frame(plain, region=WHOLE), side)
+        assert (crop(frame(camera, region=WHOLE), side).image == expected.image).all()
+
+
+def test_a_picture_that_is_cut_after_stray_bytes_is_refused() -> None:
+    camera = with_stray_bytes(restarting(weave()), b"\xff\xd0", 16)
+    for length in (len(camera) // 2, len(camera) - 2):
+        with pytest.raises(PictureError, match="broken JPEG"):
+            crop(frame(camera[:length], region=WHOLE), 64)
+
+
 def test_damaged_bytes_never_raise_anything_but_a_picture_error() -> None:
     rng = np.random.default_rng(7)
     originals = [("jpeg", jpeg(weave(side=64))), ("png", png(weave(side=64)))]

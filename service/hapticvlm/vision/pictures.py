@@ -9,6 +9,7 @@ else happens to the part that is cut. Knows no material.
 
 from __future__ import annotations
 
+import re
 import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -31,6 +32,10 @@ REDUCTIONS = (8, 4, 2)  # of JPEG's DCT; other scales are slower than full size
 MAX_CHUNKS = 2048  # of a PNG; 4 MiB in pieces of 8 KiB are 512, and each costs decoding time
 MAX_SCANS = 32  # of a JPEG; common are up to 10, and thousands keep a decoder busy for minutes
 _CHANNELS = {"rgb8": 3, "rgba8": 4}
+# Of libjpeg, about bytes that belong to nothing: "... data: 2 extraneous bytes before marker 0xd9".
+_STRAY_BYTES = re.compile("[0-9]+ extraneous bytes before marker")
+_JPEG_SCAN = b"\xff\xda"
+_JPEG_END = b"\xff\xd9"
 _PNG_MAGIC = b"\x89PNG\r\n\x1a\n"
 _CHUNK_FRAME = 12  # bytes of a chunk beside its data: length, kind, checksum
 _PNG_BITS = (1, 2, 4, 8)  # of a channel, or of an index into a palette
@@ -89,23 +94,43 @@ def _decode(frame: messages.Frame, reduction: int) -> Pixels:
 
 
 def _decode_jpeg(frame: messages.Frame, reduction: int) -> Pixels:
-    import simplejpeg
-
     _require_few_scans(frame.image)
     try:
-        pixels: Pixels = simplejpeg.decode_jpeg(
-            frame.image,
-            "RGB",
-            fastdct=True,
-            min_height=ceil(frame.height / reduction),
-            min_width=ceil(frame.width / reduction),
-            min_factor=reduction,
-        )
+        try:
+            return _decode_scans(frame, reduction, strict=True)
+        except ValueError as error:
+            # Webcams, phones and scanners write stray bytes before a marker. libjpeg skips them
+            # without harm to a pixel, but warns, and a strict decode takes each warning for an
+            # error. Only the first warning is reported, and it can hide one of missing data that
+            # follows, so the end of the picture must be there as well.
+            if not (_STRAY_BYTES.search(str(error)) and _has_end(frame.image)):
+                raise
+            return _decode_scans(frame, reduction, strict=False)
     except ValueError as error:
         raise PictureError(
             "$.image", f"broken JPEG ({documents.reason(error)}); send it again"
         ) from None
+
+
+def _decode_scans(frame: messages.Frame, reduction: int, *, strict: bool) -> Pixels:
+    """Decode a JPEG; `strict` refuses what libjpeg warns of. Raises ValueError."""
+    import simplejpeg
+
+    pixels: Pixels = simplejpeg.decode_jpeg(
+        frame.image,
+        "RGB",
+        fastdct=True,
+        min_height=ceil(frame.height / reduction),
+        min_width=ceil(frame.width / reduction),
+        min_factor=reduction,
+        strict=strict,
+    )
     return pixels
+
+
+def _has_end(data: bytes) -> bool:
+    """Whether an end marker follows the last scan of a JPEG."""
+    return data.find(_JPEG_END, data.rfind(_JPEG_SCAN)) >= 0
 
 
 def _decode_png(path: str, data: bytes, frame: messages.Frame) -> Image.Image:
@@ -170,7 +195,7 @@ def _require_few_scans(data: bytes) -> None:
     # kilobytes and keep a decoder busy for minutes in C code, which none of our time limits can
     # interrupt. Their markers are counted just before decoding and not in the gateway, because a
     # search through all bytes takes longer than all other checks of a frame together.
-    if data.count(b"\xff\xda") > MAX_SCANS:
+    if data.count(_JPEG_SCAN) > MAX_SCANS:
         problem = f"a JPEG of more than {MAX_SCANS} scans; send a baseline JPEG"
         raise PictureError("$.image", problem)
 
