@@ -149,7 +149,9 @@ def _classifier(kind: str, stages: dict[str, Any]) -> Any:
         config = t.ConvNextConfig(**stages, layer_scale_init_value=1.0, num_labels=1000)
         return t.ConvNextForImageClassification(config)
     if kind == "MobileNetV2ForImageClassification":
-        config = t.MobileNetV2Config(image_size=112, depth_multiplier=0.25, num_labels=1001)
+        # At the usual range of random weights all features of so thin a network are 0.
+        tiny: dict[str, Any] = {"depth_multiplier": 0.25, "initializer_range": 0.2}
+        config = t.MobileNetV2Config(image_size=112, num_labels=1001, **tiny)
         return t.MobileNetV2ForImageClassification(config)
     raise ValueError(kind)
 
@@ -182,14 +184,19 @@ def write_tokenizer(folder: Path) -> Path:
     return folder
 
 
-def write_classifier(path: Path, classes: int = 1000, side: int = 32, seed: int = 1) -> Path:
-    """Write FILE.onnx: floats (N, 3, S, S), a convolution, the mean over places, classes."""
+def write_classifier(
+    path: Path, classes: int = 1000, side: int = 32, seed: int = 1, *, gain: float = 1.0
+) -> Path:
+    """Write FILE.onnx: floats (N, 3, S, S), a convolution, the mean over places, classes.
+
+    `gain` multiplies the convolution: with 0 the network sees nothing.
+    """
     import onnx
     from onnx import TensorProto, helper, numpy_helper
 
     rng = np.random.default_rng(seed)
     constants = {
-        "kernel": rng.normal(size=(8, 3, 4, 4)).astype(np.float32),
+        "kernel": rng.normal(size=(8, 3, 4, 4)).astype(np.float32) * np.float32(gain),
         "dense": rng.normal(size=(8, classes)).astype(np.float32),
     }
     node = helper.make_node

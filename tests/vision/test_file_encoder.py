@@ -138,6 +138,25 @@ def test_a_file_that_is_not_a_network_is_refused_in_one_line(tmp_path: Path) -> 
         assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize("classes", [3, 1000])  # features alone, and beliefs beside them
+@pytest.mark.parametrize(
+    ("gain", "reason"),
+    [
+        (float("nan"), "not finite for a picture: its weights are damaged"),
+        (float("inf"), "not finite for a picture: its weights are damaged"),
+        (0.0, "the same features for plain grey and for stripes"),
+    ],
+)
+def test_a_network_that_sees_nothing_is_refused(
+    tmp_path: Path, gain: float, reason: str, classes: int
+) -> None:
+    path = write_classifier(tmp_path / "blind.onnx", classes, gain=gain)
+    with pytest.raises(EncoderError, match=reason) as caught:
+        load_encoder(str(path))
+    assert "name" in str(caught.value)
+    assert "network" in str(caught.value)
+
+
 def test_a_tflite_file_is_refused_with_what_to_do(tmp_path: Path) -> None:
     path = tmp_path / "network.tflite"
     path.write_bytes(b"TFL3")

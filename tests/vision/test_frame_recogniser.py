@@ -147,4 +147,4 @@ def test_an_encoder_that_fails_is_our_fault_and_not_evidence(
     found = recognise(FrameRecogniser(encoder, gallery), frame(width=64, height=64, image=black))
     assert found.evidence is None
     assert found.is_our_fault
-    assert "finite and of unit norm" in found.error
+    assert "not of unit norm" in found.error

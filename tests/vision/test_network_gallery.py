@@ -1,6 +1,7 @@
 """The gallery that a named network gets on first use, from the shipped reference pictures."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -37,6 +38,7 @@ def test_the_reference_pictures_show_every_material_alike() -> None:
 def test_a_named_network_is_fitted_once_and_kept(
     encoder: NetworkEncoder, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(network_gallery, "LEAST", 0.0)  # this one has random weights
     first = load_gallery(encoder=encoder)
     assert first.encoder == encoder.name
     assert set(first.candidates) == set(materials.MATERIALS)
@@ -74,8 +76,8 @@ def test_a_gallery_that_was_named_is_not_replaced(encoder: NetworkEncoder, tmp_p
 
 def fitted(beliefs: np.ndarray, features: np.ndarray, labels: np.ndarray) -> np.ndarray:
     embeddings = joint_embedding.join(features.astype(np.float32), beliefs.astype(np.float32))
-    found = network_gallery.fit("tiny", embeddings, labels, has_beliefs=True)
-    return np.asarray(found.shipped_logits(embeddings, NAMES).argmax(axis=1))
+    fit = network_gallery.fit("tiny", embeddings, labels, has_beliefs=True)
+    return np.asarray(fit.gallery.shipped_logits(embeddings, NAMES).argmax(axis=1))
 
 
 def test_classes_decide_where_features_do_not_and_the_other_way_round() -> None:
@@ -87,3 +89,33 @@ def test_classes_decide_where_features_do_not_and_the_other_way_round() -> None:
     shown = np.eye(20)[labels] + 0.1 * noise
     assert (fitted(telling, noise, labels) == labels).mean() > 0.9
     assert (fitted(nothing, shown, labels) == labels).mean() > 0.9
+
+
+def test_the_share_told_rightly_is_of_pictures_that_were_left_out() -> None:
+    rng = np.random.default_rng(2)
+    labels = np.repeat(np.arange(len(NAMES)), 12)
+    telling = joint_embedding.join(np.eye(20, dtype=np.float32)[labels], None)
+    # As many features as pictures: a layer tells all those it was fitted to, and no other.
+    own = joint_embedding.join(np.eye(len(labels), dtype=np.float32), None)
+    noise = joint_embedding.join(rng.normal(size=(len(labels), 20)).astype(np.float32), None)
+    for embeddings, is_telling in ((telling, True), (own, False), (noise, False)):
+        fit = network_gallery.fit("tiny", embeddings, labels, has_beliefs=False)
+        assert fit.tells_materials == is_telling
+    assert network_gallery.fit("tiny", telling, labels, has_beliefs=False).share == 1.0
+
+
+@pytest.mark.slow
+def test_a_network_that_hardly_tells_materials_apart_is_warned_of_at_each_start(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    encoder = load_encoder(str(write_classifier(tmp_path / "random.onnx")))
+    for _ in range(2):
+        caplog.clear()
+        load_gallery(encoder=encoder)
+        assert "hardly tells materials apart" in caplog.text
+        printed = capsys.readouterr().err
+        assert re.search("right about [0-9]+% of .* left out; chance is 8%", printed)

@@ -103,8 +103,12 @@ def _require_unit(output: NDArray[np.generic], count: int, encoder: Encoder) -> 
         expected = (count, encoder.dimension)
         problem = f"`{encoder.name}` gave embeddings of shape {embeddings.shape}, not {expected}"
         raise EncoderError(f"{problem}; load another encoder")
+    if not np.isfinite(embeddings).all():
+        problem = f"`{encoder.name}` gives numbers that are not finite for a picture"
+        cure = "its weights are damaged or overflow; export it again, as float32"
+        raise EncoderError(f"{problem}: {cure}, or name another network")
     norms = np.linalg.norm(embeddings, axis=1)
-    if not (np.abs(norms - 1.0) <= UNIT_ERROR).all():  # false for NaN too
-        problem = f"`{encoder.name}` gave an embedding that is not finite and of unit norm"
+    if not (np.abs(norms - 1.0) <= UNIT_ERROR).all():
+        problem = f"`{encoder.name}` gave an embedding that is not of unit norm"
         raise EncoderError(f"{problem}; load another encoder")
     return embeddings

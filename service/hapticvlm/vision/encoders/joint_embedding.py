@@ -79,11 +79,13 @@ def material_beliefs(scores: Floats) -> Floats:
 def join(features: Floats, beliefs: Floats | None) -> Floats:
     """Join features (N, F) and beliefs (N, BELIEFS) to embeddings of unit norm.
 
-    Without beliefs the features alone are the embedding: (N, F), else (N, F + ADDED).
+    Without beliefs the features alone are the embedding: (N, F), else (N, F + ADDED). Features that
+    are not finite give embeddings that are not, which embed_all refuses.
     """
     nowhere = 1.0 / math.sqrt(features.shape[1])  # for features that are all 0: no direction
     norms = np.linalg.norm(features, axis=1, keepdims=True)
-    unit = np.where(norms > _SHORTEST, features / np.maximum(norms, _SHORTEST), nowhere)
+    with np.errstate(invalid="ignore"):  # infinity over infinity
+        unit = np.where(norms <= _SHORTEST, nowhere, features / np.maximum(norms, _SHORTEST))
     if beliefs is None:
         return np.asarray(unit, np.float32)
     # Beliefs enter as logarithms, because a linear layer that adds logarithms multiplies its own

@@ -11,11 +11,15 @@ from hapticvlm.vision.encoders.onnx_encoder import load_onnx_encoder, read_card
 from hapticvlm.vision.pictures import Crop, central_mask
 
 FILES = (".onnx", ".tflite")  # TFLite only to say that it is not read
+SAME = 1e-6  # distance of two unit embeddings, below which they count as one
+STRIPES = ((220, 90, 10), (20, 40, 60))  # RGB of a picture that is nothing like plain grey
 DEVICES = ("cpu", "cuda", "auto")
 
 
 def load_encoder(name: str | None = None, *, device: str = "cpu", threads: int = 1) -> Encoder:
-    """Load an encoder and embed with it once, so that the next inference is not a slow first one.
+    """Load an encoder, and embed two pictures with it: it must tell them apart.
+
+    The next inference is therefore not a slow first one.
 
     name: None for the default; lite0 or lite2, which ship, or their full names; a folder with an
     encoder.json; a .onnx file; or a network of transformers, by folder or by name.
@@ -27,10 +31,17 @@ def load_encoder(name: str | None = None, *, device: str = "cpu", threads: int =
     if threads < 1:
         raise EncoderError(f"{threads} threads are too few; an inference needs 1 or more")
     encoder = _find(name, device, threads)
-    blank = Crop(
-        np.full((encoder.side, encoder.side, 3), 127, np.uint8), central_mask(encoder.side)
-    )
-    encoder.embed([blank])
+    mask = central_mask(encoder.side)
+    grey = np.full((encoder.side, encoder.side, 3), 127, np.uint8)
+    stripes = grey.copy()
+    for offset, colour in enumerate(STRIPES):
+        stripes[offset :: len(STRIPES)] = colour
+    plain, striped = (encoder.embed([Crop(image, mask)])[0] for image in (grey, stripes))
+    if np.linalg.norm(plain - striped) < SAME:
+        problem = f"encoder `{encoder.name}` gives the same features for plain grey and for stripes"
+        raise EncoderError(
+            f"{problem}, so it can tell no material; name a network that was trained on pictures"
+        )
     return encoder
 
 

@@ -4,15 +4,18 @@ The shipped reference pictures, crops of our own rendered rooms, are embedded on
 regularised linear layer is fitted to their features, and the beliefs that the network's own classes
 or words imply count beside it. The gain of the layer and the scale of the logits are chosen by
 cross-validation: the pictures are left out one fold at a time, and the constants are those under
-which the true materials of the pictures left out are least surprising. PENALTY and EXPONENT were
-chosen with two small ImageNet networks, on rooms and on pictures that no reported figure uses
-(hapticvlm_lab/training/LOG.md).
+which the true materials of the pictures left out are least surprising. The share of these that is
+right says whether the network can tell materials apart at all; it is printed beside chance. PENALTY
+and EXPONENT were chosen with two small ImageNet networks, on rooms and on pictures that no reported
+figure uses (hapticvlm_lab/training/LOG.md).
 """
 
 from __future__ import annotations
 
 import hashlib
+import logging
 import sys
+from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 
@@ -42,7 +45,29 @@ GAINS = (1.0, 2.0, 4.0, 8.0)  # of the layer beside the classes
 SCALES = tuple(np.geomspace(0.25, 4.0, 13).tolist())
 BLANK_LEVELS = (0, 64, 127, 191, 255)  # plain grey pictures count as unknown
 KNOWN = Calibration(16.0, 1.0, -1000.0, 0.0)  # p(known) is 1, since unknown is one of the classes
-VERSION = 2  # of this fit; a gallery of another version is fitted again
+VERSION = 3  # of this fit; a gallery of another version is fitted again
+CHANCE = 1 / len(NAMES)  # share that is right where the features say nothing
+# Below this share a network hardly tells materials apart: our choice. Networks of random weights
+# see colours, which is better than chance: those tried reach 16 to 20 %.
+LEAST = 3 * CHANCE
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class Fit:
+    """The gallery of a network, and the share 0..1 of reference pictures right when left out.
+
+    The share is the mean over the classes NAMES, so that one class guessed for all gives CHANCE.
+    """
+
+    gallery: Gallery
+    share: float
+
+    @property
+    def tells_materials(self) -> bool:
+        """Whether the network is clearly better than chance."""
+        return self.share >= LEAST
 
 
 def cached_gallery(encoder: NetworkEncoder) -> Path:
@@ -51,8 +76,11 @@ def cached_gallery(encoder: NetworkEncoder) -> Path:
     return cache_folder() / f"gallery-{hashlib.sha256(key).hexdigest()[:16]}.npz"
 
 
-def make_gallery(encoder: NetworkEncoder) -> Gallery:
-    """Embed the reference pictures, with a progress bar, and fit. Raises EncoderError."""
+def make_gallery(encoder: NetworkEncoder) -> Fit:
+    """Embed the reference pictures, with a progress bar, fit, and print how well it fits.
+
+    Raises EncoderError.
+    """
     from rich.console import Console
     from rich.progress import track
 
@@ -62,7 +90,16 @@ def make_gallery(encoder: NetworkEncoder) -> Gallery:
     # One crop at a time, as in the service: an int8 network scales its activations by the whole
     # batch, so embeddings made in batches would differ from those they are compared with.
     rows = [encoder.embed([crop]) for crop in track(crops, text, console=console)]
-    return fit(encoder.name, np.concatenate(rows), labels, has_beliefs=encoder.beliefs)
+    fitted = fit(encoder.name, np.concatenate(rows), labels, has_beliefs=encoder.beliefs)
+    right = f"`{encoder.name}` is right about {fitted.share:.0%} of the reference pictures left out"
+    console.print(f"{right}; chance is {CHANCE:.0%}", soft_wrap=True, markup=False, highlight=False)
+    if not fitted.tells_materials:
+        message = "encoder `%s` hardly tells materials apart (%.0f %% right, chance is %.0f %%): "
+        cure = (
+            "most frames will be `unknown`; name a network that was trained on many kinds of things"
+        )
+        logger.warning(message + cure, encoder.name, 100 * fitted.share, 100 * CHANCE)
+    return fitted
 
 
 def read_references(side: int) -> tuple[list[Crop], Indices]:
@@ -84,13 +121,13 @@ def read_references(side: int) -> tuple[list[Crop], Indices]:
     return crops, np.array(labels, np.int64)
 
 
-def fit(name: str, embeddings: Floats, labels: Indices, *, has_beliefs: bool) -> Gallery:
+def fit(name: str, embeddings: Floats, labels: Indices, *, has_beliefs: bool) -> Fit:
     """Fit a gallery to embeddings (N, D) of the materials NAMES[labels]."""
     folds = _folds(labels)
-    gain, scale = _calibrate(embeddings, labels, folds, has_beliefs=has_beliefs)
+    gain, scale, share = _calibrate(embeddings, labels, folds, has_beliefs=has_beliefs)
     layer = _layer(embeddings, labels, gain, has_beliefs=has_beliefs)
     calibration = Calibration(KNOWN.sharpness, KNOWN.slope, KNOWN.threshold, 0.0, scale)
-    return Gallery(name, NAMES, embeddings, labels, calibration, layer)
+    return Fit(Gallery(name, NAMES, embeddings, labels, calibration, layer), share)
 
 
 def _layer(embeddings: Floats, labels: Indices, gain: float, *, has_beliefs: bool) -> LinearLayer:
@@ -104,8 +141,11 @@ def _layer(embeddings: Floats, labels: Indices, gain: float, *, has_beliefs: boo
 
 def _calibrate(
     embeddings: Floats, labels: Indices, folds: Indices, *, has_beliefs: bool
-) -> tuple[float, float]:
-    """Choose gain and scale by the mean surprise of the pictures left out."""
+) -> tuple[float, float, float]:
+    """Choose gain and scale by the mean surprise of the pictures left out.
+
+    Returns both, and the share of these pictures that is then right.
+    """
     plain = np.zeros((len(labels), len(NAMES)))
     beside = np.zeros((len(labels), len(NAMES)))
     for fold in range(FOLDS):
@@ -124,7 +164,9 @@ def _calibrate(
     def surprise(gain: float, scale: float) -> float:
         return -float(even @ log_softmax(scale * (gain * plain + beside))[rows, labels])
 
-    return min(product(GAINS, SCALES), key=lambda trial: surprise(*trial))
+    gain, scale = min(product(GAINS, SCALES), key=lambda trial: surprise(*trial))
+    is_right = (gain * plain + beside).argmax(axis=1) == labels
+    return gain, scale, float(even @ is_right / even.sum())
 
 
 def _folds(labels: Indices) -> Indices:

@@ -148,14 +148,17 @@ def network_gallery(encoder: NetworkEncoder) -> Gallery:
     # The gallery is cached because embedding hundreds of pictures with a large network takes
     # minutes. The file's name depends on network and preprocessing, so galleries of different
     # networks are never confused. If the folder cannot be written, the gallery is used anyway and
-    # made again at the next start.
-    gallery = make_gallery(encoder)
+    # made again at the next start. So is that of a network that hardly tells materials apart, for
+    # its warning to be seen at each start.
+    fit = make_gallery(encoder)
+    if not fit.tells_materials:
+        return fit.gallery
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        save_gallery(gallery, path)
+        save_gallery(fit.gallery, path)
     except OSError as error:
         logger.warning("cannot cache the gallery of `%s` (%s)", encoder.name, error)
-    return gallery
+    return fit.gallery
 
 
 def file_of(path: Path | None) -> Path:
