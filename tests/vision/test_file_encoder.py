@@ -1,8 +1,11 @@
 """Image networks in one file: tiny ONNX graphs run by onnxruntime; and their refusals."""
 
+import io
 import json
+import re
 import sys
 import threading
+import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -157,11 +160,54 @@ def test_a_network_that_sees_nothing_is_refused(
     assert "network" in str(caught.value)
 
 
-def test_a_tflite_file_is_refused_with_what_to_do(tmp_path: Path) -> None:
-    path = tmp_path / "network.tflite"
-    path.write_bytes(b"TFL3")
-    with pytest.raises(EncoderError, match=r"network\.tflite: TFLite files are not read.*ONNX"):
+def zipped(*names: str) -> bytes:
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w") as archive:
+        for name in names:
+            archive.writestr(name, b"content")
+    return out.getvalue()
+
+
+FOREIGN = {
+    "lfs.onnx": (b"version https://git-lfs.github.com/spec/v1\noid sha256:0\n", "git lfs pull"),
+    "page.onnx": (b"<!DOCTYPE html><html>", "download the file itself"),
+    "torch.pt": (zipped("net/data.pkl", "net/data/0"), "torch.onnx.export"),
+    "old.pth": (b"\x80\x02\x8a\nl\xfc\x9cF\xf9", "torch.onnx.export"),
+    "pretending.onnx": (zipped("net/data.pkl", "net/data/0"), "torch.onnx.export"),
+    "keras.h5": (b"\x89HDF\r\n\x1a\n" + bytes(50), "tf2onnx"),
+    "new.keras": (zipped("metadata.json", "config.json"), "tf2onnx"),
+    "lite.tflite": (b"\x1c\0\0\0TFL3", "tf2onnx"),
+    "hand.task": (zipped("hand_detector.tflite"), "tf2onnx"),
+    "llava.gguf": (b"GGUF\x03\0\0\0", "--vlm-url"),
+    "some.safetensors": (
+        b"\x40\0\0\0\0\0\0\0" + b'{"w":{"dtype":"F32","shape":[1],"data_offsets":[0,4]}}',
+        "preprocessor_config.json",
+    ),
+    "model.json": (b'{"format": "graph-model", "modelTopology": {}}', "tensorflowjs_converter"),
+    "all.zip": (zipped("readme.txt"), "unpack it"),
+}
+
+
+@pytest.mark.parametrize("name", FOREIGN)
+def test_a_foreign_file_is_named_with_what_converts_it(tmp_path: Path, name: str) -> None:
+    content, cure = FOREIGN[name]
+    path = tmp_path / name
+    path.write_bytes(content)
+    with pytest.raises(EncoderError, match=re.escape(cure)) as caught:
         load_encoder(str(path))
+    assert name in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_weights_that_were_left_behind_are_named(tmp_path: Path) -> None:
+    import onnx
+
+    model = onnx.load(write_classifier(tmp_path / "whole.onnx"))
+    place: dict[str, Any] = {"save_as_external_data": True, "location": "tiny.onnx.data"}
+    onnx.save(model, tmp_path / "tiny.onnx", **place, size_threshold=0)
+    (tmp_path / "tiny.onnx.data").unlink()
+    with pytest.raises(EncoderError, match=r"weights in tiny\.onnx\.data, which is missing; copy"):
+        load_encoder(str(tmp_path / "tiny.onnx"))
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])

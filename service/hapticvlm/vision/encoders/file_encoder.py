@@ -112,16 +112,12 @@ class FileEncoder:
 
 def load_file_encoder(path: Path, threads: int = 1) -> FileEncoder:
     """Load FILE.onnx; the weights may lie in further files of its folder. Raises EncoderError."""
-    if path.suffix.lower() == ".tflite":
-        problem = f"--encoder {path}: TFLite files are not read"
-        raise EncoderError(
-            f"{problem}; convert it to ONNX (for example with tf2onnx) and name that"
-        )
     if not path.is_file():
         raise EncoderError(f"encoder `{path}`: no such file")
     try:
         model = _read(path)
         graph = read_graph(model)
+        _require_weights(path, graph)
         # What a tensor inside a graph is like is seldom written in the file. So the network runs
         # once, on a grey picture, with all tensors in question as outputs, and their sizes are
         # read. Then it is opened again with those outputs alone that are needed, since onnxruntime
@@ -135,6 +131,8 @@ def load_file_encoder(path: Path, threads: int = 1) -> FileEncoder:
         outputs = (features,) if scores is None else (features, scores)
         added = [name for name in dict.fromkeys(outputs) if name not in graph.outputs]
         session = open_session(with_outputs(model, added), threads, {}, path.parent)
+    except EncoderError:
+        raise
     except Exception as error:  # noqa: BLE001 - whatever a foreign file trips
         problem = f"encoder `{path}` cannot be read ({short_line(error)})"
         raise EncoderError(f"{problem}; give an image network as FILE.onnx") from None
@@ -145,6 +143,14 @@ def load_file_encoder(path: Path, threads: int = 1) -> FileEncoder:
     dimension = _width(sizes[features]) + joint_embedding.ADDED * beliefs
     revision = f"{digest} {preprocessing}"  # prepared otherwise, it is another network
     return FileEncoder(name, revision, dimension, beliefs, layout, preprocessing, session, outputs)
+
+
+def _require_weights(path: Path, graph: Graph) -> None:
+    """Refuse a network whose weights were left behind. Raises EncoderError."""
+    missing = [name for name in graph.weight_files if not (path.parent / name).is_file()]
+    if missing:
+        problem = f"encoder `{path}` has its weights in {', '.join(missing)}, which is missing"
+        raise EncoderError(f"{problem}; copy it into the same folder")
 
 
 def _read(path: Path) -> bytes:

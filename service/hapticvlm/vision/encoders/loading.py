@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from hapticvlm.vision.encoders.encoder import CARD, DEFAULT, SHIPPED, Encoder, EncoderError
+from hapticvlm.vision.encoders.foreign_files import require_no_foreign_file
 from hapticvlm.vision.encoders.onnx_encoder import load_onnx_encoder, read_card
 from hapticvlm.vision.pictures import Crop, central_mask
 
-FILES = (".onnx", ".tflite")  # TFLite only to say that it is not read
+FILE = ".onnx"
 SAME = 1e-6  # distance of two unit embeddings, below which they count as one
 STRIPES = ((220, 90, 10), (20, 40, 60))  # RGB of a picture that is nothing like plain grey
 DEVICES = ("cpu", "cuda", "auto")
@@ -22,7 +23,7 @@ def load_encoder(name: str | None = None, *, device: str = "cpu", threads: int =
     The next inference is therefore not a slow first one.
 
     name: None for the default; lite0 or lite2, which ship, or their full names; a folder with an
-    encoder.json; a .onnx file; or a network of transformers, by folder or by name.
+    encoder.json; an ONNX file; or a network of transformers, by folder or by name.
     device: cpu, cuda or auto; only networks of transformers run on a GPU. threads: of one
     inference. Raises EncoderError.
     """
@@ -49,7 +50,9 @@ def _find(name: str | None, device: str, threads: int) -> Encoder:
     """Load an encoder by name; torch is imported only for a network of transformers."""
     shipped = shipped_folder(name)
     folder = shipped or Path(str(name)).expanduser()
-    is_file = shipped is None and folder.suffix.lower() in FILES
+    if folder.is_file():
+        require_no_foreign_file(folder)
+    is_file = shipped is None and (folder.is_file() or folder.suffix.lower() == FILE)
     if shipped is None and not is_file and not (folder / CARD).is_file():
         from hapticvlm.vision.encoders.transformers_encoder import load_transformers_encoder
 

@@ -3,9 +3,9 @@
 An ONNX file is one protobuf message: a sequence of fields, each a key (number << 3 | wire type) and
 a value, which for strings and nested messages is a length and that many bytes. Two facts keep this
 file small. A reader may skip every field that it does not know, so only the names in the graph's
-nodes are decoded and no weight is touched. And protobuf merges a nested message that occurs again:
-lists are joined. So bytes that hold a graph of one output, written behind the model, make that
-tensor an output of the whole model.
+nodes, and of files of weights, are decoded and no weight is touched. And protobuf merges a nested
+message that occurs again: lists are joined. So bytes that hold a graph of one output, written
+behind the model, make that tensor an output of the whole model.
 
 Only what is needed of https://github.com/onnx/onnx/blob/main/onnx/onnx.proto; no tensor is read.
 """
@@ -17,7 +17,9 @@ from dataclasses import dataclass
 
 VARINT, FIXED64, BYTES, FIXED32 = 0, 1, 2, 5  # wire types; groups (3, 4) are not in ONNX
 GRAPH = 7  # field numbers: of ModelProto
-NODE, OUTPUT = 1, 12  # of GraphProto
+NODE, WEIGHTS, OUTPUT = 1, 5, 12  # of GraphProto
+EXTERNAL = 13  # of TensorProto: entries of a key and a value
+ENTRY_KEY, ENTRY_VALUE = 1, 2
 NODE_INPUT, NODE_OUTPUT, NODE_TYPE = 1, 2, 4  # of NodeProto
 VALUE_NAME = 1  # of ValueInfoProto
 
@@ -33,16 +35,21 @@ class Node:
 
 @dataclass(frozen=True, slots=True)
 class Graph:
-    """The nodes of a model in the order of computation, and the names of its outputs."""
+    """The nodes of a model in the order of computation, and the names of its outputs.
+
+    weight_files: paths, from the model's folder, of the files that hold weights beside it.
+    """
 
     nodes: tuple[Node, ...]
     outputs: tuple[str, ...]
+    weight_files: tuple[str, ...] = ()
 
 
 def read_graph(model: bytes) -> Graph:
     """Read the graph of an ONNX file's bytes. Raises ValueError for what is not an ONNX model."""
     nodes: list[Node] = []
     outputs: list[str] = []
+    weight_files: list[str] = []
     for number, graph in _fields(memoryview(model)):
         if number != GRAPH:
             continue
@@ -51,9 +58,11 @@ def read_graph(model: bytes) -> Graph:
                 nodes.append(_node(value))
             elif part == OUTPUT:
                 outputs += _names(value, VALUE_NAME)
+            elif part == WEIGHTS:
+                weight_files += _locations(value)
     if not nodes or not outputs:
         raise ValueError("it does not hold an ONNX model")
-    return Graph(tuple(nodes), tuple(outputs))
+    return Graph(tuple(nodes), tuple(outputs), tuple(dict.fromkeys(weight_files)))
 
 
 def with_outputs(model: bytes, names: Sequence[str]) -> bytes:
@@ -66,6 +75,17 @@ def _node(data: memoryview) -> Node:
     kinds = _names(data, NODE_TYPE)
     inputs = tuple(_names(data, NODE_INPUT))
     return Node(kinds[-1] if kinds else "", inputs, tuple(_names(data, NODE_OUTPUT)))
+
+
+def _locations(tensor: memoryview) -> list[str]:
+    """Return the path of the file that holds a tensor's numbers, if it is not in the model."""
+    entries = [value for number, value in _fields(tensor) if number == EXTERNAL]
+    return [
+        path
+        for entry in entries
+        if _names(entry, ENTRY_KEY) == ["location"]
+        for path in _names(entry, ENTRY_VALUE)
+    ]
 
 
 def _names(data: memoryview, field: int) -> list[str]:
