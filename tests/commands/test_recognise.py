@@ -118,6 +118,15 @@ def test_a_folder_is_its_pictures_in_order_of_name_among_what_else_was_named(fol
     ]
 
 
+def test_pictures_of_other_kinds_in_a_folder_are_counted(folder: Path, tmp_path: Path) -> None:
+    jpeg = (folder / "scene" / "c_metal.jpg").read_bytes()
+    (tmp_path / "saved.jfif").write_bytes(jpeg)
+    (tmp_path / "phone.HEIC").write_bytes(b"\0\0\0\x18ftypheic" + bytes(8))
+    outcome = recognise("--json", tmp_path)
+    assert [Path(row["path"]).name for row in outcome.rows] == ["saved.jfif"]
+    assert "left out: 1 HEIC; save them as JPEG" in outcome.err
+
+
 def test_the_answer_is_the_one_the_service_gives_to_the_whole_frame(folder: Path) -> None:
     path = folder / "scene" / "c_metal.jpg"
     encoder = load_encoder()

@@ -10,7 +10,8 @@ from PIL import Image
 
 from hapticvlm.messages import MAX_SIDE_PX
 from hapticvlm.vision import pictures
-from hapticvlm.vision.files import FileError, list_files, read_frame
+from hapticvlm.vision.files import FileError, left_out, list_files, read_frame
+from hapticvlm.vision.galleries.enrol import EnrolError, find_pictures
 
 Pixels = NDArray[np.uint8]
 WIDTH, HEIGHT = 60, 40
@@ -228,3 +229,40 @@ def test_a_folder_stands_for_the_pictures_in_it_in_order_of_name(tmp_path: Path)
     for name in ("b.png", "a.JPG", "c.webp", "notes.txt", ".hidden.png", "below/d.png"):
         (tmp_path / name).write_bytes(b"")
     assert [path.name for path in list_files(tmp_path)] == ["a.JPG", "b.png", "c.webp"]
+
+
+OTHERS = {
+    "b.HEIC": b"\0\0\0\x18ftypheic\0\0\0\0",
+    "c.heic": b"\0\0\0\x18ftypmif1\0\0\0\0",
+    "d.avif": b"\0\0\0\x1cftypavif\0\0\0\0",
+    "e.gif": b"GIF89a" + bytes(20),
+    "unnamed": b"II*\0" + bytes(20),
+    "notes.txt": b"BM is no picture",
+    ".hidden.gif": b"GIF89a" + bytes(20),
+}
+
+
+def test_a_folder_looks_at_first_bytes_and_tells_what_it_leaves_out(tmp_path: Path) -> None:
+    picture().save(tmp_path / "a.jfif", "JPEG")
+    picture().save(tmp_path / "f", "PNG")
+    assert left_out(tmp_path) is None
+    for name, content in OTHERS.items():
+        (tmp_path / name).write_bytes(content)
+    assert [path.name for path in list_files(tmp_path)] == ["a.jfif", "f"]
+    assert left_out(tmp_path) == "2 HEIC, 1 AVIF, 1 GIF, 1 TIFF"
+
+
+def test_a_gallery_counts_every_kind_and_warns_of_what_it_leaves_out(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    (tmp_path / "wood").mkdir()
+    picture().save(tmp_path / "wood/a.jfif", "JPEG")
+    picture().save(tmp_path / "wood/b.webp")
+    (tmp_path / "wood/c.HEIC").write_bytes(OTHERS["b.HEIC"])
+    found = find_pictures(tmp_path, ["wood"])
+    assert [one.path.name for one in found] == ["a.jfif", "b.webp"]
+    assert "wood: left out: 1 HEIC; save them as JPEG" in caplog.text
+    (tmp_path / "glass").mkdir()
+    (tmp_path / "glass/c.HEIC").write_bytes(OTHERS["b.HEIC"])
+    with pytest.raises(EnrolError, match="holds no JPEG, PNG or WebP but 1 HEIC"):
+        find_pictures(tmp_path, ["glass", "wood"])

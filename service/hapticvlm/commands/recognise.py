@@ -184,15 +184,18 @@ def _count(text: str) -> int:
 
 
 def _find(paths: Sequence[Path]) -> list[Path]:
-    from hapticvlm.vision.files import list_files
+    from hapticvlm.vision.files import left_out, list_files
 
     pictures: list[Path] = []
     for path in paths:
         try:
             inside = list_files(path) if path.is_dir() else [path]
+            others = left_out(path) if path.is_dir() else None
         except OSError as error:
             _complain(f"{path}: {error.strerror}")
             continue
+        if others is not None:
+            _complain(f"{path}: left out: {others}; save them as JPEG, PNG or WebP")
         if not inside:
             _complain(f"{path}: contains no picture; sub-folders are not searched")
         pictures += inside

@@ -8,8 +8,10 @@ because only the user knows which of their pictures counts.
 
 from __future__ import annotations
 
+import re
 import struct
 import warnings
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from io import BytesIO
@@ -25,6 +27,18 @@ from hapticvlm.errors import HapticVLMError
 from hapticvlm.messages import MAX_SIDE_PX, WHOLE, Frame
 
 SUFFIXES = frozenset({".jpg", ".jpeg", ".png", ".webp"})
+# The first bytes of what is read, whatever its name (Chrome saves JPEGs as .jfif), and of pictures
+# that are not read, under the name of their kind.
+_READ = re.compile(rb"\xff\xd8\xff|\x89PNG\r\n\x1a\n|RIFF....WEBP", re.DOTALL)
+_NOT_READ = {
+    "AVIF": re.compile(rb"....ftypavi[fs]", re.DOTALL),
+    "HEIC": re.compile(rb"....ftyp(hei[cxms]|hev[cxms]|mif1|msf1)", re.DOTALL),
+    "GIF": re.compile(rb"GIF8[79]a"),
+    "BMP": re.compile(rb"BM....\0\0\0\0", re.DOTALL),
+    "TIFF": re.compile(rb"II\*\0|MM\0\*"),
+    "JPEG XL": re.compile(rb"\xff\x0a|\0\0\0\x0cJXL "),
+}
+_HEAD_BYTES = 16
 FORMATS = ("JPEG", "PNG", "WEBP")
 MAX_BYTES = 64 * documents.MIB
 GROUND = (127, 127, 127)  # behind what is transparent
@@ -51,9 +65,39 @@ class FileError(HapticVLMError, ValueError):
 
 
 def list_files(folder: Path) -> list[Path]:
-    """List the pictures directly in a folder, except hidden ones, in order of name."""
-    paths = [path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES]
-    return sorted(path for path in paths if path.is_file() and not path.name.startswith("."))
+    """List the pictures directly in a folder, except hidden ones, in order of name.
+
+    Their ending or their first bytes say that they are JPEG, PNG or WebP.
+    """
+    return [
+        path
+        for path in _visible_files(folder)
+        if path.suffix.lower() in SUFFIXES or _READ.match(_head(path))
+    ]
+
+
+def left_out(folder: Path) -> str | None:
+    """Say which pictures `list_files` leaves out, such as "2 HEIC, 1 GIF"; None if there are none.
+
+    They are known by their first bytes; files that are no pictures are not counted.
+    """
+    others = (path for path in _visible_files(folder) if path.suffix.lower() not in SUFFIXES)
+    heads = [_head(path) for path in others]
+    kinds = Counter(kind for head in heads for kind, mark in _NOT_READ.items() if mark.match(head))
+    return ", ".join(f"{count} {kind}" for kind, count in kinds.most_common()) or None
+
+
+def _visible_files(folder: Path) -> list[Path]:
+    paths = sorted(folder.iterdir())
+    return [path for path in paths if path.is_file() and not path.name.startswith(".")]
+
+
+def _head(path: Path) -> bytes:
+    try:
+        with path.open("rb") as file:
+            return file.read(_HEAD_BYTES)
+    except OSError:
+        return b""  # what cannot be opened shows no kind
 
 
 def read_frame(picture: Source, mask: Source | None = None) -> Frame:

@@ -45,9 +45,9 @@ def _add_build(kinds: Commands) -> None:
     build = kinds.add_parser(
         "build",
         help="make a gallery from pictures",
-        description="Make a gallery from FOLDER/MATERIAL/*.jpg and *.png. One to five pictures of "
-        "each material are enough to begin. A mask is FOLDER/MATERIAL/masks/NAME.png, or "
-        "NAME.mask.png beside the picture.",
+        description="Make a gallery from the pictures FOLDER/MATERIAL/* (JPEG, PNG or WebP). One "
+        "to five pictures of each material are enough to begin. A mask is "
+        "FOLDER/MATERIAL/masks/NAME.png, or NAME.mask.png beside the picture.",
         examples=("hapticvlm gallery build pictures/ --out mygallery",),
     )
     build.set_defaults(run=_run, what="build")

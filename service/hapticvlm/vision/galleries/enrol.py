@@ -8,6 +8,7 @@ and no calibration.
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from io import BytesIO
@@ -26,10 +27,11 @@ from hapticvlm.vision.pictures import Crop, PictureError
 
 Floats = NDArray[np.float32]
 
-SUFFIXES = (".jpg", ".jpeg", ".png")
 MASK = ".mask"  # NAME.mask.png beside NAME.jpg, or masks/NAME.png
 CLOSER = (0.8, 0.6)  # of the object's box: the scales of the further views
 BLANK = 1.0  # grey levels, standard deviation; a crop that varies less shows nothing
+
+logger = logging.getLogger(__name__)
 
 
 class EnrolError(HapticVLMError, ValueError):
@@ -209,17 +211,17 @@ def _mirrored(crop: Crop) -> Crop:
 
 def _require_some(folder: Path) -> list[Path]:
     pictures = _pictures_in(folder)
+    others = files.left_out(folder)
     if not pictures:
-        raise EnrolError(f"{folder}: holds no {', '.join(SUFFIXES)}; add pictures or remove it")
+        problem = f"{folder}: holds no JPEG, PNG or WebP" + (f" but {others}" if others else "")
+        raise EnrolError(f"{problem}; add pictures or remove it")
+    if others is not None:
+        logger.warning("%s: left out: %s; save them as JPEG, PNG or WebP", folder, others)
     return pictures
 
 
 def _pictures_in(folder: Path) -> list[Path]:
-    return sorted(
-        path
-        for path in folder.iterdir()
-        if path.suffix.lower() in SUFFIXES and not path.stem.endswith(MASK) and _is_visible(path)
-    )
+    return [path for path in files.list_files(folder) if not path.stem.endswith(MASK)]
 
 
 def _is_visible(path: Path) -> bool:
