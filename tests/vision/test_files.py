@@ -3,6 +3,7 @@
 import io
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -200,6 +201,22 @@ def test_a_mask_may_be_drawn_in_any_mode(tmp_path: Path, mode: str) -> None:
     mask = saved(tmp_path / "mask.png", drawn)
     crop = pictures.crop(read_frame(saved(tmp_path / "one.png", picture()), mask), 16)
     assert np.abs(crop.image[crop.mask > 0].mean(axis=0) - CORNERS["red"]).max() < 20
+
+
+@pytest.mark.parametrize("colour", [(255, 255, 255), (0, 0, 0)], ids=["white", "black"])
+@pytest.mark.parametrize("mode", ["RGBA", "LA"])
+def test_a_shape_in_the_alpha_is_the_mask_at_both_doors(
+    tmp_path: Path, mode: str, colour: tuple[int, int, int]
+) -> None:
+    alpha = np.zeros((HEIGHT, WIDTH), np.uint8)
+    alpha[:20, :30] = 255
+    drawn = Image.new("RGB", (WIDTH, HEIGHT), colour)
+    drawn.putalpha(Image.fromarray(alpha))
+    mask = saved(tmp_path / "mask.png", drawn.convert(mode))
+    from_file = read_frame(saved(tmp_path / "one.png", picture()), mask)
+    sent = msgspec.structs.replace(from_file, mask=mask.read_bytes())
+    for frame in (from_file, sent):
+        assert (np.asarray(pictures.decode_mask(frame)) > 0).sum() == 20 * 30
 
 
 def test_a_mask_is_of_the_upright_picture(tmp_path: Path) -> None:

@@ -25,6 +25,7 @@ from PIL import Image
 from hapticvlm import documents
 from hapticvlm.errors import HapticVLMError
 from hapticvlm.messages import MAX_SIDE_PX, WHOLE, Frame
+from hapticvlm.vision import pictures
 
 SUFFIXES = frozenset({".jpg", ".jpeg", ".png", ".webp"})
 # The first bytes of what is read, whatever its name (Chrome saves JPEGs as .jfif), and of pictures
@@ -241,13 +242,6 @@ def _rgb(image: Image.Image) -> Image.Image:
     return ground
 
 
-def _without_alpha(image: Image.Image) -> Image.Image:
-    """Return the levels a mask is drawn in: grey, or the colours of a palette."""
-    if image.mode == "LA":
-        return image.convert("L")
-    return image.convert("RGB") if image.mode in ("P", "PA", "RGBA") else image
-
-
 def _mask(mask: Source, upright: tuple[int, int], size: tuple[int, int]) -> bytes:
     """Return a mask of the picture's upright size as a 1-bit PNG of `size`."""
     name, _, image = _image(mask, "mask")
@@ -258,12 +252,12 @@ def _mask(mask: Source, upright: tuple[int, int], size: tuple[int, int]) -> byte
             )
             raise FileError(f"{problem} {upright[0]} x {upright[1]}; save both at one size")
         try:
-            levels = np.asarray(_without_alpha(image))
+            levels = np.asarray(pictures.mask_levels(image))
         except (*_UNREADABLE, Image.DecompressionBombError) as error:
             raise FileError(
                 f"{name}: broken mask ({documents.reason(error)}); save it again"
             ) from None
-    inside = levels.any(axis=2) if levels.ndim == 3 else levels != 0
+    inside = levels != 0
     if not inside.any():
         raise FileError(f"{name}: no pixel is nonzero; mark the object or leave the mask out")
     data = BytesIO()

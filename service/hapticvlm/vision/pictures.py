@@ -133,8 +133,13 @@ def _has_end(data: bytes) -> bool:
     return data.find(_JPEG_END, data.rfind(_JPEG_SCAN)) >= 0
 
 
-def _decode_png(path: str, data: bytes, frame: messages.Frame) -> Image.Image:
-    """Decode a PNG to mode 1, L, P or RGB, which any other mode is converted to."""
+def _decode_png(
+    path: str, data: bytes, frame: messages.Frame, *, keep_alpha: bool = False
+) -> Image.Image:
+    """Decode a PNG to mode 1, L, P or RGB, which any other mode is converted to.
+
+    `keep_alpha`: what has transparency stays as it is.
+    """
     from PIL import Image
 
     try:
@@ -142,7 +147,9 @@ def _decode_png(path: str, data: bytes, frame: messages.Frame) -> Image.Image:
             # A second header chunk would override the one that was checked.
             _require_size(path, image.size, frame)
             image.load()
-            return image if image.mode in ("1", "L", "P") else image.convert("RGB")
+            if image.mode in ("1", "L", "P") or (keep_alpha and image.has_transparency_data):
+                return image
+            return image.convert("RGB")
     except PictureError:
         raise
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
@@ -152,18 +159,32 @@ def _decode_png(path: str, data: bytes, frame: messages.Frame) -> Image.Image:
 def decode_mask(frame: messages.Frame) -> Image.Image:
     """Decode the mask, upright, to mode 1 or L: nonzero where any channel is. Raises PictureError.
 
-    A palette's index counts as its colour: what is not black is the object.
+    A palette's index counts as its colour (mask_levels).
+    """
+    return mask_levels(_decode_png("$.mask", frame.mask or b"", frame, keep_alpha=True))
+
+
+def mask_levels(image: Image.Image) -> Image.Image:
+    """Return a drawn mask as mode 1 or L, nonzero where the object is; wide levels as mode I.
+
+    An alpha that varies is the mask, whatever the colours are, as drawing programs save a shape on
+    a transparent ground. Otherwise what is not black is the object.
     """
     from PIL import ImageChops
 
-    image = _decode_png("$.mask", frame.mask or b"", frame)
+    if image.has_transparency_data:
+        alpha = image.convert("RGBA").getchannel("A")
+        lowest, highest = alpha.getextrema()
+        if lowest != highest:
+            return alpha
+        image = image.convert("L" if image.mode == "LA" else "RGB")
     if image.mode == "P":
         colours = np.array(image.getpalette() or [], np.uint8).reshape(-1, 3)
         levels = np.zeros(256, np.uint8)
         levels[: len(colours)] = colours.max(axis=1, initial=0)
         return image.point(levels.tolist(), "L")
-    if image.mode == "RGB":
-        red, green, blue = image.split()
+    if len(image.getbands()) > 1:
+        red, green, blue = image.convert("RGB").split()
         return ImageChops.lighter(ImageChops.lighter(red, green), blue)
     return image
 
