@@ -263,7 +263,7 @@ def draw(rows: Sequence[Row], stem: Path, reason: str) -> list[Path]:
 
 def _draw_style(axes: Axes, rows: Sequence[Row]) -> None:
     """Draw the rungs of one style: a line through those that no cheaper one equals."""
-    axes.set(xscale="log", xlim=(FREE_MS / 1.6, 60.0), ylim=(-4, 128))
+    axes.set(xscale="log", xlim=(FREE_MS / 1.6, 60.0), ylim=(-4, 128), yticks=range(0, 101, 20))
     sources = list(dict.fromkeys(row.source for row in rows))
     labels = []
     for source, (colour, marker) in zip(sources, LOOKS, strict=False):
