@@ -3,7 +3,7 @@ extends Node3D
 ##
 ## It says each decision on a surface that the hand is on, then the time of a search in a large mesh.
 
-const AWAY_M := 0.4
+const AWAY_M := 1.0
 const LONGEST_S := 20.0
 const SEARCHES := 200
 const REPEATS := 10
@@ -56,6 +56,8 @@ func _touch_each() -> void:
 			await get_tree().process_frame
 		await _frames(10)
 		say.call("surface", {"name": NAMES[i], "felt": _felt.duplicate()})
+		_hand.position = _on(i) + AWAY_M * Vector3.BACK  # not sideways: it slid over to the next panel
+		await _frames(10)
 	_hand.position = Vector3(0.0, 50.0, 0.0)
 	await _frames(10)
 	say.call("surfaces felt", {})
