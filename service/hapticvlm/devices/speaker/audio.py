@@ -183,10 +183,12 @@ def read_wav(path: Path, longest_s: float) -> tuple[NDArray[np.float64], int]:
                 seconds = file.frames / file.samplerate
                 raise ValueError(f"{path}: lasts {seconds:.3g} s; cut it to {longest_s:g} s")
             return file.read(dtype="float64", always_2d=True), int(file.samplerate)
+    except soundfile.LibsndfileError as error:  # its whole text names an object in memory
+        problem = f"not a readable sound file: {error.error_string.rstrip('.')}"
+        raise ValueError(f"{path}: {problem}; use a WAV file") from None
     except soundfile.SoundFileError as error:
-        raise ValueError(
-            f"{path}: not a readable sound file: {documents.reason(error)}; use a WAV file"
-        ) from None
+        problem = f"not a readable sound file: {documents.reason(error)}"
+        raise ValueError(f"{path}: {problem}; use a WAV file") from None
 
 
 def _with_sizes(path: Path, longest_s: float) -> Path | io.BytesIO:
