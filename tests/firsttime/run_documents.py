@@ -10,6 +10,7 @@ is ready, and gets `--port 0`, so that it is in nobody's way.
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import shutil
 import signal
@@ -21,8 +22,13 @@ from pathlib import Path
 
 from blocks import ROOT, Command, shown
 
+sys.path.append(str(ROOT / "tests" / "support"))
+
+from gltf_room import write_room
+
 PATIENCE_S = 300.0
 SERVES = ("hapticvlm serve", "hapticvlm record")
+SCENE = {"type": "scene", "id": 1, "objects": [{"object_id": "oak_table"}], "replace": True}
 HELD_BACK = ROOT / "examples" / "captures" / "living_room" / "frames"
 
 
@@ -45,7 +51,7 @@ def install(folder: Path) -> Path:
 
 
 def furnish(folder: Path) -> None:
-    """Lay out what the documents take for granted: a reader's pictures, and the examples."""
+    """Lay out what the documents take for granted: a reader's pictures, scenes and examples."""
     frames = sorted(HELD_BACK.glob("*.jpg"))
     shutil.copy(frames[0], folder / "photo.jpg")
     rooms = {"frames": 0, "masks": 0, "walnut": 8, "pictures/wood": 16, "pictures/glass": 24}
@@ -54,6 +60,9 @@ def furnish(folder: Path) -> None:
         for picture in frames[first : first + 3]:
             if name != "masks":
                 shutil.copy(picture, folder / name)
+    write_room(folder / "room.glb")
+    write_room(folder / "scenes" / "room.glb")
+    (folder / "scene.json").write_text(json.dumps(SCENE))
     for name in ("examples", "firmware", "schemas", "service", "tests"):
         (folder / name).symlink_to(ROOT / name)
 

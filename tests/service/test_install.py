@@ -36,7 +36,20 @@ FRAME = ROOT / "examples" / "captures" / "living_room" / "frames" / "0050.jpg"
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 BINARY = frozenset({".onnx", ".safetensors", ".npz", ".jpg", ".png"})
 TEXT = frozenset(
-    {".py", ".typed", ".html", ".css", ".js", ".svg", ".json", ".jsonl", ".toml", ".md", ".csv"}
+    {
+        ".py",
+        ".pyi",
+        ".typed",
+        ".html",
+        ".css",
+        ".js",
+        ".svg",
+        ".json",
+        ".jsonl",
+        ".toml",
+        ".md",
+        ".csv",
+    }
     | {".hex"}
 )
 DOCKERFILE = (ROOT / "Dockerfile").read_text().replace("\\\n", "\n")
