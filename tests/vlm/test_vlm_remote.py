@@ -500,6 +500,17 @@ def test_a_model_that_thinks_first_is_asked_again_with_room_and_then_always(
     assert len(tokens) == 5  # the first wording twice, the others once
 
 
+@pytest.mark.parametrize("message", [None, "22", {"content": None}])
+def test_a_thought_that_leads_to_no_message_is_an_error_and_not_a_crash(message: object) -> None:
+    def reply(sock: socket.socket, request: Request) -> None:
+        has_room = request.body["max_tokens"] > 100
+        choice = {"message": message if has_room else {"content": ""}, "finish_reason": "length"}
+        sends(json.dumps({"choices": [choice]}))(sock, request)
+
+    with endpoint(reply) as served, pytest.raises(VlmError, match=r"no text|thinks first"):
+        vlm(served.url, model="some/vlm").ambient(PICTURE)
+
+
 def test_a_model_that_only_thinks_is_reported_as_such() -> None:
     text = refused(says("", finish_reason="length"), model="some/vlm")
     assert "thinks first and gave no answer" in text

@@ -102,9 +102,11 @@ class VlmQueue:
         if trouble is not None:
             self._fail(trouble)
         self.feed(now)
+        if trouble is not None:
+            return trouble  # news waits for the next check
         news = self._news
         self._news = None
-        return trouble or news
+        return news
 
     def _note(self, error: str | None, now: float) -> None:
         """Keep the first failure, and the first answer after failures, to be reported."""

@@ -156,13 +156,13 @@ def ambient_by_logprobs(choices: Sequence[Json], seconds: float) -> Reading | No
 
 
 def _begins_with_what_it_states(choice: Json) -> bool:
-    written = choice.get("message", {}).get("content")
-    number = _FIRST_NUMBER.match(written) if isinstance(written, str) else None
-    if number is None:
-        return False
     try:
         stated = read_celsius(answer_text(choice))
     except VlmError:
+        return False
+    written = choice["message"]["content"]
+    number = _FIRST_NUMBER.match(written) if isinstance(written, str) else None
+    if number is None:
         return False
     first = int(number[1].replace("\N{MINUS SIGN}", "-"))
     return stated.low_c == stated.high_c == first
