@@ -80,11 +80,11 @@ def encoder_evidence(method: Method, source: Source, embeddings: Floats | None) 
     if method.gallery is None or embeddings is None:
         return []
     names = method.gallery.candidates
-    rows = method.gallery.beliefs(embeddings, _flat_views(method, source))
+    rows = method.gallery.beliefs(embeddings, flat_views(method, source))
     return [evidence_of(row, names) for row in rows]
 
 
-def _flat_views(method: Method, source: Source) -> NDArray[np.bool_]:
+def flat_views(method: Method, source: Source) -> NDArray[np.bool_]:
     """Return which views are pictures of flat colours, (N,)."""
     assert method.encoder is not None
     cut = crops(source, method.cut or source.cut, method.encoder.side)
@@ -106,7 +106,7 @@ def _guess(source: Source) -> Answers:
 def _by_beliefs(method: Method, source: Source, embeddings: Floats | None) -> Answers:
     assert method.gallery is not None
     assert embeddings is not None
-    beliefs = method.gallery.beliefs(embeddings, _flat_views(method, source))
+    beliefs = method.gallery.beliefs(embeddings, flat_views(method, source))
     names = np.array(method.gallery.candidates)
     best = beliefs.max(axis=1)
     four, eleven = (_among(beliefs, names, allowed) for allowed in (FOUR, ELEVEN))

@@ -64,7 +64,7 @@ def costs(methods: Sequence[Method], stated: Source | None) -> dict[str, Cost]:
     times: dict[str, Cost] = {}
     same: dict[tuple[object, ...], Cost | None] = {}
     for method in methods:
-        work = (id(method.encoder), method.rungs, method.refers)
+        work = (id(method.encoder), method.rungs, method.refers, method.surfaces)
         if work not in same:
             stage = _stage(method, picture, stated)
             same[work] = None if stage is None else _timed(stage, floor)

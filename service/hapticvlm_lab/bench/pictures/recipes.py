@@ -12,6 +12,7 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
+from hapticvlm_lab.bench.names import SIBLING
 from hapticvlm_lab.bench.pictures import pages
 
 Recipe = Callable[[Path, Path], None]  # (folder to work in, picture to write)
@@ -27,6 +28,16 @@ def _command(name: str, *arguments: str) -> Recipe:
     return make
 
 
+def _whole(folder: Path, picture: Path) -> None:
+    """Draw the game kits that are left out, where the data is, then the chart with them."""
+    kits: list[str] = []
+    if SIBLING.is_dir():
+        kits = ["--kits", str(folder / "kits")]
+        drawing = ("--data", str(SIBLING), "--out", str(folder / "kits"), "--held-back")
+        _run("hapticvlm_lab.training.kits", *drawing)
+    _command("chart-whole.png", "chart", "whole", *kits)(folder, picture)
+
+
 def _run(module: str, *arguments: str) -> None:
     subprocess.run([sys.executable, "-m", module, *arguments], check=True)
 
@@ -35,7 +46,7 @@ RECIPES: Mapping[str, Recipe] = {
     "dashboard.png": pages.dashboard,
     "try.png": pages.feel_this,
     "webxr.png": pages.webxr,
-    "chart-whole.png": _command("chart-whole.png", "chart", "whole"),
+    "chart-whole.png": _whole,
     "chart-material.png": _command("chart-material.png", "chart", "material"),
     "chart-thermal.png": _command("chart-thermal.png", "chart", "thermal"),
     "chart-thermal-plate.png": _command("chart-thermal-plate.png", "chart", "thermal"),

@@ -19,12 +19,11 @@ from hapticvlm.session.decisions import Rendition, choose_rendition
 from hapticvlm.vision import textures
 from hapticvlm.vision.encoders.encoder import Encoder
 from hapticvlm.vision.encoders.loading import load_encoder
-from hapticvlm.vision.flatness import is_flat
 from hapticvlm.vision.galleries.gallery import Gallery
 from hapticvlm.vision.galleries.storage import load_gallery
 from hapticvlm.vision.scene_references import SceneReferences
-from hapticvlm_lab.bench.material.answers import encoder_evidence, object_evidence
-from hapticvlm_lab.bench.material.data import Source, crops, shuffled
+from hapticvlm_lab.bench.material.answers import encoder_evidence, flat_views, object_evidence
+from hapticvlm_lab.bench.material.data import Source, shuffled
 from hapticvlm_lab.bench.material.methods import NAME, SHADER, TEXTURE, Floats, Method
 from hapticvlm_lab.bench.material.reading import scene_of
 from hapticvlm_lab.bench.material.timing import NAMED
@@ -138,15 +137,13 @@ def _referred(
     way: Method, source: Source, embeddings: Floats, seen: Sequence[Evidence]
 ) -> list[Evidence]:
     """Adjust the evidence of each view by references to named objects of its scene."""
-    assert way.encoder is not None
-    flat = [is_flat(crop) for crop in crops(source, source.cut, way.encoder.side)]
     references = _references(source, embeddings)
     return [
         references[scene_of(view.object_id)].adjust(
             evidence, row, view.object_id, is_flat=is_picture_flat
         )
         for view, evidence, row, is_picture_flat in zip(
-            source.views, seen, embeddings, flat, strict=True
+            source.views, seen, embeddings, flat_views(way, source).tolist(), strict=True
         )
     ]
 
