@@ -19,7 +19,8 @@ from hapticvlm.errors import UsageError, printable
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
-    from hapticvlm.scenes.scan import Row, Summary
+    from hapticvlm.scenes.scan import Row
+    from hapticvlm.scenes.scanned_scene import ScannedScene
 
 DIGITS = 4  # of a confidence
 WIDEST = (44, 28)  # characters of an object's and a surface's name, before they are cut
@@ -56,9 +57,7 @@ class Scanned:
     """The scan of one file, or the error that prevented it."""
 
     path: Path
-    rows: Sequence[Row] = ()
-    summary: Summary | None = None
-    notes: Sequence[str] = ()
+    result: ScannedScene | None = None
     error: str | None = None
 
 
@@ -124,12 +123,14 @@ def _show(scanned: Scanned, *, as_csv: bool) -> None:
     """Print a scan for people or spreadsheets; what could not be read is told on stderr."""
     if scanned.error is not None:
         _complain(scanned.error)
-    for note in scanned.notes:
+    if scanned.result is None:
+        return
+    for note in scanned.result.notes:
         _complain(f"{scanned.path}: {note}")
     if as_csv:
-        _write_csv([_cells(scanned.path, row) for row in scanned.rows])
-    elif scanned.summary is not None:
-        _print(scanned, scanned.summary)
+        _write_csv([_cells(scanned.path, row) for row in scanned.result.rows])
+    else:
+        _print(scanned.result)
 
 
 def _find(path: Path) -> list[tuple[Path, Path]]:
@@ -164,8 +165,8 @@ def _scanned(path: Path, root: Path) -> Scanned:
             scene = read_scene(path, root)
     except SceneError as error:
         return Scanned(path, error=str(error))
-    result = scanned(path, scene, track(surfaces_of(scene), f"scanning {path.name}"))
-    return Scanned(path, result.rows, result.summary, result.notes)
+    surfaces = track(surfaces_of(scene), f"scanning {path.name}")
+    return Scanned(path, scanned(path, scene, surfaces))
 
 
 def _print_messages(path: Path, root: Path) -> int:
@@ -188,7 +189,7 @@ def _print_messages(path: Path, root: Path) -> int:
     return 0
 
 
-def _print(scanned: Scanned, summary: Summary) -> None:
+def _print(scanned: ScannedScene) -> None:
     """Print a table, the least sure surface last, and the summary below it."""
     rows = sorted(scanned.rows, key=lambda row: -row.decision.confidence)
     cells = [
@@ -201,6 +202,7 @@ def _print(scanned: Scanned, summary: Summary) -> None:
         print(f"{'object':<{wide}}  {'surface':<{narrow}}  {_HEAD}")
     for name, surface, row in cells:
         print(f"{name:<{wide}}  {surface:<{narrow}}  {_columns(row)}".rstrip())
+    summary = scanned.summary
     counts = ", ".join(f"{count} {sureness}" for sureness, count in summary.counts.items())
     surfaces = f"{summary.surfaces} surface{'' if summary.surfaces == 1 else 's'}"
     objects = f"{summary.objects} object{'' if summary.objects == 1 else 's'}"
@@ -225,16 +227,16 @@ def _columns(row: Row) -> str:
 
 def _fields(scanned: Scanned) -> dict[str, object]:
     file = str(scanned.path)
-    summary = scanned.summary
-    if summary is None:
+    if scanned.result is None:
         return {"file": file, "error": scanned.error}
+    summary = scanned.result.summary
     sizes = {"objects": summary.objects, "surfaces": summary.surfaces}
     return {
         "file": file,
-        "surfaces": [_row_fields(row) for row in scanned.rows],
+        "surfaces": [_row_fields(row) for row in scanned.result.rows],
         "counts": sizes | {str(each): count for each, count in summary.counts.items()},
         "help": list(summary.help),
-        "notes": list(scanned.notes),
+        "notes": list(scanned.result.notes),
     }
 
 

@@ -84,15 +84,22 @@ def _bake(options: argparse.Namespace) -> int:
         before = _before(options.out / MATERIALS)
         baked = bake.bake(_model(options.source, table), table, before)
         tables = baked.feel
-        (options.out / MATERIALS).write_bytes(bake.encode(baked.materials))
+        _write(options.out / MATERIALS, bake.encode(baked.materials))
         _report(baked, options.out)
-    (options.out / FEEL).write_bytes(feel_tables.encode(tables))
+    _write(options.out / FEEL, feel_tables.encode(tables))
     print(f"{options.out / FEEL}: {len(tables.materials)} materials")
     for sentence in feel_tables.left_out(table) if options.materials else ():
         print(f"  {sentence}")
     if options.clips:
         print(f"{_write_clips(tables.materials, table, options.out / CLIPS)} clips in {CLIPS}/")
     return 0
+
+
+def _write(path: Path, content: bytes) -> None:
+    """Write a file whole or not at all: the one before it may hold a person's corrections."""
+    part = path.with_name(f"{path.name}.part")
+    part.write_bytes(content)
+    part.replace(path)
 
 
 def _report(baked: Bake, folder: Path) -> None:
