@@ -35,6 +35,7 @@ class SceneModel:
         self.objects = SceneObjects(settings.table, MaterialOverrides(settings.saved_materials))
         self.surroundings = Surroundings(can_ask=settings.can_ask)
         self._table = settings.table
+        self._materials = tuple(settings.table)
         self._can_ask = settings.can_ask
         self._contact_resistance = settings.contact_resistance
         self._feel = settings.feel
@@ -42,7 +43,7 @@ class SceneModel:
     @property
     def materials(self) -> tuple[str, ...]:
         """The materials that the objects may have."""
-        return tuple(self._table)
+        return self._materials
 
     def declare(self, scene: Scene) -> None:
         """Receive the scene's objects. Raises MessageError and changes nothing if wrong."""
