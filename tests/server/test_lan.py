@@ -27,7 +27,7 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def read_code(text: str) -> str:
-    """What a camera reads off a terminal with light letters on dark."""
+    """The picture that a camera reads off a terminal with light letters on dark."""
     rows = [
         line for line in text.splitlines() if line and not set(line) - set(" \u2580\u2584\u2588")
     ]

@@ -37,7 +37,7 @@ _NAMED = 8  # objects of one sentence; the others are counted
 
 
 class BakedHum(msgspec.Struct, frozen=True):
-    """What is felt of a thing that runs: Hz, level 0..1, and the amplitude of each harmonic."""
+    """The hum of a thing that runs: Hz, level 0..1, and the amplitude of each harmonic."""
 
     frequency_hz: float
     level: float

@@ -23,7 +23,7 @@ _HEAD = ("object", "surface", "material", "sure", "by", "felt as", "degC")
 
 @dataclass(frozen=True, slots=True)
 class ScannedScene:
-    """What the service would make of each surface of a scene, before any frame.
+    """The decision that the service would make on each surface of a scene, before any frame.
 
     - `path`: the file.
     - `rows`: one for each surface, in the file's order. `row.object_id` and `row.surface` are the

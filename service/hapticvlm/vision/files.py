@@ -80,7 +80,7 @@ def list_files(folder: Path) -> list[Path]:
 def left_out(folder: Path) -> str | None:
     """Say which pictures `list_files` leaves out, such as "2 HEIC, 1 GIF"; None if there are none.
 
-    They are known by their first bytes; files that are no pictures are not counted.
+    They are known by their first bytes; other files are not counted.
     """
     others = (path for path in _visible_files(folder) if path.suffix.lower() not in SUFFIXES)
     heads = [_head(path) for path in others]

@@ -65,7 +65,7 @@ class FeltTouch:
 
     @property
     def vibration(self) -> NDArray[np.float32]:
-        """What the palm speaker plays, (N,) in -1..1 of full scale at `rate_hz`."""
+        """The wave that the palm speaker plays, (N,) in -1..1 of full scale at `rate_hz`."""
         return self.sound.wave
 
     @property

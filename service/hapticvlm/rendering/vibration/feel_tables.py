@@ -98,7 +98,7 @@ class SlideTable(msgspec.Struct, frozen=True):
 
 
 class CarveTable(msgspec.Struct, frozen=True):
-    """What carving adds: the share that sticks, and the mean distance of fibres, m.
+    """The part that carving adds: the share that sticks, and the mean distance of fibres, m.
 
     `fibre_m` is null for a material that is too hard to carve.
     """
