@@ -27,6 +27,30 @@ void latch(Board& board, uint32_t faults) {
     board.state = State::faulted;
 }
 
+const uint16_t WIRES = 0x7e;  // PLATE_A_OPEN to SINK_SHORT
+const uint16_t SIGNALS = WIRES | 1 << READING_JUMPS;
+const uint32_t TRIPS = bit(OVER_TEMPERATURE) | bit(UNDER_TEMPERATURE) | bit(SINK_HOT);
+const uint32_t FOLLOWERS = TRIPS | bit(PLATE_DISAGREES) | bit(PLATE_FROZEN) | bit(RUNAWAY) | bit(WIRED_BACKWARDS) |
+                           bit(COOLING_REVERSED) | bit(SINK_IMPLAUSIBLE);
+
+// Returns the causes to latch. A bad wire or a jump of a reading makes other guards see what is not there, in the
+// same step or shortly after it; each would tell its own false remedy. Those that follow are left out only while
+// another fault is latched, so that the bridge is open, and for no longer than FOLLOWS_MS: a cause that stays is
+// latched then. As soon as no fault is latched, every cause counts.
+uint32_t root_causes(Board& board) {
+    const uint16_t signals = (uint16_t)board.causes & SIGNALS;
+    if (signals != board.signals) board.signal_ms = 0;
+    else if (board.signal_ms < FOLLOWS_MS) board.signal_ms += STEP_MS;
+    board.signals = signals;
+    if (!board.faults && !signals) return board.causes;
+    uint32_t follow = (uint16_t)board.faults & SIGNALS ? implausible_trips(board.sensors) : 0;
+    if (board.signal_ms < FOLLOWS_MS) {
+        follow |= FOLLOWERS;
+        if ((uint16_t)(board.causes | board.faults) & WIRES) follow |= bit(READING_JUMPS);
+    }
+    return board.causes & ~follow;
+}
+
 void close_bridge(Board& board) {
     board.pulse = Pulse();
     start_loop(board.loop, plate_c(board.sensors));
@@ -99,8 +123,7 @@ void save_state(const Board& board) {
 
 void account(Board& board) {
     const bool heating = is_driving(board) && board.loop.target_c > HEAT_ABOVE_C;
-    const float hottest_c = plate_is_known(board.sensors) ? hottest_plate_c(board.sensors) : NEUTRAL_C;
-    count_step(board.session, hottest_c, heating);
+    count_step(board.session, hottest_plausible_c(board.sensors), heating);
     count_quiet(board.memory);
     arm(hal_persistent_state(), is_driving(board));
     save_state(board);
@@ -117,6 +140,7 @@ void report(Board& board) {
 
 void start(Board& board) {
     board = Board();
+    start_sensors(board.sensors);
     start_judging(board.plausibility);
     hal_drive(0);
     PersistentState& persistent_state = hal_persistent_state();
@@ -135,7 +159,7 @@ void step(Board& board, const uint16_t sums[PLACES]) {
     const bool grown = take_readings(board.sensors, sums);
     board.causes = sensor_faults(board.sensors) | judge_drive(board, grown) | cut_out_fault(board);
     if (dose_is_spent(board.session)) board.causes |= bit(DOSE_SPENT);
-    latch(board, board.causes);
+    latch(board, root_causes(board));
     lapse(board);
     finish_return(board);
     light(board);

@@ -15,6 +15,8 @@ struct Board {
     State state;
     uint32_t faults;   // latched
     uint32_t causes;   // faults whose cause is present
+    uint16_t signals;  // those of them that are bad wires and jumps
+    uint8_t signal_ms;  // since those changed, at most FOLLOWS_MS
     bool hello_received;  // a HELLO of this major version arrived since the reset
     float setpoint_c;
     uint16_t ttl_ms;

@@ -67,6 +67,8 @@ const float FROZEN_C = 0.15f;         // moved less than this in the window ...
 const float FROZEN_OTHER_C = 1.0f;    // ... while the other one moved more than this
 const float JUMP_STEP_C = 2.5f;       // in one step; a palm at 35 degC on a plate at 18 gives 0.7
 const float JUMP_SINK_STEP_C = 1.5f;  // a sink of 10 J/K with 15 W moves 0.03
+const uint8_t PLAUSIBLE_AGAIN_STEPS = 50;  // 1 s after the last plausible reading the other thermistor decides
+const uint8_t FOLLOWS_MS = 100;  // faults that begin within this time of a bad wire or a jump follow from it
 
 const uint16_t CUT_OUT_MS = 100;  // until an open cut-out counts; a relay bounces for less than 10
 
@@ -103,6 +105,7 @@ const float STILL_HEAT_W = 1.7f;                     // threshold for a plate th
 const float STILL_C = 0.05f;                         // in a window: twice the noise of a working board
 const float HELD_C = 0.3f;                           // this close to its goal, below full drive, a plate may stand still
 const float ALONG_C = 0.2f;                          // in a window: the plate follows
+const float FOLLOWED_C = 0.4f;                       // in a window: its wires are the right way round
 const float STALLED_HEAT_J = 7.0f, STALLED_COOL_J = 15.0f;  // energy spent on a plate that does not follow
 const uint16_t FORGET_MS = 5000;  // with the bridge open, a touch is over by then; our choice
 const float AWAY_C = 0.8f;                           // in a window: more than the drift of a plate without current

@@ -53,13 +53,19 @@ bool has_stalled(Plausibility& state, float along_c, float power_w) {
     return state.stalled_j >= (state.pushing > 0 ? STALLED_HEAT_J : STALLED_COOL_J);
 }
 
+// A plate that followed is wired correctly: when it then seems to move backwards, its thermistors came off.
+uint32_t backwards_fault(const Plausibility& state) {
+    return bit(state.followed ? RUNAWAY : WIRED_BACKWARDS);
+}
+
 uint32_t judge_window(Plausibility& state, const Sensors& sensors, const Drive& drive) {
     const float along_c = state.pushing * plate_change_c(sensors, WINDOW, 0);
     const float late_c = state.pushing * plate_change_c(sensors, WINDOW / 2, 0);
-    if (runs_backwards(state, along_c, late_c)) return bit(WIRED_BACKWARDS);
+    if (along_c >= FOLLOWED_C) state.followed = true;
+    if (runs_backwards(state, along_c, late_c)) return backwards_fault(state);
     if (stands_still(state, sensors, drive)) return bit(RUNAWAY);
     if (!has_stalled(state, along_c, drive.power_w)) return 0;
-    return along_c <= -AWAY_C ? bit(WIRED_BACKWARDS) : bit(RUNAWAY);
+    return along_c <= -AWAY_C ? backwards_fault(state) : bit(RUNAWAY);
 }
 
 void remember_current(Plausibility& state, float current_a) {

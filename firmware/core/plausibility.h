@@ -20,6 +20,7 @@ struct Plausibility {
     int8_t bursting;         // direction of the bursts that are too short for a window
     float burst_j;           // energy spent in bursts since the plate last followed
     float burst_from_c;
+    bool followed;           // the plate once moved as it was driven, so its wires are the right way round
     bool is_broken;          // the bridge opened between bursts
     uint16_t open_ms;        // since the bridge opened
     float past_a[WINDOW + 1];  // current, one per PROGRESS_MS, newest first

@@ -17,17 +17,21 @@ uint32_t wire_faults(const Sensors& sensors) {
            wire_faults_of(sensors.now[SINK].wire, SINK_OPEN, SINK_SHORT);
 }
 
-uint32_t trips(const Sensors& sensors) {
+uint32_t trips_of_plate(const Sensors& sensors, bool only_plausible) {
     uint32_t faults = 0;
     for (uint8_t place = PLATE_A; place <= PLATE_B; place++) {
         const Reading& reading = sensors.now[place];
-        if (!reading.known) continue;
+        if (!reading.known || (only_plausible && sensors.implausible_steps[place])) continue;
         if (reading.c >= TRIP_HIGH_C) faults |= bit(OVER_TEMPERATURE);
         if (reading.c <= TRIP_LOW_C) faults |= bit(UNDER_TEMPERATURE);
     }
-    const Reading& sink = sensors.now[SINK];
-    if (sink.known && sink.c >= SINK_TRIP_C) faults |= bit(SINK_HOT);
     return faults;
+}
+
+uint32_t trips(const Sensors& sensors) {
+    const Reading& sink = sensors.now[SINK];
+    const uint32_t hot = sink.known && sink.c >= SINK_TRIP_C ? bit(SINK_HOT) : 0;
+    return hot | trips_of_plate(sensors, false);
 }
 
 bool jumped(const Sensors& sensors, uint8_t place, float most_c) {
@@ -41,10 +45,33 @@ uint32_t jumps(const Sensors& sensors) {
     return any ? bit(READING_JUMPS) : 0;
 }
 
+// A wire that touches another for some milliseconds, or a contact that opens, gives a sum in between: a temperature
+// that the plate never had. A plate cannot move by JUMP_STEP_C in a step, so a reading that far from the last
+// plausible one is not the plate's. After a second without a plausible reading the plate may have moved that far;
+// then a reading is plausible again when the other thermistor agrees.
+void judge_readings(Sensors& sensors) {
+    const float apart_c = fabsf(sensors.now[PLATE_A].c - sensors.now[PLATE_B].c);
+    sensors.agree = plate_is_known(sensors) && apart_c < DISAGREE_C;
+    for (uint8_t place = PLATE_A; place <= PLATE_B; place++) {
+        const Reading& reading = sensors.now[place];
+        uint8_t& steps = sensors.implausible_steps[place];
+        const bool is_late = steps >= PLAUSIBLE_AGAIN_STEPS;
+        const bool is_near = reading.known && fabsf(reading.c - sensors.plausible_c[place]) < JUMP_STEP_C;
+        if (is_late ? sensors.agree : is_near) {
+            sensors.plausible_c[place] = reading.c;
+            steps = 0;
+        } else if (!is_late) {
+            steps++;
+        }
+    }
+}
+
+bool plate_is_plausible(const Sensors& sensors) {
+    return !sensors.implausible_steps[PLATE_A] && !sensors.implausible_steps[PLATE_B];
+}
+
 uint32_t disagreement(Sensors& sensors) {
-    const bool apart = plate_is_known(sensors) &&
-                       fabsf(sensors.now[PLATE_A].c - sensors.now[PLATE_B].c) >= DISAGREE_C;
-    if (!apart) sensors.disagree_ms = 0;
+    if (sensors.agree || !plate_is_known(sensors)) sensors.disagree_ms = 0;
     else if (sensors.disagree_ms < DISAGREE_MS) sensors.disagree_ms += STEP_MS;
     return sensors.disagree_ms >= DISAGREE_MS ? bit(PLATE_DISAGREES) : 0;
 }
@@ -86,12 +113,18 @@ void forget_past(Sensors& sensors) {
 
 }  // namespace
 
+void start_sensors(Sensors& sensors) {
+    sensors = Sensors();
+    for (uint8_t& steps : sensors.implausible_steps) steps = PLAUSIBLE_AGAIN_STEPS;
+}
+
 bool take_readings(Sensors& sensors, const uint16_t sums[PLACES]) {
     for (uint8_t place = 0; place < PLACES; place++) {
         sensors.before[place] = sensors.now[place];
         sensors.now[place] = read_thermistor(sums[place]);
     }
-    if (!plate_is_known(sensors)) {
+    judge_readings(sensors);
+    if (!plate_is_plausible(sensors)) {
         forget_past(sensors);
         return false;
     }
@@ -116,8 +149,16 @@ float plate_c(const Sensors& sensors) {
     return 0.5f * (sensors.now[PLATE_A].c + sensors.now[PLATE_B].c);
 }
 
-float hottest_plate_c(const Sensors& sensors) {
-    return fmaxf(sensors.now[PLATE_A].c, sensors.now[PLATE_B].c);
+float hottest_plausible_c(const Sensors& sensors) {
+    float hottest_c = NEUTRAL_C;  // the dose of anything colder is nothing
+    for (uint8_t place = PLATE_A; place <= PLATE_B; place++)
+        if (sensors.implausible_steps[place] < PLAUSIBLE_AGAIN_STEPS)
+            hottest_c = fmaxf(hottest_c, sensors.plausible_c[place]);
+    return hottest_c;
+}
+
+uint32_t implausible_trips(const Sensors& sensors) {
+    return trips_of_plate(sensors, false) & ~trips_of_plate(sensors, true);
 }
 
 float plate_change_c(const Sensors& sensors, uint8_t from, uint8_t to) {

@@ -16,8 +16,13 @@ struct Sensors {
     uint8_t past_known;                // number of consecutive valid ones
     float summed_c[2];                 // sums of plate readings since the newest one
     uint16_t progress_ms;              // time since the newest one
+    bool agree;                        // both plate readings are known and close
     uint16_t disagree_ms;
+    float plausible_c[2];              // newest plate readings that the plate can have had
+    uint8_t implausible_steps[2];      // since then, at most PLAUSIBLE_AGAIN_STEPS
 };
+
+void start_sensors(Sensors& sensors);
 
 // Takes the readings of one step. Returns true when a mean was added to the history.
 bool take_readings(Sensors& sensors, const uint16_t sums[PLACES]);
@@ -27,9 +32,14 @@ uint32_t sensor_faults(Sensors& sensors);
 
 bool plate_is_known(const Sensors& sensors);
 float plate_c(const Sensors& sensors);          // mean of both; this and the next two require a known plate
-float hottest_plate_c(const Sensors& sensors);
 float plate_change_c(const Sensors& sensors, uint8_t from, uint8_t to);  // of the mean, indices into the past
 float plate_span_c(const Sensors& sensors);  // range of the mean in the window
+
+// Returns the hotter of the plausible readings, each for a second after its last one; at least NEUTRAL_C.
+float hottest_plausible_c(const Sensors& sensors);
+
+// Returns the trips of the plate that only implausible readings reach.
+uint32_t implausible_trips(const Sensors& sensors);
 
 inline uint32_t bit(uint8_t fault) {
     return (uint32_t)1 << fault;

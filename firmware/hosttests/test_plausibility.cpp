@@ -107,6 +107,13 @@ TEST_CASE("a plate that moves in the wrong direction is wired backwards") {
     CHECK(cools.only(WIRED_BACKWARDS));
 }
 
+TEST_CASE("a plate that followed and then seems to cool while heated lost its thermistors") {
+    Rig rig = holding(32.0, 25.0);
+    const int steps = steps_to_fault(rig, 40.0, 500, [](int i) { return i < 75 ? 1.5 : -3.0; });
+    CHECK(rig.only(RUNAWAY));
+    CHECK(steps <= 150);
+}
+
 TEST_CASE("a plate that follows at the slowest plausible rate raises no fault") {
     Rig rig = holding(30.0, 30.0);
     CHECK(steps_to_fault(rig, 40.0, 1200, [](int) { return 0.25; }) == -1);
