@@ -36,6 +36,16 @@ FAILED = (
     "is it an Uno, or a Nano with the new boot loader (optiboot)? For other boards see "
     "firmware/README.md"
 )
+CHIP_328PB = (
+    "this board has an ATmega328PB; the firmware is for an ATmega328P and was not tried on it. To "
+    "write it anyway, run avrdude yourself with -p m328pb"
+)
+PERMISSION = "run hapticvlm doctor: it names the group that may open the port"
+BUSY = "close the other program that has the port open, perhaps `hapticvlm serve`"
+
+# Words of the line that names the cause, the most telling first: of avrdude 6 and of 7.
+_CAUSES = ("signature for", "can't open", "cannot open", "not responding", "verif", "error")
+_NO_CAUSE = re.compile(r"^(Reading|Writing) \||^avrdude done|^Double check chip")  # and progress
 
 
 class FlashError(HapticVLMError):
@@ -173,13 +183,27 @@ def _run(avrdude: str, place: PortInfo, image: Image) -> None:
     except subprocess.TimeoutExpired:
         raise FlashError(f"avrdude did not end within {SLOWEST_S:g} s; {FAILED}") from None
     if done.returncode:
-        raise FlashError(f"avrdude: {_reason(done.stderr + done.stdout)}; {FAILED}")
+        words = done.stdout + done.stderr
+        raise FlashError(f"avrdude: {_reason(words)}; {_advice(words.lower())}")
 
 
 def _reason(text: str) -> str:
-    """Return the line of avrdude's output that names the cause, without its prefix."""
-    lines = [line.strip() for line in text.splitlines() if line.strip()]
-    for word in ("not responding", "cannot open", "verif", "error"):
-        if causes := [line for line in lines if word in line.lower()]:
-            return re.sub(r"^avrdude(?: OS)?(?: error)?: ", "", causes[0])
-    return "it failed and did not say why"
+    """Return the line of avrdude's output that names the cause, without its prefix.
+
+    Where no line has words that are known, it is the last one that is not a progress bar.
+    """
+    stripped = (line.strip() for line in text.splitlines())
+    lines = [line for line in stripped if line and not _NO_CAUSE.search(line)]
+    known = [line for word in _CAUSES for line in lines if word in line.lower()]
+    if not lines:
+        return "it failed and did not say why"
+    return re.sub(r"^avrdude(?: OS)?(?: error)?: ", "", (known or lines[-1:])[0])
+
+
+def _advice(words: str) -> str:
+    """Return what to do, by all that avrdude said in lower case."""
+    if "m328pb" in words or "1e9516" in words:
+        return CHIP_328PB
+    if "permission denied" in words:
+        return PERMISSION
+    return BUSY if "resource busy" in words else FAILED
