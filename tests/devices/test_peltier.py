@@ -433,7 +433,8 @@ def test_an_off_waits_for_no_read_that_goes_on(
 
 
 def info(device: str, vid: int | None = None, **more: object) -> SimpleNamespace:
-    fields = {"description": "n/a", "product": None, "pid": 1, "serial_number": "s"} | more
+    usb = {"pid": 1, "serial_number": "s", "location": "1-2"}
+    fields = {"description": "n/a", "product": None} | usb | more
     return SimpleNamespace(device=device, vid=vid, **fields)
 
 
@@ -449,7 +450,7 @@ def test_a_place_says_how_a_person_finds_it() -> None:
     place = ports._port_info(info("COM3", 0x1A86, description="USB-SERIAL CH340", pid=0x7523))
 
     assert place.text == "COM3 (USB-SERIAL CH340 1a86:7523)"
-    assert place.usb == (0x1A86, 0x7523, "s")
+    assert place.usb == (0x1A86, 0x7523, "s", "1-2")
     assert ports._port_info(info("COM1")).text == "COM1"
 
 

@@ -131,7 +131,10 @@ def program_bytes(text: str) -> int:
 
 def _board(address: str) -> tuple[PortInfo, str]:
     """Return the board's port and its present firmware, in words."""
-    candidates = ports.candidate_ports(address)
+    try:
+        candidates = ports.candidate_ports(address)
+    except ports.UnknownPortsError as error:
+        raise FlashError(str(error).replace("--peltier", "--port")) from None
     first = candidates[0]
     if address != ports.AUTO:
         _open_once(first)  # otherwise a silent board and a missing port look alike

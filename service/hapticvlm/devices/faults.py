@@ -36,7 +36,9 @@ _FIRMWARE = enumerate(_WORDS["firmware"].items(), start=1)
 FIRMWARE = {number: Fault(number, name, *words) for number, (name, words) in _FIRMWARE}
 _HOST = {name: Fault(None, name, *words) for name, words in _WORDS["host"].items()}
 UNPLUGGED = _HOST["plate_unplugged"]
+RENAMED = _HOST["plate_renamed"]
 SILENT = _HOST["plate_silent"]
+GARBLED = _HOST["plate_garbled"]
 VERSION = _HOST["plate_version"]
 NOT_FOLLOWED = _HOST["plate_not_following"]
 CLOCK_WRONG = _HOST["plate_clock_wrong"]

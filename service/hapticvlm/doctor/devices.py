@@ -51,6 +51,9 @@ def plates(options: ServeOptions) -> list[Finding]:
     is_required = options.peltier != "simulated"
     try:
         candidates = ports.candidate_ports(options.peltier if is_required else ports.AUTO)
+    except ports.UnknownPortsError as error:
+        unknown: Verdict = "wrong" if is_required else "note"
+        return [Finding("plate", unknown, str(error).split("; opening")[0], ports.NAME_IT)]
     except DeviceError as error:
         verdict: Verdict = "wrong" if is_required else "ok"
         cure = "plug one in, or use --peltier simulated"

@@ -2,7 +2,9 @@
 
 The protocol is in `session.py`; this module owns the port around it. The port may vanish at any
 time and is opened again with growing pauses. Opening it resets most boards (through DTR), which is
-expected and harmless: a board starts with its bridge open.
+expected and harmless: a board starts with its bridge open. It is not harmless for other people's
+boards, so after a loss only the plate's own USB socket is opened again, and each port that newly
+appears with the plate's descriptor, once (`ports.py` says what is opened at the start).
 
 Two threads meet here. The gateway's event loop commands, rests and asks for the reading. The
 plate's own thread reads and writes the port, and each read may block for READ_S. Both use the
@@ -23,14 +25,16 @@ from collections.abc import Callable
 
 from hapticvlm.devices import faults
 from hapticvlm.devices.errors import DeviceError
+from hapticvlm.devices.faults import Fault
 from hapticvlm.devices.plate import ports
+from hapticvlm.devices.plate.known_plates import UsbIdentity
 from hapticvlm.devices.plate.ports import Port, PortInfo
 from hapticvlm.devices.plate.protocol import Answer
 from hapticvlm.devices.plate.session import PlateSession
 from hapticvlm.processes.priority import request_priority
 from hapticvlm.rendering.heat.limits import PlateReading
 
-HANDSHAKE_S = 5.0  # the slowest boot loader takes 1.4 s to the first telemetry
+HANDSHAKE_S = 8.0  # a boot loader that waits for a program is deaf for up to 6 s
 READ_BYTES = 256
 REOPEN_PAUSES_S = (
     0.25,
@@ -42,6 +46,10 @@ REOPEN_PAUSES_S = (
 SIGN_OFF_S = 0.5  # for the board to acknowledge the last off
 TURN_S = 0.018  # between polls of a simulated board: a tick, less what a clock may be off
 JOIN_S = 2.0
+NO_PLATE = (
+    "bytes came, but no whole message: is it a plate, and does no other program read the port? "
+    "Firmware is written by hapticvlm plate flash"
+)
 PRIORITY = 15  # above the gateway's loop, whose orders this thread sends, below the audio thread's
 
 logger = logging.getLogger(__name__)
@@ -79,7 +87,11 @@ class Peltier:
         self._port: Port | None = None
         self._polled_at = -math.inf
         self._failure = ""  # reason why the port was closed last
-        self._port_info: PortInfo | None = None
+        self._port_info: PortInfo | None = None  # of the port that was opened last
+        self._own: PortInfo | None = None  # of the port at which the plate answered last
+        self._strangers: frozenset[UsbIdentity] = frozenset()  # present at the loss, or asked since
+        self._attempts = 0  # to open the port again, since the board answered last
+        self._reopen_at = math.inf
         self._closing = threading.Event()
         self._thread: threading.Thread | None = None
 
@@ -98,7 +110,8 @@ class Peltier:
     def connect(self) -> None:
         """Open the port and wait until the board answers. Raises DeviceError, naming each port."""
         failures = []
-        for port_info in ports.candidate_ports(self._address):
+        alone = [PortInfo(self._address, "")]
+        for port_info in alone if self.simulated else ports.candidate_ports(self._address):
             try:
                 self._open(port_info)
                 self._handshake()
@@ -109,8 +122,12 @@ class Peltier:
         raise DeviceError(f"no plate answered; {'; '.join(failures)}")
 
     def poll(self) -> None:
-        """Read once, for at most READ_S, then write what is due; a port that fails is closed."""
+        """Read once, for at most READ_S, then write what is due; a port that fails is closed.
+
+        Without an open port, open it again when that is due.
+        """
         if self._port is None:
+            self._reopen_when_due()
             return
         try:
             # Read and write happen outside the lock, so that a serial adapter that hangs in the
@@ -128,8 +145,10 @@ class Peltier:
         except OSError as error:  # pyserial's own errors are among them
             self._disconnect(str(error))
             return
+        if self._session.is_ready and self._own is not self._port_info:
+            self._name()
         if is_gone:
-            self._disconnect("no valid message came; is it a plate? If so: hapticvlm plate flash")
+            self._disconnect(NO_PLATE, self._session.silence(now))
 
     def command(self, setpoint_c: float, ttl_s: float, now: float) -> None:
         """Hold `setpoint_c` (degC) for `ttl_s`; the thread ends its read to send it at once."""
@@ -217,28 +236,41 @@ class Peltier:
             if self._session.is_ready and self._session.telemetry is not None:
                 self._name()
                 return
-        failure = self._session.refusal or self._failure or f"no answer within {HANDSHAKE_S:g} s"
+        silence = f"no answer within {HANDSHAKE_S:g} s"
+        if self._session.silence(self._clock()) is faults.GARBLED:
+            silence = NO_PLATE
+        failure = self._session.refusal or self._failure or silence
         self._disconnect(failure)
         self._session = PlateSession()
         raise DeviceError(failure)
 
     def _name(self) -> None:
         board = self._session.board
+        self._own = self._port_info
         if self.simulated or self._port_info is None or board is None:
             return
+        ports.remember(self._port_info)
         version = f"{board.firmware_major}.{board.firmware_minor}.{board.firmware_patch}"
         self.firmware = f"{version} (board {board.board_id})"
         self.name = f"plate on {self._port_info.url}, firmware {version}, board {board.board_id}"
 
-    def _disconnect(self, failure: str) -> None:
+    def _disconnect(self, failure: str, loss: Fault = faults.UNPLUGGED) -> None:
         self._failure = failure
+        if self._session.is_ready:
+            # An open port is not yet a plate: another device may be there, or a boot loader. So
+            # the pauses grow until a board has answered, and only then start from the first.
+            self._attempts = 0
+            self._strangers = frozenset(
+                place.usb for place in self._present() if place.usb is not None
+            )
+        self._pause()
         with self._lock:
             # The port is taken away under the lock, so that `off` finds either an open port or
             # none and never ends a read of a port that is being closed. It is closed outside the
             # lock, because closing may block in the driver of an adapter that was pulled out.
             port = self._port
             self._port = None
-            self._session.lost()
+            self._session.lost(loss)
         if port is not None:
             with contextlib.suppress(OSError):
                 port.close()
@@ -246,28 +278,57 @@ class Peltier:
     def _run(self) -> None:
         if self._realtime:
             request_priority(PRIORITY)
-        attempts = 0
         while not self._closing.is_set():
-            if self._port is not None:
-                self.poll()
-                # An open port is not yet a plate: another device may be there, or a boot loader. So
-                # the pauses grow until a board has answered, and only then start again from the
-                # first.
-                attempts = 0 if self._session.is_ready else attempts
-            elif not self._closing.wait(REOPEN_PAUSES_S[min(attempts, len(REOPEN_PAUSES_S) - 1)]):
-                self._reopen(attempts)
-                attempts += 1
+            if self._port is None:
+                self._closing.wait(ports.READ_S)
+            self.poll()
 
-    def _reopen(self, attempts: int) -> None:
-        """Try one of the ports with the same USB identity, a different one at each attempt."""
-        known = None if self._port_info is None else self._port_info.usb
+    def _pause(self) -> None:
+        pause_s = REOPEN_PAUSES_S[min(self._attempts, len(REOPEN_PAUSES_S) - 1)]
+        self._reopen_at = self._clock() + pause_s
+
+    def _reopen_when_due(self) -> None:
+        own = self._own
+        if own is None or self._closing.is_set() or self._clock() < self._reopen_at:
+            return
+        self._attempts += 1
+        self._pause()
+        place = self._place_of(own)
+        if place is None:
+            return
         try:
-            candidates = ports.candidate_ports(self._address)
-            same = [port_info for port_info in candidates if port_info.usb == known]
-            if same:
-                self._open(same[attempts % len(same)])
+            self._open(place)
         except (DeviceError, OSError) as error:
             logger.debug("plate: %s", error)
+
+    def _place_of(self, own: PortInfo) -> PortInfo | None:
+        """Return the port to open for a plate that was lost; None if it is not there."""
+        if own.usb is None:
+            return own
+        present = [(place, place.usb) for place in self._present() if place.usb is not None]
+        self._strangers &= {usb for _, usb in present}  # one that went may come back as a new one
+        at_socket = [place for place, usb in present if usb == own.usb]
+        is_new = [
+            (place, usb)
+            for place, usb in present
+            if usb.descriptor == own.usb.descriptor and usb not in self._strangers
+        ]
+        if self._address != ports.AUTO:
+            is_there = ports.is_present(self._address)
+            if not is_there and (at_socket or is_new):
+                with self._lock:
+                    self._session.lost(faults.RENAMED)
+            return own if is_there else None
+        if at_socket:
+            return at_socket[0]
+        if not is_new:
+            return None
+        place, usb = is_new[0]
+        self._strangers |= {usb}
+        return place
+
+    def _present(self) -> list[PortInfo]:
+        return [] if self.simulated else ports.present()
 
     def _await_answer(self, patience_s: float) -> Answer | None:
         until = self._clock() + patience_s

@@ -1,17 +1,22 @@
 """Lists the serial ports that may lead to a plate, and opens them. Only this module uses pyserial.
 
-A port is chosen by its USB identity (vendor, product, serial number), so that a plate that is
-plugged in again is recognised although the system may give it another name.
+Opening a port resets most boards, and one that is not a plate may be in the middle of a print. So
+`auto` opens only ports at which a plate has answered before (`known_plates.py`), and a single
+candidate as long as no plate was ever found. All others are named, and the user names one.
 """
 
 from __future__ import annotations
 
 import errno
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Protocol
 
 from hapticvlm.devices.errors import DeviceError
+from hapticvlm.devices.plate import known_plates
+from hapticvlm.devices.plate.known_plates import UsbIdentity
 from hapticvlm.devices.plate.protocol import BAUD
 
 AUTO = "auto"
@@ -28,6 +33,13 @@ _VENDORS = {
     0x067B: "PL2303",
 }
 _WORDS = ("arduino", "ch340", "usb serial", "usb-serial", "cp210", "ft232")
+
+
+NAME_IT = "name the plate's port once: --peltier PORT"
+
+
+class UnknownPortsError(DeviceError):
+    """Raised when `auto` finds ports, but no plate has ever answered at any of them."""
 
 
 class Port(Protocol):
@@ -49,7 +61,7 @@ class PortInfo:
 
     url: str
     label: str
-    usb: tuple[int, int, str] | None = None
+    usb: UsbIdentity | None = None
 
     @property
     def text(self) -> str:
@@ -58,12 +70,12 @@ class PortInfo:
 
 
 def candidate_ports(address: str) -> list[PortInfo]:
-    """Return the port at `address`; for `auto`, every port that may lead to a plate.
+    """Return the port at `address`; for `auto`, the ports that may be asked for a plate.
 
-    Raises DeviceError, naming every port of this machine, when `auto` finds none.
+    Raises DeviceError, naming the ports, when `auto` may ask none.
     """
     if address != AUTO:
-        return [PortInfo(address, "")]
+        return [_named(address)]
     present = _present()
     likely = [port_info for port_info, is_likely in present if is_likely]
     if not likely:
@@ -71,7 +83,44 @@ def candidate_ports(address: str) -> list[PortInfo]:
             f"no port looks like a plate; ports seen: {_listed([info for info, _ in present])}; "
             "plug the plate in, or name its port"
         )
-    return likely
+    return _known_among(likely, known_plates.load())
+
+
+def present() -> list[PortInfo]:
+    """Return every port of this machine."""
+    return [port_info for port_info, _ in _present()]
+
+
+def is_present(url: str) -> bool:
+    """Return whether a port of that name exists; a pyserial URL always does."""
+    return "://" in url or Path(url).exists() or any(info.url == url for info, _ in _present())
+
+
+def remember(port_info: PortInfo) -> None:
+    """Let `auto` open this port from now on: a plate has answered at it."""
+    if port_info.usb is not None:
+        known_plates.remember(port_info.usb)
+
+
+def _known_among(likely: Sequence[PortInfo], known: frozenset[UsbIdentity]) -> list[PortInfo]:
+    own = [port_info for port_info in likely if port_info.usb in known]
+    if own:
+        return own
+    if len(likely) == 1 and not known:
+        return list(likely)
+    raise UnknownPortsError(
+        f"no plate has answered yet at {_listed(likely)}; opening a port resets the board behind "
+        f"it, so {NAME_IT} (here perhaps {likely[0].url})"
+    )
+
+
+def _named(address: str) -> PortInfo:
+    """Return the port of this name, with its USB identity if it is a USB device that is present."""
+    if "://" in address:
+        return PortInfo(address, "")
+    file = os.path.realpath(address)  # of a link in /dev/serial/by-id
+    usb = [info.usb for info, _ in _present() if os.path.realpath(info.url) == file]
+    return PortInfo(address, "", usb[0] if usb else None)
 
 
 def open_port(url: str) -> Port:
@@ -111,7 +160,10 @@ def _port_info(info: Any) -> PortInfo:  # noqa: ANN401 - pyserial has no types
     return PortInfo(
         info.device,
         f"{label} {info.vid:04x}:{info.pid:04x}".strip(),
-        (info.vid, info.pid, info.serial_number or ""),
+        # A system that tells no USB path keeps the name of a port at its socket, or there is one.
+        UsbIdentity(
+            info.vid, info.pid, info.serial_number or "", info.location or str(info.device)
+        ),
     )
 
 
@@ -120,5 +172,5 @@ def _is_likely(info: Any) -> bool:  # noqa: ANN401
     return info.vid in _VENDORS or any(word in words for word in _WORDS)
 
 
-def _listed(ports: list[PortInfo]) -> str:
+def _listed(ports: Sequence[PortInfo]) -> str:
     return ", ".join(port_info.text for port_info in ports) or "none"

@@ -23,6 +23,7 @@ from collections import Counter
 from dataclasses import dataclass
 
 from hapticvlm.devices import faults
+from hapticvlm.devices.faults import Fault
 from hapticvlm.devices.plate import protocol as plate_protocol
 from hapticvlm.devices.plate.framing import Deframer, Frame
 from hapticvlm.devices.plate.protocol import Ack, Answer, HelloReply, Message, State, Telemetry
@@ -34,7 +35,8 @@ HELLO_S = 0.25  # between HELLOs; a boot loader swallows the first ones
 RX_TIMEOUT_S = 0.5  # without telemetry while the port is read: ten messages are missing
 POLL_TIMEOUT_S = 2.0  # without a read of the port: the thread that reads it is stuck
 TRACKING_TIMEOUT_S = 0.8  # of setpoints that the board does not follow: a fault within a second
-REOPEN_AFTER_S = 3.0  # without any message; longer than a boot loader takes
+REOPEN_AFTER_S = 3.0  # without any message
+FIRST_ANSWER_S = 10.0  # since the port was opened: a boot loader may be deaf for six of them
 REST_S = 900.0  # without heat before the dose starts from zero: our choice, as long as a session
 CLOCK_WINDOW_S = 10.0  # over which the board's clock is compared with ours
 MAX_DRIFT = 0.05  # share of time; ceramic resonators are within 0.5 %; our choice
@@ -57,6 +59,9 @@ class PlateSession:
         self._drive = Drive()
         self._orders = Orders()
         self._is_open = self._was_open = False
+        self._loss = faults.UNPLUGGED
+        self._has_answered = False  # since the port was opened
+        self._bytes_at = -math.inf
         self._received_at = self._polled_at = self._hello_at = -math.inf
         self._uptime_ms: int | None = None
         self._unfollowed_since: float | None = None
@@ -113,10 +118,16 @@ class PlateSession:
         self._counts["bad_frames"] += self._deframer.bad
         self._deframer = Deframer()
         self._received_at = self._polled_at = now
+        self._bytes_at = -math.inf
+        self._has_answered = False
         self._forget()
 
-    def lost(self) -> None:
-        """Block the drive, since the port is gone; the lease on the board ends the heat."""
+    def lost(self, loss: Fault = faults.UNPLUGGED) -> None:
+        """Block the drive, since the port is closed; the lease on the board ends the heat.
+
+        `loss` is the fault that is reported until the port is open again and a board answers.
+        """
+        self._loss = loss
         if self._is_open:
             self._counts["losses"] += 1
             self._drive.block()
@@ -128,8 +139,16 @@ class PlateSession:
         self._was_open = False
 
     def is_gone(self, now: float) -> bool:
-        """Return whether an open port delivered no message for so long that it must be reopened."""
-        return self._is_open and now - self._received_at > REOPEN_AFTER_S
+        """Return whether an open port delivered no message for so long that it must be reopened.
+
+        Opening resets the board, so a board that is slow to start gets longer for its first answer.
+        """
+        patience_s = REOPEN_AFTER_S if self._has_answered else FIRST_ANSWER_S
+        return self._is_open and now - self._received_at > patience_s
+
+    def silence(self, now: float) -> Fault:
+        """Return the fault of an open port without messages: garbled if bytes arrive, else silent."""
+        return faults.GARBLED if now - self._bytes_at <= RX_TIMEOUT_S else faults.SILENT
 
     def command(self, setpoint_c: float, ttl_s: float, now: float) -> bool:
         """Hold `setpoint_c` (degC), limited to the band, for `ttl_s`, unless the drive is blocked.
@@ -158,6 +177,8 @@ class PlateSession:
     def receive(self, data: bytes, now: float) -> None:
         """Handle the bytes read from the port; call it after every read, also one without bytes."""
         self._polled_at = now
+        if data:
+            self._bytes_at = now
         for received in self._deframer.feed(data):
             self._handle(received, now)
 
@@ -206,14 +227,14 @@ class PlateSession:
         if not self._was_open:
             return names
         if not self._is_open:
-            return (*names, faults.UNPLUGGED.name)
+            return (*names, self._loss.name)
         if self.refusal is not None:
             return (*names, faults.VERSION.name)
         if self._clock.is_wrong:
             names = (*names, faults.CLOCK_WRONG.name)
         if self._is_unfollowed:
             names = (*names, faults.NOT_FOLLOWED.name)
-        return names if self._is_fresh(now) else (*names, faults.SILENT.name)
+        return names if self._is_fresh(now) else (*names, self.silence(now).name)
 
     def _order(self, message: Message) -> None:
         self._drive.rest()
@@ -242,9 +263,11 @@ class PlateSession:
         match message:
             case Telemetry():
                 self._received_at = now
+                self._has_answered = True
                 self._follow(message, now)
             case HelloReply():
                 self._received_at = now
+                self._has_answered = True
                 self.board = message
             case Ack():
                 self._acknowledge(message)
