@@ -29,7 +29,7 @@ namespace HapticVLM.Editor
         public SceneScan(Uri url, string token, List<HapticObject> among)
         {
             objects = among.FindAll(shown => shown.StatedMaterial == null);
-            pipe = new FramePipe(SizePx, JpegQuality);
+            pipe = new FramePipe(SizePx, SizePx, JpegQuality);
             capture = new CaptureCamera(pipe.Target);
             connection = new HapticConnection(new ConnectionSettings { Url = url, Token = token, ClientName = "unity scan", WantsOutputs = false });
             connection.Arrivals.Decided += OnDecided;

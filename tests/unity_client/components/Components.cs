@@ -18,6 +18,8 @@ public static class Components
     {
         if (arguments[0] == "members") return Members.Print(arguments);
         if (arguments[0] == "playmode") return PlayMode.Run(arguments[1]);
+        if (arguments[0] == "textures") TextureRooms.Run(arguments[1], arguments[2], new[] { arguments[3], arguments[4], arguments[5] });
+        if (arguments[0] == "textures") return Finish();
         if (arguments.Length > 3)
         {
             ImageConversion.Jpeg = File.ReadAllBytes(arguments[2]);

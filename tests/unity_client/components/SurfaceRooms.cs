@@ -48,7 +48,7 @@ public static class SurfaceRooms
             mesh.Triangles[i] = new[] { 4 * i, 4 * i + 1, 4 * i + 2, 4 * i, 4 * i + 2, 4 * i + 3 };
             materials[i] = new Material { name = Names[i] };
         }
-        materials[2].Set("_BaseMap", new Texture2D(2, 2) { name = "T_Felt_D" });
+        materials[2].Set("_BaseMap", new Texture { name = "T_Felt_D" });
         var room = new GameObject(name);
         room.SetActive(false);
         room.AddComponent<MeshFilter>().sharedMesh = mesh;

@@ -29,6 +29,11 @@ namespace Unity.Collections
             System.Threading.Interlocked.Decrement(ref Live);
         }
 
+        public static void Copy(T[] src, int srcIndex, NativeArray<T> dst, int dstIndex, int length)
+        {
+            Array.Copy(src, srcIndex, dst.Items, dstIndex, length);
+        }
+
         public static void Copy(NativeArray<T> src, int srcIndex, T[] dst, int dstIndex, int length)
         {
             Array.Copy(src.Items, srcIndex, dst, dstIndex, length);
@@ -47,17 +52,22 @@ namespace UnityEngine
 
     public enum StereoTargetEyeMask { None = 0 }
 
-    public class Texture : Object { }
+    public class Texture : Object
+    {
+        public virtual int width { get; set; }
+        public virtual int height { get; set; }
+    }
 
     public class Texture2D : Texture
     {
-        internal byte[] Picture;
+        public byte[] Picture; // RGBA, its first row is the top
 
-        public Texture2D(int width, int height) { }
-
-        public int width { get { return (int)Math.Sqrt(Picture.Length / 4); } }
-
-        public int height { get { return width; } }
+        public Texture2D(int width, int height)
+        {
+            this.width = width;
+            this.height = height;
+            Picture = new byte[4 * width * height];
+        }
 
         // From the bottom left, as in the engine; the picture's first row is its top.
         public Color GetPixel(int x, int y)
@@ -97,11 +107,14 @@ namespace UnityEngine
         public static int Live;
         internal bool IsUp;
         internal readonly int Side;
+        public static RenderTexture active { get; set; }
         internal readonly byte[] Rows; // RGBA, as the engine reads them back
 
         public RenderTexture(int width, int height, int depth, GraphicsFormat format)
         {
             Side = width;
+            this.width = width;
+            this.height = height;
             Rows = new byte[width * height * 4];
         }
 
@@ -256,30 +269,32 @@ namespace UnityEngine
         public static byte[] Last;
         public static byte[] Png = { 0x89, 0x50 };
         public static int EncodeMs;
+        public static Func<byte[], byte[]> Encode; // upright pixels to a file, where Jpeg is null
 
         public static NativeArray<byte> EncodeNativeArrayToJPG<T>(
             NativeArray<T> input, GraphicsFormat format, uint width, uint height, uint rowBytes = 0, int quality = 75) where T : struct
         {
             if (input.Items == null) throw new ObjectDisposedException("encoded after it was freed");
             System.Threading.Thread.Sleep(EncodeMs);
-            if (Jpeg == null) Last = Upright((byte[])(object)input.Items, (int)width);
-            byte[] file = Jpeg ?? Last;
+            if (Jpeg == null) Last = Upright((byte[])(object)input.Items, (int)width, (int)height);
+            byte[] file = Jpeg ?? (Encode == null ? Last : Encode(Last));
             var encoded = new NativeArray<byte>(file.Length, Allocator.Persistent, NativeArrayOptions.UninitializedMemory);
             Array.Copy(file, encoded.Items, file.Length);
             return encoded;
         }
 
         // The engine's encoders expect the bottom row first and write an upright picture.
-        static byte[] Upright(byte[] rows, int side)
+        static byte[] Upright(byte[] rows, int width, int height)
         {
             var turned = new byte[rows.Length];
-            for (int y = 0; y < side; y++) Array.Copy(rows, y * side * 4, turned, (side - 1 - y) * side * 4, side * 4);
+            for (int y = 0; y < height; y++) Array.Copy(rows, y * width * 4, turned, (height - 1 - y) * width * 4, width * 4);
             return turned;
         }
 
         public static bool LoadImage(Texture2D tex, byte[] data)
         {
             tex.Picture = data;
+            tex.width = tex.height = (int)Math.Sqrt(data.Length / 4);
             return true;
         }
 

@@ -110,7 +110,25 @@ namespace UnityEngine
         internal static readonly List<Drawn> Queue = new List<Drawn>();
         internal static Renderer Next;
         public static readonly List<int> Submeshes = new List<int>();
-        public static int MostQueued;
+        public static int MostQueued, Blits;
+
+        // Draws a texture as it is, without filtering; the lowest row comes first, as in every texture of the engine.
+        public static void Blit(Texture source, RenderTexture dest)
+        {
+            long bytes = System.GC.GetAllocatedBytesForCurrentThread();
+            byte[] picture = ((Texture2D)source).Picture;
+            for (int y = 0; y < dest.height; y++)
+            {
+                for (int x = 0; x < dest.width; x++)
+                {
+                    int from = 4 * (y * source.height / dest.height * source.width + x * source.width / dest.width);
+                    System.Array.Copy(picture, from, dest.Rows, 4 * ((dest.height - 1 - y) * dest.width + x), 4);
+                }
+            }
+            RenderTexture.active = dest;
+            Blits++;
+            Player.StandInBytes += System.GC.GetAllocatedBytesForCurrentThread() - bytes;
+        }
 
         public static void DrawMesh(
             Mesh mesh, Matrix4x4 matrix, Material material, int layer, Camera camera, int submeshIndex,

@@ -10,8 +10,12 @@ namespace UnityEngine.SceneManagement
         }
     }
 
+    public enum LoadSceneMode { Single, Additive }
+
     public static class SceneManager
     {
+        public static event UnityEngine.Events.UnityAction<Scene, LoadSceneMode> sceneLoaded;
+        public static void Load() { if (sceneLoaded != null) sceneLoaded(default(Scene), LoadSceneMode.Single); }
         public static int sceneCount { get { return 1; } }
         public static Scene GetSceneAt(int index) { return default(Scene); }
         public static Scene GetActiveScene() { return default(Scene); }

@@ -166,6 +166,7 @@ namespace UnityEngine
 namespace UnityEngine.Events
 {
     public delegate void UnityAction<T0>(T0 arg0);
+    public delegate void UnityAction<T0, T1>(T0 arg0, T1 arg1);
 
     public class UnityEvent<T0>
     {

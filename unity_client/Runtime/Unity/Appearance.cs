@@ -21,7 +21,7 @@ namespace HapticVLM
 
         /// <summary>
         /// Reads name, shader parameters and surfaces of an object into its description. Returns its surfaces; `keeps`
-        /// copies its meshes, so that a touch can name one of them.
+        /// copies its meshes, so that a touch can name one of them, and states the texture maps whose hash is known.
         /// </summary>
         public static ObjectSurfaces Read(HapticObject of, bool keeps, ref SceneObject stated)
         {
@@ -33,7 +33,13 @@ namespace HapticVLM
             for (int i = 0; i < surfaces.Count; i++)
             {
                 Material material = surfaces.MaterialOf(i);
-                stated.Surfaces.Add(new ObjectSurface { Name = NameOf(material), Shader = i == 0 ? null : Parameters(material) });
+                TextureMap map = keeps ? surfaces.MapOf(i) : null;
+                stated.Surfaces.Add(new ObjectSurface
+                {
+                    Name = NameOf(material),
+                    Shader = i == 0 ? null : Parameters(material),
+                    Texture = map == null ? null : map.Hash,
+                });
             }
             return surfaces;
         }
@@ -57,13 +63,20 @@ namespace HapticVLM
         /// <summary>Returns the name of a material behind that of its base colour map, which is read if the material's says nothing.</summary>
         static string NameOf(Material material)
         {
+            Texture map = MapOf(material);
+            string name = map == null ? material.name : map.name + "/" + material.name;
+            return WireText.Within(name.Length > ObjectSurface.NameMaxLength ? material.name : name, ObjectSurface.NameMaxLength);
+        }
+
+        /// <summary>Returns the base-colour map of a material, or null.</summary>
+        public static Texture MapOf(Material material)
+        {
             Texture map = null;
             for (int i = 0; i < BaseMaps.Length && map == null; i++)
             {
                 if (material.HasProperty(BaseMaps[i])) map = material.GetTexture(BaseMaps[i]);
             }
-            string name = map == null ? material.name : map.name + "/" + material.name;
-            return WireText.Within(name.Length > ObjectSurface.NameMaxLength ? material.name : name, ObjectSurface.NameMaxLength);
+            return map;
         }
 
         static HapticVLM.Wire.Shader? Parameters(Material material)

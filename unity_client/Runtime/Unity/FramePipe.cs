@@ -11,7 +11,7 @@ namespace HapticVLM
 {
     /// <summary>
     /// Processes one picture at a time: drawn into its own texture, read back asynchronously, then
-    /// encoded and sent on a worker thread. Memory must stay valid while the GPU or the worker uses it,
+    /// encoded and sent, or hashed, on a worker thread. Memory must stay valid while the GPU or the worker uses it,
     /// so Retire only marks the pipe, and Sweep frees it on the main thread once both are done.
     /// </summary>
     internal sealed class FramePipe
@@ -23,7 +23,7 @@ namespace HapticVLM
 
         static readonly List<FramePipe> Retired = new List<FramePipe>();
 
-        readonly int size;
+        readonly int width, height;
         readonly int quality;
         readonly RenderTexture target;
         readonly Action<AsyncGPUReadbackRequest> onRead;
@@ -39,19 +39,24 @@ namespace HapticVLM
         int sent;
         int empty;
 
-        public FramePipe(int size, int quality)
+        public FramePipe(int width, int height, int quality)
         {
             Sweep();
-            this.size = size;
+            this.width = width;
+            this.height = height;
             this.quality = quality;
-            target = new RenderTexture(size, size, 24, Format);
+            target = new RenderTexture(width, height, 24, Format);
             target.Create();
-            pixels = new NativeArray<byte>(size * size * 4, Allocator.Persistent, NativeArrayOptions.UninitializedMemory);
+            pixels = new NativeArray<byte>(width * height * 4, Allocator.Persistent, NativeArrayOptions.UninitializedMemory);
             onRead = OnRead;
             new Thread(Work) { IsBackground = true, Name = "hapticvlm encode" }.Start();
         }
 
         public RenderTexture Target { get { return target; } }
+
+        public int Width { get { return width; } }
+
+        public int Height { get { return height; } }
 
         public bool IsIdle { get { return stage == (int)Stage.Idle; } }
 
@@ -63,7 +68,7 @@ namespace HapticVLM
         /// <summary>Number of pictures of a single object that were empty and therefore not sent.</summary>
         public int Empty { get { return Thread.VolatileRead(ref empty); } }
 
-        /// <summary>Reads back the picture in Target and sends it as this shot.</summary>
+        /// <summary>Reads back the picture in Target and sends or hashes it as this shot.</summary>
         public void Take(Shot of)
         {
             shot = of;
@@ -144,8 +149,14 @@ namespace HapticVLM
         {
             try
             {
+                if (shot.Map != null) encoder.Flatten(pixels, shot.Map.IsSeeThrough);
+                if (shot.Map != null && shot.Map.Hash == null)
+                {
+                    shot.Map.Hash = encoder.Hash(width, height);
+                    return;
+                }
                 Frame frame;
-                bool isDrawn = encoder.TryEncode(pixels, size, quality, shot, out frame);
+                bool isDrawn = encoder.TryEncode(pixels, width, height, quality, shot, out frame);
                 if (isDrawn) shot.To.Send(ref frame);
                 if (isDrawn) Interlocked.Increment(ref sent);
                 else Interlocked.Increment(ref empty);

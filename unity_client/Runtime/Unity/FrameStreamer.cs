@@ -72,7 +72,7 @@ namespace HapticVLM
                     + "Scan the scene in the editor, or choose Vulkan in Player Settings.", this);
                 return;
             }
-            pipe = new FramePipe(sizePx, jpegQuality);
+            pipe = new FramePipe(sizePx, sizePx, jpegQuality);
             capture = new CaptureCamera(pipe.Target);
             layer = scanLayer < 0 || scanLayer > 30 ? CaptureCamera.FreeLayer() : scanLayer;
         }

@@ -2,6 +2,7 @@ using System;
 using System.Collections.Generic;
 using HapticVLM.Wire;
 using UnityEngine;
+using UnityEngine.SceneManagement;
 
 namespace HapticVLM
 {
@@ -49,6 +50,7 @@ namespace HapticVLM
         bool isStopPending;
         bool isOverridden; // address and token set by a script, which takes precedence over stored ones
         readonly StateLog log = new StateLog();
+        readonly TextureSender textures = new TextureSender();
 
         /// <summary>The client that connects: the first enabled one; null when there is none.</summary>
         public static HapticClient Active { get { return All.Count == 0 ? null : All[0]; } }
@@ -87,6 +89,7 @@ namespace HapticVLM
         public static void AbortActive()
         {
             if (Active != null && Active.connection != null) Active.connection.Abort();
+            if (Active != null) Active.textures.Retire();
             FramePipe.DisposeAll();
         }
 
@@ -118,6 +121,7 @@ namespace HapticVLM
         void OnEnable()
         {
             All.Add(this);
+            SceneManager.sceneLoaded += OnSceneLoaded;
             if (Active == this) Connect();
             else if (!Active.keepBetweenScenes) Debug.LogWarning("HapticVLM: " + Waiting + ".", this);
         }
@@ -133,6 +137,7 @@ namespace HapticVLM
         {
             bool wasActive = Active == this;
             All.Remove(this);
+            SceneManager.sceneLoaded -= OnSceneLoaded;
             Disconnect();
             if (wasActive && Active != null) Active.Connect();
         }
@@ -148,6 +153,11 @@ namespace HapticVLM
             else if (isActiveAndEnabled && Active == this && connection == null) Connect();
         }
 
+        void OnSceneLoaded(UnityEngine.SceneManagement.Scene scene, LoadSceneMode mode)
+        {
+            textures.Rest();
+        }
+
         void OnValidate()
         {
             if (connection != null) SendSettings();
@@ -159,6 +169,7 @@ namespace HapticVLM
             if (connection == null) return;
             log.Follow(connection, url, this);
             connection.Pump();
+            textures.Step(connection);
             HandGroup.TickThoseWithoutFingers(connection);
         }
 
@@ -179,6 +190,7 @@ namespace HapticVLM
             var settings = new ConnectionSettings { Url = address, Token = isOverridden ? token : ServiceAddress.Token(token), ClientName = Name() };
             connection = new HapticConnection(settings);
             Follow(connection.Arrivals);
+            textures.Rest();
             connection.Outbox.Scene.Cut += (id, text) => log.LeftOut(id, text, this);
             log.Restart();
             SendSettings();
@@ -197,6 +209,7 @@ namespace HapticVLM
             if (connection == null) return;
             connection.Close();
             connection = null;
+            textures.Retire();
             OnStateChanged(LinkState.Closed);
         }
 

@@ -29,6 +29,7 @@ namespace HapticVLM
             arrivals.Vibrated += OnVibrated;
             arrivals.Refused += OnRefused;
             arrivals.LeftOut += OnLeftOut;
+            arrivals.TexturesWanted += textures.Want;
             arrivals.Failed += OnFailed;
             arrivals.StateChanged += OnStateChanged;
             arrivals.OwnershipChanged += OnOwnershipChanged;

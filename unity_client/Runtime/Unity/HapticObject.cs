@@ -174,6 +174,25 @@ namespace HapticVLM
             return surfaces == null ? null : surfaces.At(collider, position);
         }
 
+        /// <summary>States the hash of this map for each surface that has it.</summary>
+        internal void StateTexture(TextureMap map, SceneRegistry scene)
+        {
+            for (int i = 0; surfaces != null && i < surfaces.Count; i++)
+            {
+                if (ReferenceEquals(surfaces.MapOf(i), map)) scene.SetTexture(objectId, i, map.Hash);
+            }
+        }
+
+        /// <summary>Returns the first surface with this map; -1 if there is none.</summary>
+        internal int SurfaceWith(TextureMap map)
+        {
+            for (int i = 0; surfaces != null && i < surfaces.Count; i++)
+            {
+                if (ReferenceEquals(surfaces.MapOf(i), map)) return i;
+            }
+            return -1;
+        }
+
         internal void Take(Decision decision)
         {
             Material = decision.Material;

@@ -37,6 +37,7 @@ namespace HapticVLM
         readonly List<Part> parts = new List<Part>();
         readonly SurfaceOrder order = new SurfaceOrder();
         readonly List<int> largestFirst;
+        readonly TextureMap[] maps; // of each surface
 
         /// <summary>Reads the surfaces of an object and, if `keeps`, copies its meshes for touches. Release them once.</summary>
         public ObjectSurfaces(HapticObject of, bool keeps)
@@ -46,6 +47,8 @@ namespace HapticVLM
             bool isKept = keeps && order.Count > 1 && Keep(of);
             for (int i = 0; i < parts.Count; i++) Measure(parts[i], isKept);
             largestFirst = order.LargestFirst(MaxSurfaces);
+            maps = new TextureMap[keeps ? Count : 0];
+            for (int i = 0; i < maps.Length; i++) maps[i] = TextureMap.Of(MaterialOf(i));
         }
 
         /// <summary>Number of surfaces that the scene states.</summary>
@@ -55,6 +58,12 @@ namespace HapticVLM
         public Material MaterialOf(int surface)
         {
             return (Material)order.MaterialOf(largestFirst[surface]);
+        }
+
+        /// <summary>The texture map of a surface; null if it has none.</summary>
+        public TextureMap MapOf(int surface)
+        {
+            return surface < maps.Length ? maps[surface] : null;
         }
 
         public void Release()

@@ -11,6 +11,10 @@ namespace HapticVLM
 
         /// <summary>Whether only the object was drawn, so that the alpha channel is its mask.</summary>
         public bool IsAlone;
+
+        /// <summary>The texture map shown, of this surface; one without a hash is hashed and not sent.</summary>
+        public TextureMap Map;
+        public int Surface;
         public double CapturedAt;
         public HapticConnection To;
     }

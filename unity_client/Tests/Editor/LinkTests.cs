@@ -121,110 +121,33 @@ namespace HapticVLM.Tests
             return kinds;
         }
 
-        static Scene NextMessage(SceneRegistry registry)
-        {
-            var writer = new MsgPackWriter();
-            Assert.IsTrue(registry.Write(writer, new RequestIds()));
-            var reader = new MsgPackReader(writer.Written);
-            return Scene.Read(ref reader, new StringPool());
-        }
-
         [Test]
-        public void TheSceneIsSentWholeThenByChangesAndWholeAgainToANewService()
+        public void ATextureMapAndALiveFrameDoNotReplaceEachOtherOrWaitForEachOther()
         {
-            var registry = new SceneRegistry();
-            registry.Put(new SceneObject { ObjectId = "a" });
-            registry.Put(new SceneObject { ObjectId = "b" });
-            Assert.IsTrue(NextMessage(registry).Replace);
-            Assert.IsFalse(registry.Write(new MsgPackWriter(), new RequestIds()));
-            registry.Put(new SceneObject { ObjectId = "c" });
-            Scene change = NextMessage(registry);
-            Assert.IsFalse(change.Replace);
-            Assert.AreEqual("c", change.Objects[0].ObjectId);
-            registry.Restart(new List<string> { "wood" });
-            Assert.AreEqual(3, NextMessage(registry).Objects.Count);
-        }
-
-        [Test]
-        public void ARemovedObjectIsSentByItsIdAndNothingElseIsSentAgain()
-        {
-            var registry = new SceneRegistry();
-            foreach (string id in new[] { "a", "b", "c" }) registry.Put(new SceneObject { ObjectId = id });
-            NextMessage(registry);
-            registry.Remove("b");
-            registry.Remove("unknown");
-            Scene scene = NextMessage(registry);
-            Assert.IsFalse(scene.Replace);
-            Assert.AreEqual(0, scene.Objects.Count);
-            CollectionAssert.AreEqual(new[] { "b" }, scene.Forget);
-            Assert.IsFalse(registry.Write(new MsgPackWriter(), new RequestIds()));
-        }
-
-        [Test]
-        public void AnObjectRemovedAndAddedBetweenTwoMessagesIsSent()
-        {
-            var registry = new SceneRegistry();
-            registry.Put(new SceneObject { ObjectId = "a" });
-            NextMessage(registry);
-            registry.Remove("a");
-            registry.Put(new SceneObject { ObjectId = "a", Name = "again" });
-            CollectionAssert.AreEqual(new[] { "a" }, NextMessage(registry).Forget);
-            Assert.AreEqual("again", NextMessage(registry).Objects[0].Name);
-            Assert.IsFalse(registry.Write(new MsgPackWriter(), new RequestIds()));
-        }
-
-        [Test]
-        public void AnObjectThatChangesOftenIsSentOnce()
-        {
-            var registry = new SceneRegistry();
-            NextMessage(registry);
-            for (int i = 0; i < 5; i++) registry.Put(new SceneObject { ObjectId = "a", Name = "name " + i });
-            Scene scene = NextMessage(registry);
-            Assert.AreEqual(1, scene.Objects.Count);
-            Assert.AreEqual("name 4", scene.Objects[0].Name);
-        }
-
-        [Test]
-        public void AnUnknownMaterialDoesNotBlockTheOtherObjects()
-        {
-            var registry = new SceneRegistry();
-            registry.Put(new SceneObject { ObjectId = "a", Material = "wodo" });
-            registry.Put(new SceneObject { ObjectId = "b", Material = "wood" });
-            registry.Restart(new List<string> { "wood" });
-            Scene scene = NextMessage(registry);
-            Assert.IsNull(scene.Objects.Find(one => one.ObjectId == "a").Material);
-            Assert.AreEqual("wood", scene.Objects.Find(one => one.ObjectId == "b").Material);
-        }
-
-        [Test]
-        public void TheMaterialsOfTheSceneAreSentOnceAndWithoutUnknownOnes()
-        {
-            var registry = new SceneRegistry();
-            registry.Put(new SceneObject { ObjectId = "a" });
-            registry.Restart(new List<string> { "wood", "glass" });
-            Assert.IsNull(NextMessage(registry).Materials);
-            registry.SetMaterials(new[] { "glass", "wodo", "", "glass", "wood" });
-            Assert.AreEqual("glass wood", string.Join(" ", NextMessage(registry).Materials.ToArray()));
-            registry.SetMaterials(new[] { "glass", "wodo", "", "glass", "wood" });
-            Assert.IsFalse(registry.Write(new MsgPackWriter(), new RequestIds()));
-            registry.SetMaterials(null);
-            Assert.IsNull(NextMessage(registry).Materials);
-        }
-
-        [Test]
-        public void ThreeThousandObjectsAreSentInPartsThatAddUp()
-        {
-            var registry = new SceneRegistry();
-            for (int i = 0; i < 3000; i++) registry.Put(new SceneObject { ObjectId = "object " + i });
-            var scene = new HashSet<string>();
-            Scene first = NextMessage(registry);
-            Assert.IsTrue(first.Replace);
-            for (Scene next = first; ; next = NextMessage(registry))
+            var connection = new HapticConnection(new ConnectionSettings());
+            foreach (FramePurpose purpose in new[] { FramePurpose.Texture, FramePurpose.Live })
             {
-                Assert.IsTrue(next.Replace == ReferenceEquals(next.Objects, first.Objects));
-                next.Objects.ForEach(one => scene.Add(one.ObjectId));
-                if (scene.Count == 3000) return;
+                var frame = new Frame { Format = FrameFormat.Jpeg, Origin = FrameOrigin.Top, Width = 1, Height = 1, Image = new ArraySegment<byte>(new byte[1]), Purpose = purpose };
+                connection.Send(ref frame);
             }
+            connection.Outbox.Requests.Sent(100, Kind.Frame, 0.0);
+            Assert.AreEqual(FramePurpose.Live, PurposeOf(Sent(connection)));
+            Assert.AreEqual(FramePurpose.Texture, PurposeOf(Sent(connection)), "it waits, though two live frames are unanswered");
+            Assert.IsNull(Sent(connection));
+        }
+
+        static MsgPackWriter Sent(HapticConnection connection)
+        {
+            MsgPackWriter next = connection.Outbox.Next(0.0);
+            long id;
+            while (next != null && Protocol.KindOf(next.Written, out id) != Kind.Frame) next = connection.Outbox.Next(0.0);
+            return next;
+        }
+
+        static FramePurpose? PurposeOf(MsgPackWriter message)
+        {
+            var reader = new MsgPackReader(message.Written);
+            return Frame.Read(ref reader, new StringPool()).Purpose;
         }
 
         [Test]

@@ -154,6 +154,23 @@ namespace HapticVLM.Tests
             Assert.AreEqual(256, written[0].Name.Length);
         }
 
+        [Test]
+        public void TheTextureOfASurfaceIsStatedWhenItIsKnown()
+        {
+            var registry = new SceneRegistry();
+            registry.Put(new SceneObject { ObjectId = "o", Surfaces = new List<ObjectSurface> { new ObjectSurface(), new ObjectSurface { Name = "mat14" } } });
+            Written(registry, true);
+            string hash = new string('a', 32);
+            registry.SetTexture("o", 1, hash);
+            registry.SetTexture("o", 2, hash);
+            registry.SetTexture("unknown", 0, hash);
+            var writer = new MsgPackWriter();
+            Assert.IsTrue(registry.Write(writer, new RequestIds()));
+            var reader = new MsgPackReader(writer.Written);
+            Assert.AreEqual(hash, Scene.Read(ref reader, new StringPool()).Objects[0].Surfaces[1].Texture);
+            Assert.IsFalse(registry.Write(writer, new RequestIds()));
+        }
+
         static SceneObject Written(SceneRegistry registry, bool knowsSurfaces)
         {
             registry.Restart(new List<string>(), knowsSurfaces);

@@ -20,7 +20,7 @@ namespace HapticVLM.Tests
             GameObject red = Cube(new Vector3(0f, 1.2f, 5f), new Color(1f, 0f, 0f, 1f));
             GameObject blue = Cube(new Vector3(0f, -1.2f, 5f), new Color(0f, 0f, 1f, 1f));
             var to = new HapticConnection(new ConnectionSettings());
-            var pipe = new FramePipe(Side, 90);
+            var pipe = new FramePipe(Side, Side, 90);
             var capture = new CaptureCamera(pipe.Target);
             capture.Draw();
             pipe.Take(new Shot { To = to, CapturedAt = Clock.Now });

@@ -17,6 +17,7 @@ namespace HapticVLM
         readonly Error error = new Error();
         readonly Ok ok = new Ok();
         readonly Vibration vibration = new Vibration();
+        readonly Textures textures = new Textures();
         LinkState reportedState = LinkState.Closed;
         bool wasOwner;
         long unreadable;
@@ -30,6 +31,9 @@ namespace HapticVLM
 
         /// <summary>The vibration of one hand from now on; raised only after Outbox.SetFeel requested it.</summary>
         public event Action<Vibration> Vibrated;
+
+        /// <summary>The service asks for the texture maps with these hashes, each once a session.</summary>
+        public event Action<Textures> TexturesWanted;
 
         /// <summary>A frame was not recognised.</summary>
         public event Action<Skipped> Skipped;
@@ -104,6 +108,7 @@ namespace HapticVLM
                 else if (kind == Kind.Skipped) skipped.Read(ref reader, pool);
                 else if (kind == Kind.Vibration) vibration.Read(ref reader, pool);
                 else if (kind == Kind.Ok) ok.Read(ref reader, pool);
+                else if (kind == Kind.Textures) textures.Read(ref reader, pool);
                 else error.Read(ref reader, pool);
             }
             catch (WireException)
@@ -121,6 +126,7 @@ namespace HapticVLM
             else if (kind == Kind.Skipped && Skipped != null) Skipped(skipped);
             else if (kind == Kind.Vibration && Vibrated != null) Vibrated(vibration);
             else if (kind == Kind.Ok && LeftOut != null && ok.LeftOut != null) ok.LeftOut.ForEach(LeftOut);
+            else if (kind == Kind.Textures && TexturesWanted != null) TexturesWanted(textures);
             else if (kind == Kind.Error && Refused != null) Refused(error);
         }
     }

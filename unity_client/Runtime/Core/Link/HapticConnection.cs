@@ -122,12 +122,16 @@ namespace HapticVLM
             return isQueued;
         }
 
-        /// <summary>Queues a frame in place of one not sent yet, and sets its id. One thread at a time.</summary>
+        /// <summary>
+        /// Queues a frame in place of one not sent yet, and sets its id. Texture maps and all other frames have
+        /// a queue each; one thread at a time may use either.
+        /// </summary>
         public void Send(ref Frame frame)
         {
+            FrameMailbox queue = frame.Purpose == FramePurpose.Texture ? Outbox.Maps : Outbox.Frames;
             frame.Id = Outbox.Ids.Next();
-            frame.Write(Outbox.Frames.Begin());
-            Outbox.Frames.Publish();
+            frame.Write(queue.Begin());
+            queue.Publish();
             Flush();
         }
 

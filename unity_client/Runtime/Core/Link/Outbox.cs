@@ -5,7 +5,7 @@ using HapticVLM.Wire;
 namespace HapticVLM
 {
     /// <summary>
-    /// All unsent messages, in order of priority: stop, ownership, settings, scene, touch, frame. The
+    /// All unsent messages, in order of priority: stop, ownership, settings, scene, touch, frame, texture map. The
     /// scene goes before touches, so that no touch names an object that the service does not know.
     /// </summary>
     public sealed class Outbox
@@ -15,6 +15,9 @@ namespace HapticVLM
         public readonly SceneRegistry Scene = new SceneRegistry();
         public readonly TouchRing Touches = new TouchRing();
         public readonly FrameMailbox Frames = new FrameMailbox();
+
+        /// <summary>Holds the texture map that was not sent yet; a live frame neither replaces it nor waits for its answer.</summary>
+        public readonly FrameMailbox Maps = new FrameMailbox();
         public readonly Requests Requests = new Requests();
         public readonly RequestIds Ids = new RequestIds();
 
@@ -69,6 +72,9 @@ namespace HapticVLM
             Wake();
         }
 
+        /// <summary>Whether the service of this session takes surfaces and texture maps.</summary>
+        public bool KnowsSurfaces { get { return knowsSurfaces; } }
+
         /// <summary>Makes Wait return.</summary>
         public void Wake()
         {
@@ -89,6 +95,7 @@ namespace HapticVLM
         {
             Touches.Clear();
             Frames.Clear();
+            Maps.Clear();
             Requests.Restart();
             knowsSurfaces = welcome.Protocol.Minor >= SurfacesSinceMinor;
             Scene.Restart(welcome.Materials, knowsSurfaces);
@@ -117,7 +124,7 @@ namespace HapticVLM
         {
             writer.Reset();
             if (WriteStop() || WriteOwnership() || WriteSettings() || WriteFeel() || Scene.Write(writer, Ids) || WriteTouch()) return writer;
-            return Requests.MaySendFrame(now) ? TakeFrame(now) : null;
+            return (Requests.MaySendFrame(now) ? TakeFrame(now) : null) ?? Maps.Take();
         }
 
         bool WriteStop()

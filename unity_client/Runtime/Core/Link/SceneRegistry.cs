@@ -6,17 +6,25 @@ namespace HapticVLM
 {
     /// <summary>
     /// The objects of the scene, and which of them have changes that were not sent yet. Changes are
-    /// sent together; after a reconnect all objects are. A material that the service does not know is
+    /// sent together, in messages of at most 1 MiB; after a reconnect all objects are. A material that the service does not know is
     /// omitted, because the service would refuse the whole message for it. Removed objects are sent as a
     /// list of ids in a separate message, which an older service can refuse without losing anything else.
     /// </summary>
     public sealed class SceneRegistry
     {
-        const int MaxPerMessage = 1024; // the protocol allows 4096 objects, but also only 4 MiB
+        const int MaxPerMessage = 1024; // objects; the protocol allows 4096
+        const int MaxBytes = 1 << 20; // of one message; the protocol allows 4 MiB
         const int MaxMaterials = 64; // limit of the scene message
 
+        struct Entry
+        {
+            public SceneObject Object;
+            public int Bytes; // of the object in a message
+        }
+
         readonly object gate = new object();
-        readonly Dictionary<string, SceneObject> objects = new Dictionary<string, SceneObject>();
+        readonly Dictionary<string, Entry> objects = new Dictionary<string, Entry>();
+        readonly MsgPackWriter measure = new MsgPackWriter();
         readonly List<string> changed = new List<string>(); // oldest first, each once
         readonly HashSet<string> isChanged = new HashSet<string>();
         readonly List<string> removed = new List<string>();
@@ -34,7 +42,10 @@ namespace HapticVLM
 
         public int Count { get { lock (gate) return objects.Count; } }
 
-        /// <summary>Adds or changes an object. Its texts are truncated to the limits of the protocol.</summary>
+        /// <summary>
+        /// Adds or changes an object. Its texts are truncated to the limits of the protocol. Throws WireException for one
+        /// that cannot be encoded, and then changes nothing.
+        /// </summary>
         public void Put(SceneObject sceneObject)
         {
             if (string.IsNullOrEmpty(sceneObject.ObjectId)) throw new WireException("an object of the scene needs an id");
@@ -46,7 +57,7 @@ namespace HapticVLM
             sceneObject.Surfaces = Within(sceneObject.Surfaces);
             lock (gate)
             {
-                objects[sceneObject.ObjectId] = sceneObject;
+                objects[sceneObject.ObjectId] = Measured(sceneObject);
                 if (!sendsAll && isChanged.Add(sceneObject.ObjectId)) changed.Add(sceneObject.ObjectId);
             }
         }
@@ -56,6 +67,22 @@ namespace HapticVLM
             lock (gate)
             {
                 if (objects.Remove(objectId) && !sendsAll) removed.Add(objectId);
+            }
+        }
+
+        /// <summary>States the texture map of a surface by its hash; does nothing for an object or surface that is not there.</summary>
+        public void SetTexture(string objectId, int surface, string hash)
+        {
+            lock (gate)
+            {
+                Entry entry;
+                if (!objects.TryGetValue(objectId, out entry) || entry.Object.Surfaces == null || surface >= entry.Object.Surfaces.Count) return;
+                ObjectSurface stated = entry.Object.Surfaces[surface];
+                if (stated.Texture == hash) return;
+                stated.Texture = hash;
+                entry.Object.Surfaces[surface] = stated;
+                objects[objectId] = Measured(entry.Object);
+                if (!sendsAll && isChanged.Add(objectId)) changed.Add(objectId);
             }
         }
 
@@ -159,16 +186,31 @@ namespace HapticVLM
         void FillBatch()
         {
             batch.Clear();
-            int from = changed.Count > MaxPerMessage ? changed.Count - MaxPerMessage : 0;
+            int from = changed.Count, bytes = 0;
+            Entry entry;
+            while (from > 0 && changed.Count - from < MaxPerMessage)
+            {
+                objects.TryGetValue(changed[from - 1], out entry); // else it was removed, and has no bytes
+                bytes += entry.Bytes;
+                if (bytes > MaxBytes && bytes > entry.Bytes) break; // one that is larger by itself is sent alone
+                from--;
+            }
             for (int i = from; i < changed.Count; i++)
             {
-                SceneObject sceneObject;
                 isChanged.Remove(changed[i]);
-                if (!objects.TryGetValue(changed[i], out sceneObject)) continue;
+                if (!objects.TryGetValue(changed[i], out entry)) continue;
+                SceneObject sceneObject = entry.Object;
                 if (!IsKnown(sceneObject.Material)) sceneObject.Material = null;
                 batch.Add(knowsSurfaces ? sceneObject : WithoutSurfaces(sceneObject));
             }
             changed.RemoveRange(from, changed.Count - from);
+        }
+
+        Entry Measured(SceneObject sceneObject)
+        {
+            measure.Reset();
+            sceneObject.Write(measure);
+            return new Entry { Object = sceneObject, Bytes = measure.Length };
         }
 
         static List<ObjectSurface> Within(List<ObjectSurface> surfaces)
