@@ -3,8 +3,7 @@ extends Node
 
 var _feel: Dictionary
 var _cases: Array
-var _plans := 0
-var _plan_us := 0
+var _took_us := {}  # interaction and form -> the time of each plan in which something is felt
 
 
 func _ready() -> void:
@@ -15,7 +14,7 @@ func _ready() -> void:
 func _process(_delta: float) -> void:
 	if _cases.is_empty():
 		set_process(false)
-		_say("done", {"plan_us": _plan_us / maxi(_plans, 1)})
+		_say("done", {"plans_us": _took_us})
 		return
 	_say("case", _play(_cases.pop_front()))
 
@@ -24,10 +23,10 @@ func _play(case: Dictionary) -> Dictionary:
 	var player := FeelPlayer.new(
 		_feel, func(touch: Dictionary) -> Dictionary: return {"material": touch.get("object_id")}
 	)
-	return {"name": case.name, "events": case.events.map(_play_event.bind(player))}
+	return {"name": case.name, "events": case.events.map(_play_event.bind(player, case.name))}
 
 
-func _play_event(event: Dictionary, player: FeelPlayer) -> Dictionary:
+func _play_event(event: Dictionary, player: FeelPlayer, case: String) -> Dictionary:
 	if event.has("touch"):
 		player.touch(event.touch, event.at_s)
 	elif event.has("stop"):
@@ -37,8 +36,11 @@ func _play_event(event: Dictionary, player: FeelPlayer) -> Dictionary:
 		for form: String in ["amplitude", "parametric"]:
 			var began := Time.get_ticks_usec()
 			var plan := player.plan(event.plan, form, event.at_s)
-			_plan_us += Time.get_ticks_usec() - began
-			_plans += 1
+			var took := Time.get_ticks_usec() - began
+			if not plan.amplitude.is_empty():
+				var steps := case.split(" ")
+				var kind: String = "%s %s" % [steps[1] if steps[-1] == "0.4" else "several", form]
+				_took_us.get_or_add(kind, []).append(took)
 			plan.transients = plan.transients.map(
 				func(one: Dictionary) -> Array: return [one.amplitude, one.frequency_hz]
 			)

@@ -5,8 +5,10 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import statistics
 import tempfile
 import time
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -38,13 +40,43 @@ script = ExtResource("1")
 """
 
 
-def test_it_plans_every_golden_touch_as_the_service_does() -> None:
-    table = deviations(GOLDEN, played(GOLDEN))
+LONGEST_PLAN_MS = 4.0  # a frame of a headset is 11 ms
+
+
+@dataclass(frozen=True)
+class Played:
+    """What the GDScript player planned for the golden cases, and how long each plan took."""
+
+    cases: list[dict[str, Any]]
+    plans_us: dict[str, list[float]]  # by interaction and form
+
+
+@pytest.fixture(scope="module")
+def gdscript() -> Played:
+    """The golden cases in Godot in Chromium."""
+    return played(GOLDEN)
+
+
+def test_it_plans_every_golden_touch_as_the_service_does(gdscript: Played) -> None:
+    table = deviations(GOLDEN, gdscript.cases)
     assert [each for each in table if not each.is_small] == []
 
 
-def played(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Return the cases with the plans of the GDScript player, in Godot in Chromium."""
+@pytest.mark.realtime
+def test_a_plan_of_any_gesture_takes_a_third_of_a_frame(
+    gdscript: Played, capsys: pytest.CaptureFixture[str]
+) -> None:
+    plans = {kind: sorted(us) for kind, us in gdscript.plans_us.items()}
+    medians = {kind: statistics.median(us) / 1000 for kind, us in plans.items()}
+    with capsys.disabled():
+        print("\nmedian ms of a plan:", {kind: round(ms, 1) for kind, ms in medians.items()})
+    # Slower plans say how busy the machine is.
+    quickest = {kind: us[len(us) // 10] / 1000 for kind, us in plans.items()}
+    assert max(quickest.values()) <= LONGEST_PLAN_MS, quickest
+
+
+def played(cases: list[dict[str, Any]]) -> Played:
+    """Return the plans of the GDScript player for these cases, in Godot in Chromium."""
     said: list[dict[str, Any]] = []
     complaints: list[str] = []
     with (
@@ -70,9 +102,9 @@ def played(cases: list[dict[str, Any]]) -> list[dict[str, Any]]:
             assert time.monotonic() < end, f"{len(said)} cases; {complaints[-5:]}"
             page.wait_for_timeout(100)
         browser.close()
-    print("one plan takes", said[-1]["detail"]["plan_us"], "us")
     assert complaints == [], complaints[:6]
-    return [each["detail"] for each in said if each["what"] == "case"]
+    played = [each["detail"] for each in said if each["what"] == "case"]
+    return Played(played, said[-1]["detail"]["plans_us"])
 
 
 def exported(folder: Path, cases: list[dict[str, Any]]) -> Path:

@@ -30,8 +30,9 @@ static func open(text: String) -> Dictionary:
 	if not file is Dictionary or file.get("version") != VERSION:
 		push_error("feel.json: not version %d; bake it again, or update the addon" % VERSION)
 		return {}
-	file.drawn = _draws(Marshalls.base64_to_raw(file.draws))
-	file.weights = FeelSynthesis.weights(file.rules)
+	file.drawn = Marshalls.base64_to_raw(file.draws)  # of 16 bits each
+	file.loudness = FeelSynthesis.loudness_filter(file.rules)
+	file.rules.cubic_shares = FeelSynthesis.cubic_shares()
 	_unpack(file.slips)
 	for name: String in file.materials:
 		_unpack(file.materials[name].slide.loop)
@@ -100,20 +101,12 @@ func _play(hand: Hand, fields: Dictionary, onset: bool, now: float) -> void:
 	)
 
 
-static func _draws(packed: PackedByteArray) -> PackedFloat64Array:
-	var drawn := PackedFloat64Array()
-	for at in range(0, packed.size(), 2):
-		drawn.append((packed.decode_u16(at) + 0.5) / 65536.0)
-	return drawn
-
-
+## Unpacks a loop. Its samples stay bytes: a script would need 100 ms to convert those of all materials.
 static func _unpack(loop: Dictionary) -> void:
 	var packed := Marshalls.base64_to_raw(loop.wave)
-	var samples := PackedFloat64Array()
-	samples.resize(packed.size())
-	for at in packed.size():
-		samples[at] = packed.decode_s8(at) * loop.step
-	loop.samples_of_wave = samples
+	loop.count = packed.size()
+	# Its last sample before the first, and its first two behind the last, so that a cubic never wraps.
+	loop.padded = packed.slice(-1) + packed + packed.slice(0, 2)
 
 
 ## One hand: its lease, its hold, and the plans of its vibration.
@@ -192,10 +185,15 @@ class Hand:
 		var wave := _voices.fork().render(roundi(rules.horizon_s * rules.rate_hz), now)
 		var count := maxi(1, floori(ahead / period + 1e-9))
 		var size := roundi(period * rules.rate_hz)
-		var drive := FeelSynthesis.loudness(wave, _feel.weights) if form == "amplitude" else wave
+		var drive := wave
+		var stride := 1
+		if form == "amplitude":
+			drive = FeelSynthesis.loudness(wave, _feel.loudness)
+			stride = FeelSynthesis.STRIDE
+		var energy := FeelSynthesis.energies(drive)
 		var beginning := 0 if impacts.is_empty() else roundi(rules.min_impact_s / period)
 		var amplitude := []
-		for level in FeelSynthesis.levels(drive, size, count):
+		for level in FeelSynthesis.levels(energy, size, count, stride):
 			var value := FeelSynthesis.controller_amplitude(level, form, rules)
 			value = maxf(value, rules.min_impact) if amplitude.size() < beginning else value
 			amplitude.append(snappedf(gain * value, 0.0001))
@@ -203,7 +201,8 @@ class Hand:
 			return planned
 		planned.amplitude = amplitude
 		if form == "parametric":
-			planned.frequency_hz = Array(FeelSynthesis.frequencies(wave, size, count, rules))
+			var steps := FeelSynthesis.step_energies(wave)
+			planned.frequency_hz = Array(FeelSynthesis.frequencies(energy, steps, size, count, rules))
 			planned.transients = impacts.map(_transient.bind(gain))
 		return planned
 

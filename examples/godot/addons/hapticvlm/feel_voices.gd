@@ -9,6 +9,8 @@ extends RefCounted
 const IMPACTS: Array[String] = ["tap", "strike", "press"]
 const TEXTURES: Array[String] = ["slide", "carve", "swing"]
 const NEGLIGIBLE := 1e-6
+const SEGMENT := 8  # samples along which what is smoothed changes in a line: 2 ms of a plan
+const TURN := 256  # samples of one turn of a hum
 
 var _feel: Dictionary
 var _rate: float
@@ -102,12 +104,15 @@ func _mix(count: int, now: float) -> PackedFloat64Array:
 	_follow_press()
 	_follow_hum()
 	var part := PackedFloat64Array()
-	part.resize(count)
 	var step: float = 1.0 / (_feel.rules.voices.fade_s * _rate)
 	for voice in _voices:
 		var block := voice.render(count, step)
+		if part.is_empty():
+			part = block
+			continue
 		for at in count:
 			part[at] += block[at]
+	part.resize(count)
 	_voices.assign(_voices.filter(func(voice: Voice) -> bool: return not voice.ended))
 	return _limiter.apply(part)
 
@@ -211,9 +216,10 @@ class Voice:
 
 	func render(count: int, step: float) -> PackedFloat64Array:
 		var block: PackedFloat64Array = source.render(count, motion)
-		for at in count:
-			gain = move_toward(gain, aim, step)
-			block[at] *= gain
+		if gain != 1.0 or aim != 1.0:
+			for at in count:
+				gain = move_toward(gain, aim, step)
+				block[at] *= gain
 		ended = source.has_ended() or (gain == 0.0 and aim == 0.0)
 		return block
 
@@ -226,7 +232,7 @@ class Played:
 
 	func _init(wave: PackedFloat64Array) -> void:
 		_wave = wave
-		peak = FeelSynthesis.peak(wave, 0, wave.size())
+		peak = FeelSynthesis.peak(wave)
 
 	func has_ended() -> bool:
 		return at >= _wave.size()
@@ -335,7 +341,7 @@ class Reader:
 		_loop = loop
 		_rules = rules
 		_rate = rate
-		_at = place * loop.samples_of_wave.size()
+		_at = place * loop.count
 		_level = Smoothed.new(0.0, rules, rate)
 
 	func fork() -> Reader:
@@ -349,24 +355,36 @@ class Reader:
 		if _centre == null:
 			_centre = Smoothed.new(centre, _rules, _rate)
 		var drive := FeelSynthesis.interpolated(centre, _rules.textures.grid_hz, _loop.drive)
-		var target: float = _rules.textures.rms * strength * drive
+		var target: float = _rules.textures.rms * strength * drive * _loop.step
 		var per_hz: float = _loop.samples / _rate
-		var samples: PackedFloat64Array = _loop.samples_of_wave
-		var size := samples.size()
+		var samples: PackedByteArray = _loop.padded
+		var shares: PackedVector4Array = _rules.cubic_shares
+		var phases := float(FeelSynthesis.PHASES)
+		var size: float = _loop.count
 		var wave := PackedFloat64Array()
 		wave.resize(count)
-		for sample in count:
-			_at = fmod(_at + _centre.step(centre) * per_hz, size)
-			var whole := int(_at)
-			var t := _at - whole
-			var a := samples[(whole + size - 1) % size]
-			var b := samples[whole % size]
-			var c := samples[(whole + 1) % size]
-			var d := samples[(whole + 2) % size]
-			var curve := 2.0 * a - 5.0 * b + 4.0 * c - d + t * (3.0 * (b - c) + d - a)
-			wave[sample] = (b + 0.5 * t * (c - a + t * curve)) * _level.step(target)
-		_centre.settle(centre)
-		_level.settle(target)
+		var at := _at
+		for begin in range(0, count, SEGMENT):
+			var length := mini(SEGMENT, count - begin)
+			var pace := _centre.value * per_hz
+			var level := _level.value
+			var pace_step := (_centre.after(centre, length) * per_hz - pace) / length
+			var level_step := (_level.after(target, length) - level) / length
+			for sample in range(begin, begin + length):
+				pace += pace_step
+				level += level_step
+				at += pace
+				if at >= size:
+					at -= size
+				var i := int(at)
+				var four := Vector4(
+					samples.decode_s8(i),
+					samples.decode_s8(i + 1),
+					samples.decode_s8(i + 2),
+					samples.decode_s8(i + 3)
+				)
+				wave[sample] = four.dot(shares[int(phases * (at - i))]) * level
+		_at = at
 		return wave
 
 
@@ -490,6 +508,8 @@ class Tone:
 	var _rate: float
 	var _turns := 0.0
 	var _pitch: Smoothed
+	var _drives: Array = []
+	var _turn := PackedFloat64Array()  # one turn of the drives, and its first sample again
 
 	func _init(rules: Dictionary, of: Dictionary, rate: float) -> void:
 		hum = of
@@ -504,58 +524,90 @@ class Tone:
 		var forked := Tone.new({}, hum, _rate)
 		forked._turns = _turns
 		forked._pitch = _pitch.fork()
+		forked._drives = _drives
+		forked._turn = _turn
 		return forked
 
 	func render(count: int, _motion: Dictionary) -> PackedFloat64Array:
+		if _drives != hum.drives:
+			_draw()
 		var wave := PackedFloat64Array()
 		wave.resize(count)
+		var pitch := _pitch.block(hum.frequency_hz, count)
 		for at in count:
-			_turns = fmod(_turns + _pitch.step(hum.frequency_hz) / _rate, 1.0)
-			for order in hum.drives.size():
-				wave[at] += hum.drives[order] * sin(TAU * (order + 1) * _turns)
-		_pitch.settle(hum.frequency_hz)
+			_turns = fmod(_turns + pitch[at] / _rate, 1.0)
+			var place := TURN * _turns
+			var whole := int(place)
+			wave[at] = lerpf(_turn[whole], _turn[whole + 1], place - whole)
 		return wave
 
+	func _draw() -> void:
+		_drives = hum.drives
+		_turn = PackedFloat64Array()
+		_turn.resize(TURN + 1)
+		for order in _drives.size():
+			for at in TURN + 1:
+				_turn[at] += _drives[order] * sin(TAU * (order + 1) * at / TURN)
 
-## A value that follows its target through two low-passes, one sample at a time.
+
+## A value that follows its target through two low-passes, in steps of any length.
 class Smoothed:
 	var value: float
 	var _slope := 0.0
 	var _time: float
-	var _decay: float
+	var _segment_decay: float
 
 	func _init(begin: float, rules: Dictionary, rate: float) -> void:
 		value = begin
 		if not rules.is_empty():
 			_time = 1.0 / (rules.voices.smooth_s * rate)
-			_decay = exp(-_time)
+			_segment_decay = exp(-SEGMENT * _time)
 
 	func fork() -> Smoothed:
 		var forked := Smoothed.new(value, {}, 0.0)
 		forked._slope = _slope
 		forked._time = _time
-		forked._decay = _decay
+		forked._segment_decay = _segment_decay
 		return forked
 
-	func step(target: float) -> float:
+	func is_at(target: float) -> bool:
+		return value == target and _slope == 0.0
+
+	## Returns the value after so many samples.
+	func after(target: float, count: int) -> float:
 		var distance := value - target
+		if distance == 0.0 and _slope == 0.0:
+			return value
+		var time := count * _time
+		var decay := _segment_decay if count == SEGMENT else exp(-time)
 		var push := _slope + distance
-		value = target + (distance + push * _time) * _decay
-		_slope = (_slope - push * _time) * _decay
+		value = target + (distance + push * time) * decay
+		_slope = (_slope - push * time) * decay
+		_settle(target)
 		return value
 
-	func settle(target: float) -> void:
-		if absf(value - target) < NEGLIGIBLE and absf(_slope) < NEGLIGIBLE:
-			value = target
-			_slope = 0.0
-
+	## Returns the value after each of the next samples.
 	func block(target: float, count: int) -> PackedFloat64Array:
 		var values := PackedFloat64Array()
 		values.resize(count)
+		if is_at(target):
+			values.fill(target)
+			return values
+		var distance := value - target
+		var decay := exp(-_time)
 		for at in count:
-			values[at] = step(target)
-		settle(target)
+			var push := _slope + distance
+			distance = (distance + push * _time) * decay
+			_slope = (_slope - push * _time) * decay
+			values[at] = target + distance
+		value = target + distance
+		_settle(target)
 		return values
+
+	func _settle(target: float) -> void:
+		if absf(value - target) < NEGLIGIBLE and absf(_slope) < NEGLIGIBLE:
+			value = target
+			_slope = 0.0
 
 
 ## Keeps a sequence of blocks within the ceiling, with look-ahead.
@@ -583,7 +635,7 @@ class Limiter:
 		_reductions.resize(2 * _delay)
 
 	func is_empty() -> bool:
-		return FeelSynthesis.peak(_delayed, 0, _delay) == 0.0
+		return FeelSynthesis.peak(_delayed) == 0.0
 
 	func fork() -> Limiter:
 		var forked := Limiter.new(_rules, _rate)
@@ -593,8 +645,8 @@ class Limiter:
 
 	func apply(part: PackedFloat64Array) -> PackedFloat64Array:
 		var count := part.size()
-		var loudest := FeelSynthesis.peak(part, 0, count)
-		var earlier := FeelSynthesis.peak(_reductions, 0, 2 * _delay)
+		var loudest := FeelSynthesis.peak(part)
+		var earlier := FeelSynthesis.peak(_reductions)
 		var line := _delayed.duplicate()
 		line.append_array(part)
 		_delayed = line.slice(count)
@@ -606,33 +658,41 @@ class Limiter:
 			var needed: float = 1.0 - _rules.ceiling / maxf(absf(line[_delay + at]), _rules.ceiling)
 			needs.append(maxf(needed, needs[2 * _delay + at - 1] * _fall))
 		_reductions = needs.slice(count)
-		if FeelSynthesis.peak(_reductions, 0, 2 * _delay) < NEGLIGIBLE:
+		if FeelSynthesis.peak(_reductions) < NEGLIGIBLE:
 			_reductions.fill(0.0)
+		var held := PackedFloat64Array()
+		for at in count + _delay:
+			held.append(FeelSynthesis.peak(needs.slice(at, at + _delay + 1)))
 		for at in count:
+			var reduction := 0.0
 			for after in _delay + 1:
-				var held := FeelSynthesis.peak(needs, at + after, _delay + 1)
-				line[at] -= played[at] * _window[after] * held
-		return line.slice(0, count)
+				reduction += _window[after] * held[at + after]
+			played[at] *= 1.0 - reduction
+		return played
 
 
 ## The random numbers of one seed, as the service draws them.
 class Draws:
-	var _row: PackedFloat64Array
-	var _drawn := 0
+	var _drawn: PackedByteArray
+	var _begin: int
+	var _count: int
+	var _next := 0
 
 	func _init(feel: Dictionary, of: int) -> void:
 		if feel.is_empty():
 			return
-		var count: int = feel.drawn.size() / int(feel.seeds)
-		var row := of % int(feel.seeds)
-		_row = feel.drawn.slice(row * count, (row + 1) * count)
+		_drawn = feel.drawn
+		_count = _drawn.size() / 2 / int(feel.seeds)
+		_begin = of % int(feel.seeds) * _count
 
 	func fork() -> Draws:
 		var forked := Draws.new({}, 0)
-		forked._row = _row
 		forked._drawn = _drawn
+		forked._begin = _begin
+		forked._count = _count
+		forked._next = _next
 		return forked
 
 	func next() -> float:
-		_drawn += 1
-		return _row[(_drawn - 1) % _row.size()]
+		_next += 1
+		return (_drawn.decode_u16(2 * (_begin + (_next - 1) % _count)) + 0.5) / 65536.0
