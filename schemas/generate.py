@@ -3,10 +3,10 @@
 messages.schema.json is JSON Schema draft-07, asyncapi.yaml is AsyncAPI 3.0. vectors/*.json have
 messages as bytes, beside their values or the reason of their refusal; vectors/feel.json has touches
 and their vibration, for the players of `feel.json` (feel.schema.json), of which each client has a
-copy for the built-in materials. The Unity client's message
-types are C# (csharp.py), and docs/protocol.md lists every field (tables.py). Descriptions of
-messages and fields come from messages.py (meanings.py). A `$comment` marks byte strings, for which
-JSON Schema has no type; in the vectors they are {"$bin": "hex"}.
+copy for the built-in materials. The web client has a copy of the pages' sound voice, too. The
+Unity client's message types are C# (csharp.py), and docs/protocol.md lists every field (tables.py).
+Descriptions of messages and fields come from messages.py (meanings.py). A `$comment` marks byte
+strings, for which JSON Schema has no type; in the vectors they are {"$bin": "hex"}.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ from hapticvlm.scenes import bake
 HERE = Path(__file__).parent
 WEB = HERE.parent / "examples" / "webxr" / "client"
 UNITY_FEEL = HERE.parent / "unity_client" / "Runtime" / "Baked" / "Resources" / "HapticVLM"
+VOICE = HERE.parent / "service" / "hapticvlm" / "pages" / "sound.voice.js"
 GODOT = HERE.parent / "examples" / "godot" / "addons" / "hapticvlm"
 PAGE = HERE.parent / "docs" / "protocol.md"
 UNITY = HERE.parent / "unity_client" / "Runtime" / "Core" / "Generated"
@@ -77,6 +78,7 @@ def generated() -> Iterator[tuple[Path, str]]:
     feel = feel_tables.encode(feel_tables.feel(MATERIALS)).decode()
     for folder in (WEB, UNITY_FEEL, GODOT):
         yield folder / "feel.json", feel
+    yield WEB / VOICE.name, VOICE.read_text(encoding="utf-8")
     yield UNITY / "Enums.g.cs", csharp.enums(json_schema())
     yield UNITY / "Messages.g.cs", csharp.types(json_schema())
     yield PAGE, tables.renew(PAGE.read_text(encoding="utf-8"), json_schema()["$defs"])

@@ -222,10 +222,14 @@ export class Felt extends EventTarget {
   addEventListener(type: string, listener: EventListenerOrEventListenerObject | null, options?: boolean | AddEventListenerOptions): void;
 }
 
+/** The touch as ears and small speakers hear it, or as a palm speaker gets it. */
+export type SoundVoiceName = 'sound' | 'true';
+
 /** Plays touches as sound in an AudioContext, from the tables of a bake. */
 export class FeltSound {
-  /** `context` is an `AudioContext`. */
-  static open(context: unknown, feel: OpenFeel): Promise<FeltSound>;
+  /** `context` is an `AudioContext`; `voice` is `sound` unless stated. Throws where the page has no AudioWorklet. */
+  static open(context: unknown, feel: OpenFeel, options?: {voice?: SoundVoiceName}): Promise<FeltSound>;
+  voice: SoundVoiceName;
   /** The `AudioWorkletNode` to connect. */
   readonly output: unknown;
   touch(touch: PlayedTouch, surface?: FeltSurface): void;
