@@ -10,6 +10,7 @@ Without them the wheel is built all the same, and `hapticvlm demo --browser` say
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -17,20 +18,9 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 PLACE = Path("hapticvlm") / "scene"  # in the wheel
 MODULES = "webxr/node_modules"
-# Below examples/. What is not named here stays out: A-Frame and the emulated headset are large.
-SCENE = (
-    *("webxr/index.html", "webxr/*.js", "webxr/*.css", "webxr/client/*.js"),
-    "captures/make/page/*.js",
-    *(f"{MODULES}/three/build/three.{part}.js" for part in ("core", "module")),
-    f"{MODULES}/three/LICENSE",
-    f"{MODULES}/three/examples/jsm/environments/RoomEnvironment.js",
-    f"{MODULES}/three/examples/jsm/math/ConvexHull.js",
-    f"{MODULES}/three/examples/jsm/geometries/ConvexGeometry.js",
-    f"{MODULES}/three/examples/jsm/geometries/RoundedBoxGeometry.js",
-    f"{MODULES}/three/examples/jsm/utils/BufferGeometryUtils.js",
-    f"{MODULES}/@msgpack/msgpack/LICENSE",
-    f"{MODULES}/@msgpack/msgpack/dist.esm/**/*.mjs",
-)
+# Patterns below examples/. What is not named there stays out: A-Frame and the emulated headset are
+# large. `hapticvlm demo --static` writes the same files.
+SCENE = Path("service") / "hapticvlm" / "demo" / "scene_files.json"
 
 
 class SceneHook(BuildHookInterface[Any]):
@@ -44,7 +34,7 @@ class SceneHook(BuildHookInterface[Any]):
         if not (examples / MODULES / "three").is_dir():
             self.app.display_warning("no browser scene in it: npm ci --prefix examples/webxr first")
             return
-        for pattern in SCENE:
+        for pattern in json.loads((Path(self.root) / SCENE).read_text(encoding="utf-8")):
             for file in examples.glob(pattern):
                 place = PLACE / file.relative_to(examples)
                 build_data["force_include"][str(file)] = place.as_posix()

@@ -3,10 +3,11 @@
 messages.schema.json is JSON Schema draft-07, asyncapi.yaml is AsyncAPI 3.0. vectors/*.json have
 messages as bytes, beside their values or the reason of their refusal; vectors/feel.json has touches
 and their vibration, for the players of `feel.json` (feel.schema.json), of which each client has a
-copy for the built-in materials. The web client has a copy of the pages' sound voice, too. The
-Unity client's message types are C# (csharp.py), and docs/protocol.md lists every field (tables.py).
-Descriptions of messages and fields come from messages.py (meanings.py). A `$comment` marks byte
-strings, for which JSON Schema has no type; in the vectors they are {"$bin": "hex"}.
+copy for the built-in materials. The web client also has a copy of the pages' sound voice, and the
+WebXR example a bake of its scene. The Unity client's message types are C# (csharp.py), and
+docs/protocol.md lists every field (tables.py). Descriptions of messages and fields come from
+messages.py (meanings.py). A `$comment` marks byte strings, for which JSON Schema has no type; in
+the vectors they are {"$bin": "hex"}.
 """
 
 from __future__ import annotations
@@ -78,10 +79,20 @@ def generated() -> Iterator[tuple[Path, str]]:
     feel = feel_tables.encode(feel_tables.feel(MATERIALS)).decode()
     for folder in (WEB, UNITY_FEEL, GODOT):
         yield folder / "feel.json", feel
+    yield WEB.parent / "materials.json", baked_room(WEB.parent)
     yield WEB / VOICE.name, VOICE.read_text(encoding="utf-8")
     yield UNITY / "Enums.g.cs", csharp.enums(json_schema())
     yield UNITY / "Messages.g.cs", csharp.types(json_schema())
     yield PAGE, tables.renew(PAGE.read_text(encoding="utf-8"), json_schema()["$defs"])
+
+
+def baked_room(folder: Path) -> str:
+    """Return the bake of the WebXR example; what was corrected by hand in it stays."""
+    scene = messages.decode((folder / "scene.json").read_text(encoding="utf-8"))
+    assert isinstance(scene, messages.Scene)
+    model = bake.model_of([scene], MATERIALS)
+    before = bake.decode((folder / "materials.json").read_bytes())
+    return bake.encode(bake.bake(model, MATERIALS, before).materials).decode()
 
 
 def json_schema() -> Json:

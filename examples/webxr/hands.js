@@ -1,11 +1,13 @@
 /** Controllers and tracked hands of an XR session: fingertip positions, meshes and touches. */
 import * as THREE from 'three';
-import {Hands as Merged} from 'hapticvlm';
+import {Hands as Merged, surfaceAt} from 'hapticvlm';
 import {Controller, Glove} from './bodies.js';
 import {Toucher} from '../captures/make/page/touch.js';
 
 const FINGERTIP = 'index-finger-tip';
 const TIP_RADIUS = 0.009; // m, as drawn
+const NEAR = 0.05; // m, around a tip that touches
+
 export class Hands {
   #surfaces;
   #send;
@@ -50,9 +52,11 @@ export class Hands {
   }
 
   #sendOf(source, touch) {
-    const object = this.#surfaces.find((surface) => surface.object.object_id === touch.object_id)?.object ?? this.#touched[touch.hand];
+    const tip = this.#known.get(source)?.ball.position.clone() ?? null;
+    const near = this.#surfaces.find(({object}) => object.object_id === touch.object_id);
+    const object = near?.object ?? this.#touched[touch.hand];
     this.#touched[touch.hand] = object;
-    if (object) this.#send(touch, object, this.#known.get(source)?.ball.position.clone() ?? null);
+    if (object) this.#send({...touch, surface: near && tip ? surfaceUnder(tip, near) : 0}, object, tip);
   }
 
   #meet(source) {
@@ -71,6 +75,15 @@ export class Hands {
     this.root.remove(ball, body.root);
     this.#known.delete(source);
   }
+}
+
+/** Returns the index of the object's surface that is nearest to a tip; 0, the largest, where the object has one only. */
+function surfaceUnder(tip, collision) {
+  const {root, truths} = collision.object;
+  const near = truths && collision.nearest(tip, NEAR);
+  if (!near) return 0;
+  const [hit] = new THREE.Raycaster(tip, near.normal.clone().negate()).intersectObject(root, true);
+  return hit ? surfaceAt(root, hit) : 0;
 }
 
 /** Returns the fingertip of a tracked hand, or the front of a controller; null while not tracked. */

@@ -1,7 +1,7 @@
 /** Combines the parts of the example: scene, hands, frames, the service, and the display and sound of touches. */
 import * as THREE from 'three';
-import {Haptics, Pulses} from 'hapticvlm';
-import {offerSound, startWithTouch} from '/hear.js';
+import {Felt, Haptics, Pulses, Textures, openFeel, surfacesOf} from 'hapticvlm';
+import {offerSound, startWithTouch} from '../../hear.js';
 import {Surface} from '../captures/make/page/collision.js';
 import {pointingHand} from './bodies.js';
 import {Drawing} from './drawing.js';
@@ -20,14 +20,14 @@ const LONGEST_STEP = 0.1; // s, of one animation frame
 const PANEL_WAIT = 200; // ms between updates of the panel
 const PLAIN_WAIT = 100; // ms between updates of the card when the CPU draws it
 
-// The materials of the objects on the table; recognition is restricted to them.
-const MATERIALS = ['wood', 'glass', 'fabric', 'metal'];
+const load = async (file) => (await fetch(new URL(file, import.meta.url))).json();
+const [described, materials, tables] = await Promise.all(['scene.json', 'materials.json', 'client/feel.json'].map(load));
 const query = new URLSearchParams(location.search);
 const part = (id) => document.getElementById(id);
 
 /** The emulated headset if the address contains `?emulate`, else null. */
 export const headset = query.has('emulate') ? (await import('./headset.js')).device : null;
-export const objects = buildObjects();
+export const objects = buildObjects().map((object, index) => ({...object, says: described.objects[index]}));
 if (isPlain) makeGlass(objects, {refracts: false});
 document.body.classList.toggle('plain', isPlain);
 /** The newest decision for each object id. */
@@ -55,7 +55,7 @@ scene.add(readout.mesh, cursor);
 /** The vibration of controllers and phones. */
 export const pulses = new Pulses();
 /** Takes the pictures; `frameCamera.frame` also takes one on request. */
-export const frameCamera = new FrameCamera(renderer, scene, objects, (fields) => haptics.frame(fields));
+export const frameCamera = new FrameCamera(renderer, scene, objects, (fields) => haptics?.frame(fields));
 /** Meshes and touches of controllers and tracked hands. */
 export const hands = new Hands(objects.map((object) => new Surface(object)), touched, pulses);
 scene.add(hands.root);
@@ -65,11 +65,18 @@ resize();
 drawn.step();
 /** Connects last, because the set-up above blocks the page for seconds and a service waits ten for a hello. */
 const token = query.get('token') ?? undefined;
-export const haptics = new Haptics(service(), {token});
-const stream = new Stream(service(), token);
+const address = service();
+export const haptics = address && new Haptics(address, {token});
+const feel = openFeel(tables);
+/** The service where it answers, else the bake in client/feel.json and materials.json. */
+export const felt = new Felt(haptics, feel, {materials, mode: haptics ? (query.get('felt') ?? 'auto') : 'baked'});
+const stream = new Stream(felt, feel, address, token);
+/** Sends the texture maps of surfaces that neither their name nor their shader tells. */
+const textures = new Textures();
 let devices = null; // the output devices of the service
 let mode = 'ids';
 let last = null; // the object touched last
+let lastSurface = 0;
 export let plate = null; // the newest telemetry
 let steppedAt = 0;
 let shownAt = 0;
@@ -79,13 +86,9 @@ export function tell(newMode) {
   mode = newMode;
   decisions.clear();
   for (const [index, object] of objects.entries()) object.object_id = `${mode}-${index}`;
-  haptics.scene(
-    objects.map(({object_id, says, carriedBy}) => {
-      const stands_on = objects.filter(({key}) => key === carriedBy).map((carrier) => carrier.object_id);
-      return {object_id, ...(mode === 'ids' && {...says, ...(stands_on.length > 0 && {stands_on})})};
-    }),
-    {materials: MATERIALS},
-  );
+  const {objects: stated, materials: possible} = described;
+  const whole = stated.map((says, index) => ({...says, ...(objects[index].truths && {surfaces: surfacesOf(objects[index].root, textures)})}));
+  felt.scene(mode === 'ids' ? whole : objects.map(({object_id}) => ({object_id})), {materials: possible});
 }
 
 /** Enters VR; resolves when the session has begun. */
@@ -106,20 +109,34 @@ function leave() {
   drawn.change();
 }
 
-function touched(fields, object, point) {
-  const decision = decisions.get(object.object_id) ?? null;
-  if (object !== last && decision) announce(object, decision);
-  last = object;
-  haptics.touch({...fields, object_id: object.object_id});
+function touched({surface: index, ...fields}, object, point) {
+  const surface = object.truths && mode === 'ids' ? index : 0;
+  const decision = decisionOn(object, surface);
+  if ((object !== last || surface !== lastSurface) && decision) announce(object, decision);
+  [last, lastSurface] = [object, surface];
+  const touch = {...fields, object_id: object.object_id, ...(surface > 0 && {surface})};
+  felt.touch(touch);
+  stream.touch(touch, felt.surfaceOf(touch));
   if (fields.phase === 'contact') part('hint').className = 'done';
   const warmth_c = decision?.thermal_cue ? decision.setpoint_c : null;
   light.touch(fields, object, point, {material: decision?.material, warmth_c});
-  if (fields.phase !== 'release' && point) readout.show(object, decision, point, performance.now());
+  if (fields.phase !== 'release' && point) readout.show(object, surface, decision, point, performance.now());
   if (fields.phase !== 'release' && needsFrame(object)) frameCamera.want(object, point);
 }
 
+/** Returns what is known of a surface: the newest decision of the service, else what the bake has; or null. */
+function decisionOn(object, surface) {
+  const decision = decisions.get(keyOf(object.object_id, surface));
+  if (decision || (haptics?.isConnected && felt.mode !== 'baked')) return decision ?? null;
+  const {material, belief, by} = felt.surfaceOf({object_id: object.object_id, surface});
+  return material ? {material, confidence: belief ?? 1, source: by ?? 'scene', isBaked: true} : null;
+}
+
+const keyOf = (id, surface = 0) => (surface ? `${id}/${surface}` : id);
+
 /** Returns whether a picture is needed because nothing else identifies the material. */
-function needsFrame({object_id}) {
+function needsFrame({object_id, truths}) {
+  if (truths && mode === 'ids') return false; // a picture shows all its surfaces at once
   const decision = decisions.get(object_id);
   return decision ? decision.material === 'unknown' : mode === 'frames';
 }
@@ -178,10 +195,10 @@ function announce({key}, {material}) {
 
 function explainLast(now) {
   shownAt = now;
-  const title = last ? `${last.key} (truly ${last.truth})` : 'Touch something';
-  const rows = last ? explain(decisions.get(last.object_id), plate) : [];
+  const title = last ? `${last.key} (truly ${last.truths?.[lastSurface] ?? last.truth})` : 'Touch something';
+  const rows = last ? explain(decisionOn(last, lastSurface), plate) : [];
   part('touched').textContent = title;
-  part('teach').hidden = !last;
+  part('teach').hidden = !last || !haptics;
   write(part('why'), rows);
   if (board.mesh.visible) board.write(title, rows);
 }
@@ -201,39 +218,54 @@ function resize() {
   drawn.change();
 }
 
-/** Returns the address in `?service=ws://...`, else the service that served this page. */
+/** Returns the address in `?service=ws://...`, else the service that served this page; null where plain files are served. */
 function service() {
-  return query.get('service') ?? `${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/`;
+  if (query.has('service')) return query.get('service');
+  if (document.documentElement.dataset.service === 'none') return null;
+  return `${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/`;
 }
 
 function showState() {
+  if (!haptics) return say('Felt and heard without a service; warmth needs one with a plate');
+  if (!haptics.isConnected) return say(felt.by === 'baked' ? 'Service unreachable; the bake is felt instead' : 'Service unreachable; retrying');
+  if (!devices) return say('Connecting to the service');
   const {speaker, peltier} = devices;
   const outputs = speaker.simulated && peltier.simulated ? 'plate and speaker are simulated' : `plate: ${peltier.name}`;
-  part('state').textContent = `Connected; ${haptics.silence ? `nothing is felt: ${haptics.silence}` : outputs}`;
+  const silence = felt.mode === 'baked' ? '' : haptics.silence;
+  say(`Connected; ${silence ? `nothing is felt: ${silence}` : felt.mode === 'baked' ? 'the bake is felt instead' : outputs}`);
 }
 
-haptics.addEventListener('welcome', ({detail}) => {
+function say(text) {
+  part('state').textContent = text;
+}
+
+felt.addEventListener('welcome', ({detail}) => {
   ({devices} = detail);
   showState();
 });
-haptics.addEventListener('ownership', showState);
-haptics.addEventListener('state', ({detail}) => {
-  if (detail === 'disconnected') part('state').textContent = 'Service unreachable; retrying';
-});
-haptics.addEventListener('decision', ({detail}) => {
-  decisions.set(detail.object_id, detail);
+felt.addEventListener('ownership', showState);
+felt.addEventListener('state', showState);
+felt.addEventListener('decision', ({detail}) => {
+  decisions.set(keyOf(detail.object_id, detail.surface), detail);
   readout.update(detail);
-  if (last?.object_id === detail.object_id) announce(last, detail);
+  if (last?.object_id === detail.object_id && lastSurface === (detail.surface ?? 0)) announce(last, detail);
 });
-haptics.addEventListener('telemetry', ({detail}) => (plate = detail));
-haptics.addEventListener('refused', ({detail}) => console.warn(`HapticVLM: ${detail.text}`));
-pulses.follow(haptics);
+felt.addEventListener('telemetry', ({detail}) => (plate = detail));
+felt.addEventListener('refused', ({detail}) => console.warn(`HapticVLM: ${detail.text}`));
+if (haptics) textures.follow(haptics);
+pulses.follow(felt);
+part('felt').value = felt.mode;
+part('felt').addEventListener('change', ({target}) => {
+  felt.mode = target.value;
+  showState();
+});
+for (const choice of document.querySelectorAll('.served')) choice.hidden = !haptics;
 for (const choice of document.getElementsByName('mode')) {
   choice.addEventListener('change', () => tell(choice.value));
 }
 part('stop').addEventListener('click', () => {
   stream.silence();
-  haptics.stop();
+  felt.stop();
 });
 part('enter').addEventListener('click', enter);
 part('enter').disabled = !(await navigator.xr?.isSessionSupported('immersive-vr'));
@@ -246,9 +278,9 @@ part('teach').addEventListener('submit', (event) => {
   haptics.state({object_id: last.object_id, material: part('teach-material').value});
 });
 renderer.domElement.addEventListener('pointerdown', () => setTimeout(startWithTouch)); // after the first picture
-part('teach-material').append(...MATERIALS.map((name) => new Option(name)));
+part('teach-material').append(...described.materials.map((name) => new Option(name)));
 offerSound();
 addEventListener('resize', resize);
 tell('ids');
-if (!haptics.isConnected) part('state').textContent = 'Connecting to the service';
+showState();
 renderer.setAnimationLoop(animate);

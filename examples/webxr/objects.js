@@ -1,8 +1,9 @@
 /**
- * The objects on the table: their appearance, their true material, and their description for the service.
+ * The objects on the table: their appearance and their true material.
  *
- * `says` is the description sent to the service besides an id; `truth` is only for the panel and for grading. A mixed
- * object consists of several objects, one per material.
+ * Their descriptions for the service are in scene.json, in the same order. `truth` is only for the panel and for grading.
+ * The hammer and the sewing box consist of several objects, one per material. The case is one mesh of two materials:
+ * `truths` has that of each surface, the largest first.
  */
 import * as THREE from 'three';
 import * as shapes from '../captures/make/page/shapes.js';
@@ -10,29 +11,28 @@ import * as textures from '../captures/make/page/textures.js';
 import * as surfaces from './surfaces.js';
 
 export const TABLE_TOP = 0.74; // m
-const SIMMERING = {frequency_hz: 100, level: 0.2}; // felt in the kettle, and attenuated in the table under it
 
 const {group, solid} = shapes;
 
-/** Creates all touchable objects: {key, truth, says, root}. Computing their textures takes seconds. */
+/** Creates all touchable objects: {key, truth, truths?, root}. Computing their textures takes seconds. */
 export function buildObjects() {
   const looks = cover();
   return [
-    {key: 'table', truth: 'wood', says: {name: 'OakTable_02'}, root: table(looks)},
-    {key: 'bowl', truth: 'wood', says: {name: 'WalnutBowl'}, root: at(-0.42, 0.02, bowl(looks))},
-    {key: 'vase', truth: 'glass', says: {name: 'GlassVase'}, root: at(-0.44, -0.36, vase())},
-    {key: 'bottle', truth: 'glass', says: {material: 'glass'}, root: at(0.2, -0.4, bottle())},
-    {key: 'linen', truth: 'fabric', says: {name: 'FoldedLinen'}, root: at(0.46, -0.02, folded(looks), -0.2)},
-    {key: 'kettle', truth: 'metal', says: {name: 'SteelKettle', vibrates: SIMMERING}, carriedBy: 'table', root: at(-0.12, -0.36, kettle(looks), 0.5)},
-    {key: 'pan', truth: 'metal', says: {shader: copperShader}, root: at(0.47, -0.38, pan(looks))},
-    {key: 'hammer head', truth: 'metal', says: {name: 'Hammer_SteelHead'}, root: hammer(hammerHead(looks))},
-    {key: 'hammer handle', truth: 'wood', says: {name: 'Hammer_Handle_AshWood'}, root: hammer(hammerHandle(looks))},
-    {key: 'sewing box', truth: 'wood', says: {name: 'SewingBox_Pine'}, root: box(sewingBox(looks))},
-    {key: 'pin cushion', truth: 'fabric', says: {name: 'Cushion_Felt'}, root: box(pinCushion(looks))},
+    {key: 'table', truth: 'wood', root: table(looks)},
+    {key: 'bowl', truth: 'wood', root: at(-0.42, 0.02, bowl(looks))},
+    {key: 'vase', truth: 'glass', root: at(-0.44, -0.36, vase())},
+    {key: 'bottle', truth: 'glass', root: at(0.2, -0.4, bottle())},
+    {key: 'linen', truth: 'fabric', root: at(0.46, -0.02, folded(looks), -0.2)},
+    {key: 'kettle', truth: 'metal', root: at(-0.12, -0.36, kettle(looks), 0.5)},
+    {key: 'pan', truth: 'metal', root: at(0.47, -0.38, pan(looks))},
+    {key: 'hammer head', truth: 'metal', root: hammer(hammerHead(looks))},
+    {key: 'hammer handle', truth: 'wood', root: hammer(hammerHandle(looks))},
+    {key: 'sewing box', truth: 'wood', root: box(sewingBox(looks))},
+    {key: 'pin cushion', truth: 'fabric', root: box(pinCushion(looks))},
+    {key: 'case', truth: 'wood', truths: ['wood', 'fabric'], root: at(0.22, 0.14, linedCase(looks), -0.15)},
   ];
 }
 
-const copperShader = {metallic: 1, roughness: 0.25, base_color: [0.95, 0.64, 0.54]};
 const hammer = (root) => at(-0.02, 0.06, root, 0.5);
 const box = (root) => at(0.2, -0.1, root, 0.2);
 
@@ -174,4 +174,12 @@ function sewingBox({pine}) {
 function pinCushion({felt}) {
   const red = matte(felt, {repeat: [1, 0.75], bump: 3});
   return group(solid(shapes.fold(0.145, 0.03, 0.105, 11), red, [0, 0.07, 0]));
+}
+
+/** A case as one mesh with groups, as engines export it: walnut, and a lid of cloth that only its texture map tells. */
+function linedCase({walnut, linen}) {
+  const wood = matte(walnut, {repeat: [0.6, 0.3], name: 'Walnut'});
+  const cloth = matte(linen, {repeat: [0.7, 0.5], bump: 3, name: 'mat_7'});
+  const lid = 2; // the group of the side that faces up
+  return group(solid(new THREE.BoxGeometry(0.17, 0.04, 0.12), Array.from({length: 6}, (_, side) => (side === lid ? cloth : wood)), [0, 0.02, 0]));
 }

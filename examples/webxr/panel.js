@@ -4,9 +4,10 @@ import * as THREE from 'three';
 const BOARD = {width: 0.62, height: 0.43, at: [-0.86, 1.12, -0.34], turn: 0.85}; // m, rad: beside the table, not over it
 const PIXELS = {width: 1008, height: 700, line: 52, margin: 34};
 
-/** Returns a decision as [label, text] pairs; `plate` is the newest telemetry, or null. */
+/** Returns a decision of the service or of the bake as [label, text] pairs; `plate` is the newest telemetry, or null. */
 export function explain(decision, plate) {
   if (!decision) return [['decision', 'none yet']];
+  if (decision.isBaked) return [['material', `${decision.material}, ${percent(decision.confidence)} sure`], ['decided by', `${decision.source}, before this page was made`]];
   return [
     ['material', `${decision.material}, ${percent(decision.confidence)} sure`],
     ['decided by', decision.source + (decision.cached ? ' (cached)' : '')],

@@ -3,6 +3,7 @@
  * Shift), drag is slide, button up is release.
  */
 import * as THREE from 'three';
+import {surfaceAt} from 'hapticvlm';
 
 const STRIKE = {speed_mps: 0.6, force_n: 4, interaction: 'strike'};
 const TAP = {speed_mps: 0.25, force_n: 1.5, interaction: 'tap'};
@@ -17,7 +18,7 @@ export class Pointer {
   #objects;
   #send;
   #ray = new THREE.Raycaster();
-  #at = null; // {object, point, time} under the pointer
+  #at = null; // {object, surface, point, time} under the pointer
   #where = null; // the last point hit
   #speed = 0;
   #place = ''; // of the last event
@@ -26,7 +27,7 @@ export class Pointer {
   #target = null; // the object approached or held
   #sentAt = 0;
 
-  /** `send` receives each touch with its object and point. */
+  /** `send` receives each touch with its surface, and its object and point. */
   constructor(canvas, camera, objects, send) {
     this.#camera = camera;
     this.#objects = objects;
@@ -97,7 +98,8 @@ export class Pointer {
 
   #touch(phase, fields, now) {
     this.#sentAt = now;
-    this.#send({phase, hand: 'right', ...fields}, this.#target, this.#where);
+    const surface = this.#at?.object === this.#target ? this.#at.surface : 0;
+    this.#send({phase, hand: 'right', surface, ...fields}, this.#target, this.#where);
   }
 
   /** Returns the hit under the pointer, cached while it does not move. */
@@ -115,7 +117,7 @@ export class Pointer {
     this.#ray.setFromCamera(new THREE.Vector2(across, up), this.#camera);
     const hits = this.#objects.flatMap((object) => {
       const [hit] = this.#ray.intersectObject(object.root, true);
-      return hit ? [{object, point: hit.point, normal: normalOf(hit, this.#ray), distance: hit.distance, time: timeStamp}] : [];
+      return hit ? [{object, surface: surfaceAt(object.root, hit), point: hit.point, normal: normalOf(hit, this.#ray), distance: hit.distance, time: timeStamp}] : [];
     });
     return hits.sort((a, b) => a.distance - b.distance)[0] ?? null;
   }

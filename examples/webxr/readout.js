@@ -1,6 +1,6 @@
 /** The card at the touched object with its material, warmth and vibration; one picture for page and headset. */
 import * as THREE from 'three';
-import {materialColour, warmthColour, warmthWord} from '/feel.js';
+import {materialColour, warmthColour, warmthWord} from '../../feel.js';
 
 const SIZE = {width: 264, height: 124}; // CSS px
 const SCALE = 2;
@@ -16,7 +16,7 @@ export class Readout {
   #line = document.createElement('i');
   #history = new Float32Array(HISTORY);
   #texture = new THREE.CanvasTexture(this.#canvas);
-  #shown = null; // {object, decision, point}
+  #shown = null; // {object, surface, decision, point}
   #until = 0;
   #painted = []; // the values on the card
   #paintedAt = -Infinity;
@@ -36,9 +36,9 @@ export class Readout {
     this.mesh.visible = false;
   }
 
-  /** Shows this object, touched at `point`, with its newest decision (or null). */
-  show(object, decision, point, now) {
-    this.#shown = {object, decision, point: point.clone()};
+  /** Shows this surface of an object, touched at `point`, with its newest decision (or null). */
+  show(object, surface, decision, point, now) {
+    this.#shown = {object, surface, decision, point: point.clone()};
     this.#until = now + STAYS;
   }
 
@@ -48,7 +48,8 @@ export class Readout {
   }
 
   update(decision) {
-    if (this.#shown?.object.object_id === decision.object_id) this.#shown.decision = decision;
+    const {object, surface} = this.#shown ?? {};
+    if (object?.object_id === decision.object_id && surface === (decision.surface ?? 0)) this.#shown.decision = decision;
   }
 
   /** Updates the card; `level` 0..1 is the current vibration. Returns whether it is shown. */
@@ -123,7 +124,7 @@ export class Readout {
     pen.beginPath();
     pen.arc(22, 72, 6, 0, 7);
     pen.fill();
-    const words = !decision ? 'warmth unknown' : warmth_c === null ? 'no noticeable warmth or cold' : `${warmthWord(warmth_c)}, the plate goes to ${warmth_c.toFixed(1)} °C`;
+    const words = !decision ? 'warmth unknown' : decision.isBaked ? 'warmth needs a service and a plate' : warmth_c === null ? 'no noticeable warmth or cold' : `${warmthWord(warmth_c)}, the plate goes to ${warmth_c.toFixed(1)} °C`;
     text(pen, words, 35, 76, '500 12.5px', '#e9eff3');
   }
 
@@ -141,7 +142,7 @@ export class Readout {
   }
 }
 
-const SOURCES = {scene: 'stated by the scene', name: 'by its name', shader: 'by its shader', texture: 'by its texture', encoder: 'by its picture', vlm: 'by the model', unknown: 'not sure'};
+const SOURCES = {scene: 'stated by the scene', name: 'by its name', shader: 'by its shader', texture: 'by its texture', encoder: 'by its picture', vlm: 'by the model', hand: 'stated by hand', unknown: 'not sure'};
 
 function why({source, confidence, material, runner_up: next}) {
   if (material === 'unknown') return next ? `perhaps ${next}` : SOURCES.unknown;

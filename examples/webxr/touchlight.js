@@ -3,7 +3,7 @@
  * strike, and a rim round what the hand is at. Every material of the objects is given these lights once.
  */
 import * as THREE from 'three';
-import {warmthRgb} from '/feel.js';
+import {warmthRgb} from '../../feel.js';
 
 const HANDS = 2;
 const RIPPLES = 4;
@@ -73,10 +73,12 @@ export class TouchLight {
       this.#rims.set(object, rim);
       this.#boxes.set(object, new THREE.Box3().setFromObject(object.root));
       const seen = new Set();
-      object.root.traverse(({material}) => {
-        if (!material || seen.has(material)) return;
-        seen.add(material);
-        this.#patch(material, {...this.#shared, feelRim: rim, feelShare: shareOf(material)});
+      object.root.traverse(({material = []}) => {
+        for (const one of [material].flat()) {
+          if (seen.has(one)) continue;
+          seen.add(one);
+          this.#patch(one, {...this.#shared, feelRim: rim, feelShare: shareOf(one)});
+        }
       });
     }
   }

@@ -8,7 +8,7 @@ import pytest
 from dashboard_scene import AXE
 from playwright.sync_api import Page
 from tiers import nightly_except
-from webxr_scene import SIZE, served
+from webxr_scene import PATIENCE_MS, SIZE, served
 
 pytestmark = [pytest.mark.browser, pytest.mark.needs_toolchain("chromium", "three")]
 
@@ -179,6 +179,65 @@ def test_what_a_person_says_an_object_is_becomes_its_material(page: Page) -> Non
     page.locator("#teach-material").select_option("glass")
     page.locator("#teach button").click()
     assert press(page, "pan", 800)["said"] == "The pan is glass."
+
+
+# Presses a place of the case, m from its middle, until this surface has a material.
+PRESS_CASE = """async ([up, front, key, patience]) => {
+  const main = await import('./main.js');
+  const {root, object_id} = main.objects.find(({key}) => key === 'case');
+  const canvas = document.getElementById('view');
+  const at = root.position.clone().add({x: 0, y: up, z: front}).project(main.camera);
+  const where = {
+    clientX: (at.x + 1) / 2 * canvas.clientWidth,
+    clientY: (1 - at.y) / 2 * canvas.clientHeight,
+  };
+  const send = (type) =>
+    canvas.dispatchEvent(new PointerEvent(type, {...where, pointerId: 1, bubbles: true}));
+  const end = performance.now() + patience;
+  const decision = () => main.decisions.get(object_id + key);
+  while ((decision()?.material ?? 'unknown') === 'unknown' && performance.now() < end) {
+    for (const type of ['pointermove', 'pointerdown', 'pointerup']) {
+      send(type);
+      await new Promise((done) => setTimeout(done, 200));
+    }
+  }
+  return decision() && [decision().surface, decision().material, decision().source];
+}"""
+
+
+def test_each_surface_of_one_mesh_is_touched_as_what_it_is(page: Page) -> None:
+    assert page.evaluate(PRESS_CASE, [0.02, 0.06, "", PATIENCE_MS]) == [0, "wood", "name"]
+    assert page.evaluate(PRESS_CASE, [0.04, 0.0, "/1", PATIENCE_MS]) == [1, "fabric", "texture"]
+
+
+# Strikes an object; what was felt of it by then, and by which of service and bake.
+STRIKE = """async ([key, patience]) => {
+  const main = await import('./main.js');
+  const {object_id} = main.objects.find((one) => one.key === key);
+  const vibrations = [];
+  const vibrated = ({detail}) => detail.amplitude?.length && vibrations.push(detail);
+  main.felt.addEventListener('vibration', vibrated);
+  const touch = {hand: 'left', object_id, speed_mps: 0.6, force_n: 4};
+  const end = performance.now() + patience;
+  main.felt.touch({...touch, phase: 'contact'});
+  while (!vibrations.length && performance.now() < end) {
+    await new Promise((done) => setTimeout(done, 10));
+  }
+  main.felt.touch({...touch, phase: 'release'});
+  main.felt.removeEventListener('vibration', vibrated);
+  const strongest = Math.max(0, ...vibrations.flatMap(({amplitude}) => amplitude));
+  return {strongest, by: main.felt.by};
+}"""
+
+
+def test_the_switch_says_whether_the_service_or_the_bake_is_felt(page: Page) -> None:
+    for mode in ("service", "baked"):
+        page.locator("#felt").select_option(mode)
+        struck = page.evaluate(STRIKE, ["kettle", PATIENCE_MS])
+        assert struck["by"] == mode
+        assert struck["strongest"] > 0.3
+    assert "bake" in page.inner_text("#state")
+    page.locator("#felt").select_option("auto")
 
 
 @pytest.mark.parametrize(("width", "height"), nightly_except(2, [(1280, 800), (390, 844)]))

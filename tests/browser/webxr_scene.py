@@ -47,8 +47,9 @@ class Visit:
         return self.modules.evaluate(f"(modules, wanted) => ({REACH})(modules, wanted)", wanted)
 
     def truths(self) -> dict[str, str]:
-        """Return what each object truly is, by its key."""
-        keys = "({main}) => main.objects.map(({key, truth}) => [key, truth])"
+        """Return what each object of one material truly is, by its key."""
+        keys = """({main}) => main.objects.filter(({truths}) => !truths)
+          .map(({key, truth}) => [key, truth])"""
         return dict(self.modules.evaluate(keys))
 
 
