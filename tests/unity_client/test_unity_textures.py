@@ -47,7 +47,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def output(build, service, files) -> str:
+def output(build, service, files):
     return build.run("components.exe", "textures", service.url, str(files), *SIZES)
 
 
