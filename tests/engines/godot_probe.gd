@@ -52,7 +52,7 @@ func _process(_delta: float) -> void:
 
 
 ## The tests' hand on the scene: F takes the ball away, as a game does with what breaks; R brings a rifle, M a room
-## of one mesh with 20 materials.
+## of one mesh with 20 materials, T a thing whose textures tell what it is.
 func _unhandled_key_input(event: InputEvent) -> void:
 	if not event.is_pressed():
 		return
@@ -66,6 +66,8 @@ func _unhandled_key_input(event: InputEvent) -> void:
 		magazine.add_child(HapticObject.new())
 		rifle.add_child(magazine)
 		get_tree().current_scene.add_child(rifle)
+	if (event as InputEventKey).keycode == KEY_T:
+		_textured()
 	if (event as InputEventKey).keycode == KEY_M:
 		var room: Node3D = load("res://room.gd").new()
 		room.set("say", _say)
@@ -75,6 +77,34 @@ func _unhandled_key_input(event: InputEvent) -> void:
 func _named(node: Node, name_given: String) -> Node:
 	node.name = name_given
 	return node
+
+
+## Brings a body of three materials with textures, of which the second tells what it is by its name; then says it again.
+func _textured() -> void:
+	var known := get_tree().current_scene.get_node_or_null("mesh2057757695/HapticObject")
+	if known != null:
+		known.label = "mesh2057757696"
+		known.say()
+		return
+	var body := _named(StaticBody3D.new(), "mesh2057757695")
+	var size := 3.0
+	for one: Array in [["mat14", "planks"], ["Oak_Floor", "weave"], ["mat15", "weave"]]:
+		var image := Image.new()
+		image.load_png_from_buffer(FileAccess.get_file_as_bytes("res://%s.png" % one[1]))
+		image.generate_mipmaps()
+		var material := StandardMaterial3D.new()
+		material.resource_name = one[0]
+		material.albedo_texture = ImageTexture.create_from_image(image)
+		var box := BoxMesh.new()
+		box.size = size * Vector3.ONE
+		box.material = material
+		var instance := MeshInstance3D.new()
+		instance.mesh = box
+		body.add_child(instance)
+		size -= 1.0
+	body.add_child(_named(HapticObject.new(), "HapticObject"))
+	(body as Node3D).position = Vector3(0.0, -100.0, 0.0)
+	get_tree().current_scene.add_child(body)
 
 
 func _count(vibration: Dictionary) -> void:

@@ -6,6 +6,7 @@ the mouse is scripted, speaker and plate are simulated.
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import shutil
@@ -17,12 +18,15 @@ from pathlib import Path
 from typing import Any
 
 import msgpack
+from drawn_textures import planks, weave
 from godot_pack import pack, project_files
 from pace import PACE
+from PIL import Image
 from playwright.sync_api import sync_playwright
 from scene_cases import of_clients
 
 from hapticvlm.client.local_service import Service, running
+from hapticvlm.vision.pictures import Pixels
 
 HERE = Path(__file__).parent
 PROJECT = HERE.parents[1] / "examples" / "godot"
@@ -36,6 +40,7 @@ ENGINE = (
 CHROMIUM = "chromium"
 LLVMPIPE = ("--use-gl=angle", "--use-angle=gl-egl", "--ignore-gpu-blocklist")
 SIZE = (480, 300)
+TEXTURE_PX = 512
 PATIENCE_S = 120.0 * PACE  # shaders are compiled and drawn on a processor that others use too
 AUTOLOAD = "[autoload]\n"
 PROBE = 'Probe="*res://probe.gd"\n'
@@ -57,8 +62,16 @@ def export(folder: Path) -> None:
     files["project.godot"] = f"{heading}{AUTOLOAD}{first}\n{PROBE}\n[{rest}".encode()
     files["probe.gd"] = (HERE / "godot_probe.gd").read_bytes()
     files["room.gd"] = (HERE / "godot_room.gd").read_bytes()
+    for draw in (planks, weave):
+        files[f"{draw.__name__}.png"] = _png(draw(TEXTURE_PX))
     files["scene_cases.json"] = json.dumps(ADDED).encode()
     (folder / "index.pck").write_bytes(pack(files))
+
+
+def _png(pixels: Pixels) -> bytes:
+    file = io.BytesIO()
+    Image.fromarray(pixels).save(file, "PNG")
+    return file.getvalue()
 
 
 @dataclass

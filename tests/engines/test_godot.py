@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from godot_scene import ADDED, TEMPLATE, Game, playing
+from drawn_textures import planks, weave
+from godot_scene import ADDED, TEMPLATE, TEXTURE_PX, Game, playing
 from PIL import Image
 from room_of_surfaces import ROOM
 from websockets.sync.client import connect as open_socket
@@ -93,7 +94,8 @@ def test_an_object_whose_name_says_nothing_is_recognised_from_pictures(
     assert decided[NAMELESS]["source"] == "unknown"
     seen = game.wait_for("decided", object_id=NAMELESS, frame_age_ms=pytest.approx(0, abs=1e6))
     assert "encoder" in {item["rung"] for item in seen["evidence"]}
-    assert {frame["object_id"] for frame in game.frames} == {NAMELESS}
+    live = [frame for frame in game.frames if frame.get("purpose") != "texture"]
+    assert {frame["object_id"] for frame in live} == {NAMELESS}
 
 
 @pytest.mark.parametrize("case", ADDED, ids=lambda case: case["name"])
@@ -183,6 +185,29 @@ def test_a_touch_finds_its_surface_among_10_000_triangles_in_less_than_0_1_ms(
         print(f"\n{searched}")
     # The engine draws on the processor beside it, so slower searches say how busy the machine is.
     assert searched["quickest_tenth_ms"] < 0.1
+
+
+def test_textures_that_neither_name_nor_shader_tells_are_sent_once_and_decide(
+    game: Game, decided: dict[str, Any]
+) -> None:
+    assert decided
+    since = len(game.events)
+    game.page.keyboard.press("t")
+    for surface, material in ((0, "wood"), (2, "fabric")):
+        wanted = {"object_id": "Table/mesh2057757695", "surface": surface, "source": "texture"}
+        assert game.wait_for("decided", since, **wanted)["material"] == material
+    told = len(game.told)
+    game.page.keyboard.press("t")  # says the object again
+    game.wait_to_tell(told, type="scene")
+    assert game.state()["silence"] == ""
+    maps = {frame["surface"]: frame for frame in game.frames if frame.get("purpose") == "texture"}
+    assert set(maps) == {0, 2}
+    assert sum(frame.get("purpose") == "texture" for frame in game.frames) == 2
+    for surface, drawn in ((0, planks(TEXTURE_PX)), (2, weave(TEXTURE_PX))):
+        sent = pixels(maps[surface]["image"], "RGB")
+        assert sent.shape == (maps[surface]["height"], maps[surface]["width"], 3) == (256, 256, 3)
+        small = np.asarray(Image.fromarray(drawn).resize((256, 256), Image.Resampling.BOX))
+        assert np.abs(sent - small).mean() < 6.0  # of 255; what is mirrored differs by far more
 
 
 def test_an_object_that_is_no_more_costs_an_id_and_not_the_whole_scene(

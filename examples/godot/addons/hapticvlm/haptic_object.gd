@@ -28,7 +28,7 @@ static var by_body := {}
 @export_group("More")
 ## Thickness of a thin object in metres; 0: not stated.
 @export_range(0.0, 10.0, 0.001, "suffix:m") var thickness_m := 0.0
-## Whether pictures of it may be taken when its material is unknown.
+## Whether pictures of it, and its textures, may be sent when its material is unknown.
 @export var shows_pictures := true
 ## Its id for the service; empty: its path in the scene.
 @export var object_id := ""
@@ -105,6 +105,9 @@ func _described() -> Dictionary:
 		if largest.has("shader"):
 			object["shader"] = largest["shader"]
 		object["surfaces"] = _surfaces.described
+	if not shows_pictures:
+		for surface in _surfaces.described:
+			surface.erase("texture")
 	return object
 
 

@@ -24,6 +24,7 @@ signal ownership_changed(is_owner: bool)
 const Link := preload("link.gd")
 const SceneRegistry := preload("scene_registry.gd")
 const FrameSlot := preload("frame_slot.gd")
+const TextureMaps := preload("texture_maps.gd")
 const SURFACES_SINCE_MINOR := 2  # an older service refuses unknown fields
 const TAKE_EVERY_S := 2.0  # interval between requests for outputs that another scene owns
 const HANDS: Array[String] = ["left", "right"]
@@ -56,6 +57,7 @@ var lost: Dictionary:
 
 var _link := Link.new()
 var _frames := FrameSlot.new(_link)
+var _textures := TextureMaps.new()
 var _url := ""
 var _registry := SceneRegistry.new()
 var _lost_touches := 0
@@ -73,6 +75,7 @@ func _enter_tree() -> void:
 	process_mode = Node.PROCESS_MODE_ALWAYS  # stay connected while the game is paused
 	process_priority = 1000  # run after the scene's nodes, so that their changes are sent in this frame
 	_registry.on_left_out = _leave_out
+	_textures.send = _send_texture
 	_link.on_message = _receive
 	_link.on_lost = _lose
 	connect_to(Link.address(), token)
@@ -80,6 +83,7 @@ func _enter_tree() -> void:
 
 func _exit_tree() -> void:
 	_link.close("the program has ended")
+	_textures.close()
 	if current == self:
 		current = null
 
@@ -88,6 +92,8 @@ func _process(_delta: float) -> void:
 	_link.poll()
 	if _link.is_open and _registry.has_changes:
 		_send_scene()
+	if _link.is_open:
+		_textures.step(Link.now_s())
 
 
 ## Connects to the service at this address.
@@ -185,6 +191,8 @@ func _receive(message: Dictionary, asked: String) -> void:
 		"vibration":
 			_is_stopped = message.get("stopped", false)
 			vibrated.emit(message)
+		"textures":
+			_textures.want(message["hashes"])
 		"telemetry":
 			measured.emit(message)
 		"ownership":
@@ -197,6 +205,7 @@ func _welcome(message: Dictionary) -> void:
 	decisions.clear()
 	_knows_surfaces = message["protocol"]["minor"] >= SURFACES_SINCE_MINOR
 	_sent_objects.clear()
+	_textures.clear()
 	_scene_refusal = ""
 	_registry.materials = message["materials"]
 	_registry.restart()
@@ -283,6 +292,12 @@ func _send_scene() -> void:
 		if not _knows_surfaces:
 			news["objects"] = news["objects"].map(_without_surfaces)
 		_sent_objects[_link.send("scene", news)] = news["objects"]
+
+
+func _send_texture(texture: String, frame: Dictionary) -> void:
+	var surface := _registry.surface_with(texture)
+	if is_open() and not surface.is_empty():
+		_link.send_packed("frame", frame.merged(surface).merged({"captured_at": Link.now_s()}))
 
 
 static func _without_surfaces(object: Dictionary) -> Dictionary:

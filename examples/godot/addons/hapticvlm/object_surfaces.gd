@@ -5,6 +5,7 @@ extends RefCounted
 ## the surface of the triangle nearest to the hand.
 
 const SurfaceTriangles := preload("surface_triangles.gd")
+const TextureMaps := preload("texture_maps.gd")
 const MAX_SURFACES := 64  # limit of the protocol
 const MAX_NAME := 256
 
@@ -13,7 +14,7 @@ const BASE_MAPS: Array[String] = ["texture_albedo", "albedo_texture", "base_colo
 
 static var _warned := {}  # ids of meshes
 
-## The description of each surface: {name?, shader?}, the largest first.
+## The description of each surface: {name?, shader?, texture?}, the largest first.
 var described: Array[Dictionary] = []
 
 var _parts: Array[Part] = []
@@ -121,6 +122,9 @@ static func _described(key: Variant, name: String) -> Dictionary:
 			"roughness": clampf(drawn.roughness, 0.0, 1.0),
 			"base_color": [color.r, color.g, color.b],
 		}
+	var texture := TextureMaps.name_of(_base_map(key as Material))
+	if not texture.is_empty():
+		surface["texture"] = texture
 	return surface
 
 

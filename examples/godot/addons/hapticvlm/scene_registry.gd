@@ -51,6 +51,16 @@ func forget(object_id: String) -> void:
 	has_changes = true
 
 
+## Returns {object_id, surface} of a surface that states this texture; empty if none does.
+func surface_with(texture: String) -> Dictionary:
+	for object_id: String in _objects:
+		var surfaces: Array = _objects[object_id].get("surfaces", [])
+		for i in surfaces.size():
+			if surfaces[i].get("texture") == texture:
+				return {"object_id": object_id, "surface": i}
+	return {}
+
+
 ## Queues all objects for a new session.
 func restart() -> void:
 	_is_unknown = true
