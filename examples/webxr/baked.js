@@ -6,7 +6,7 @@ import {FeelPlayer} from 'hapticvlm';
 
 const RATE_HZ = 3000;
 const EVERY_MS = 10;
-const LONGEST_S = 0.1; // of one piece; a page that slept skips the rest
+const LONGEST_S = 0.5; // of one piece; a page that slept longer skips the rest
 const FIRST = 1e9; // number of the first sample, far from those of a service
 
 export class BakedWave {

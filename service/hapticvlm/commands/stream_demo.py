@@ -97,7 +97,11 @@ def _add_demo(commands: Commands) -> None:
         "demo",
         help="play a recorded session on simulated devices",
         description=_DEMO,
-        examples=("hapticvlm demo", "hapticvlm demo --browser"),
+        examples=(
+            "hapticvlm demo",
+            "hapticvlm demo --browser",
+            "hapticvlm demo --static site     then: python -m http.server --directory site",
+        ),
     )
     demo.set_defaults(run=_demo)
     demo.add_argument(
@@ -114,6 +118,13 @@ def _add_demo(commands: Commands) -> None:
         "--browser",
         action="store_true",
         help="open a WebXR scene in the browser and touch it yourself",
+    )
+    demo.add_argument(
+        "--static",
+        type=Path,
+        metavar="FOLDER",
+        help="write the WebXR scene and a gallery of the materials as plain files for any web "
+        "host; they are felt and heard without a service",
     )
     touch_options.add_voice(demo, "sound", "voice of vibration.wav (sound)")
     demo.add_argument("--quiet", action="store_true", help="play no sound")
@@ -163,8 +174,12 @@ def _share(text: str) -> float:
 
 
 def _demo(options: argparse.Namespace) -> int:
+    if options.browser and options.static is not None:
+        raise UsageError("--browser and --static: give one of them")
     if options.browser:
         return _browse()
+    if options.static is not None:
+        return _write_static(options.static)
     from hapticvlm.commands.progress import working
 
     if not options.json:
@@ -181,17 +196,27 @@ def _demo(options: argparse.Namespace) -> int:
     )
 
 
+def _write_static(folder: Path) -> int:
+    """Write the scene and the gallery to a folder. Raises UsageError, OSError."""
+    from hapticvlm.demo import static_site
+
+    size = static_site.write(_drawable_examples(), folder)
+    print(
+        f"{folder}: {size / 1e6:.1f} MB of plain files\n"
+        f"try it       {Path(sys.executable).name} -m http.server --directory {folder}\n"
+        "gallery      http://127.0.0.1:8000/#glass/strike opens at a strike on glass\n"
+        "scene        http://127.0.0.1:8000/scene/webxr/"
+    )
+    return 0
+
+
 def _browse() -> int:
     """Serve the scene, open it, and stay until Ctrl+C. Raises UsageError, ServiceError."""
     import webbrowser
 
     from hapticvlm.client.local_service import ending_on_sigterm, running
 
-    examples = _examples_folder()
-    if examples is None:
-        raise UsageError("this wheel was built without the browser scene; use a checkout")
-    if not (examples / "webxr" / "node_modules" / "three").is_dir():
-        raise UsageError(f"three.js is not installed: {CURE}")
+    examples = _drawable_examples()
     try:
         with (
             ending_on_sigterm(),
@@ -207,6 +232,16 @@ def _browse() -> int:
         return 0
     print("hapticvlm demo: the service ended unexpectedly", file=sys.stderr)
     return 1
+
+
+def _drawable_examples() -> Path:
+    """Return the folder of the scene and what draws it. Raises UsageError."""
+    examples = _examples_folder()
+    if examples is None:
+        raise UsageError("this wheel was built without the browser scene; use a checkout")
+    if not (examples / "webxr" / "node_modules" / "three").is_dir():
+        raise UsageError(f"three.js is not installed: {CURE}")
+    return examples
 
 
 def _examples_folder() -> Path | None:

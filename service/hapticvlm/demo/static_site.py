@@ -1,0 +1,139 @@
+"""Writes the WebXR room and a gallery of the materials as plain files that any web host serves.
+
+The files lie where the service serves them: its pages at the top, the scene below `scene/`. Their
+addresses are relative, so both find each other below any address. Only one line differs: the room's
+page states that it has no service.
+
+A folder is written again only if every file to be replaced is one that an earlier run wrote, as it
+wrote it. LIST names them with their digests. While a run writes, LIST has no digests: what it names
+may then be incomplete, and the next run replaces it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping
+from pathlib import Path, PurePosixPath
+
+from hapticvlm import documents
+from hapticvlm.errors import UsageError
+
+LIST = "hapticvlm-static.json"
+PAGES = (
+    "dom.js",
+    "feel.js",
+    "hear.js",
+    "icon.svg",
+    "link.js",
+    "palette.css",
+    "sound.buffers.js",
+    "sound.js",
+    "sound.stream.js",
+    "sound.voice.js",
+    "sound.worklet.js",
+)
+_HERE = Path(__file__).parent
+_ROOM = "webxr/index.html"
+_SERVED = '<html lang="en">'
+_ALONE = '<html lang="en" data-service="none">'
+
+
+def write(examples: Path, folder: Path) -> int:
+    """Write the site to a folder; return its size in bytes.
+
+    `examples` holds the scene with the libraries that draw it. Raises UsageError where the folder
+    has a file that no earlier run wrote, and OSError.
+    """
+    files = dict(_files(examples))
+    before = _written(folder)
+    _refuse_foreign(folder, files, before)
+    folder.mkdir(parents=True, exist_ok=True)
+    _list(folder, dict.fromkeys({**before, **files}))
+    for name in before:
+        _place(folder, name).unlink(missing_ok=True)
+    for name, content in files.items():
+        path = _place(folder, name)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
+    _list(folder, {name: _digest(content) for name, content in files.items()})
+    return sum(len(content) for content in files.values())
+
+
+def _files(examples: Path) -> Iterator[tuple[str, bytes]]:
+    """Yield the address of each file below the site, and its content."""
+    for file in sorted((_HERE / "static").iterdir()):
+        yield file.name, file.read_bytes()
+    for name in PAGES:
+        yield name, (_HERE.parent / "pages" / name).read_bytes()
+    for pattern in json.loads((_HERE / "scene_files.json").read_text(encoding="utf-8")):
+        for file in sorted(examples.glob(pattern)):
+            name = file.relative_to(examples).as_posix()
+            content = file.read_bytes()
+            if name == _ROOM:
+                page = content.decode()
+                assert _SERVED in page, name
+                content = page.replace(_SERVED, _ALONE).encode()
+            yield f"scene/{name}", content
+
+
+def _written(folder: Path) -> dict[str, str | None]:
+    """Return the files of the run before and their digests; None: that run did not end.
+
+    Raises UsageError.
+    """
+    path = folder / LIST
+    if not path.exists():
+        return {}
+    try:
+        names = documents.parse_json(documents.read_text(path))
+        if not isinstance(names, dict):
+            raise ValueError("must be an object of names and digests")
+        for name in names:
+            _place(folder, name)
+    except ValueError as error:
+        raise UsageError(f"{path}: {error}; remove it, or give another folder") from None
+    return names
+
+
+def _refuse_foreign(
+    folder: Path, files: Mapping[str, bytes], before: Mapping[str, str | None]
+) -> None:
+    """Raise UsageError for a file that a run would replace or remove although none wrote it."""
+    if folder.exists() and not folder.is_dir():
+        raise UsageError(f"{folder}: is a file; give a folder")
+    if not before and folder.exists() and any(folder.iterdir()):
+        raise UsageError(
+            f"{folder}: has files and no {LIST}, so this command did not write it; "
+            "give a new or an empty folder"
+        )
+    for name in {**before, **files}:
+        path = _place(folder, name)
+        if not path.exists():
+            continue
+        is_ours = name in before and path.is_file()
+        digest = before.get(name)
+        if not is_ours or (digest is not None and _digest(path.read_bytes()) != digest):
+            raise UsageError(
+                f"{path}: was changed or made by someone else; move it, or give another folder"
+            )
+
+
+def _place(folder: Path, name: str) -> Path:
+    """Return the path of a file of the site. Raises ValueError for one that is not below it."""
+    parts = PurePosixPath(name).parts
+    path = folder.joinpath(*parts)
+    if not parts or not path.resolve().is_relative_to(folder.resolve()):
+        raise ValueError(f"{name}: is not below the folder")
+    return path
+
+
+def _list(folder: Path, digests: Mapping[str, str | None]) -> None:
+    """Write LIST whole or not at all."""
+    part = folder / f"{LIST}.part"
+    part.write_text(json.dumps(dict(sorted(digests.items())), indent=1) + "\n", encoding="utf-8")
+    part.replace(folder / LIST)
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()

@@ -1,0 +1,186 @@
+"""The folder of `hapticvlm demo --static` on a plain file server, in Chromium, without a service.
+
+What is replaced is hardware: the motors of a gamepad and of a phone.
+"""
+
+import itertools
+import re
+import shutil
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from dashboard_scene import AXE, PATIENCE_MS
+from pace import PACE
+from playwright.sync_api import Browser, Page, expect, sync_playwright
+from static_server import served
+from webxr_scene import CHROMIUM, EXAMPLES, LLVMPIPE, SLOW_MS
+
+from hapticvlm.demo import static_site
+from hapticvlm.materials import MATERIALS
+from hapticvlm.rendering.vibration.vibration import IMPACTS, INTERACTIONS
+
+pytestmark = [pytest.mark.browser, pytest.mark.needs_toolchain("chromium", "three")]
+
+LEAST_DB = -30.0  # re full scale, at the loudness that the page begins with
+GRID = list(itertools.product(MATERIALS, INTERACTIONS))
+FEW = [("glass", "strike"), ("fabric", "press"), ("wood", "slide")]
+# A gamepad and a phone that count the pictures drawn between the newest contact and their pulse.
+MOTORS = """
+  window.frames = 0;
+  window.pulses = {gamepad: [], phone: []};
+  const count = () => { frames++; requestAnimationFrame(count); };
+  requestAnimationFrame(count);
+  const pulse = (motor, strength) => strength > 0 && pulses[motor].push({frame: frames, strength});
+  const playEffect = async (_, {strongMagnitude}) => pulse('gamepad', strongMagnitude);
+  navigator.getGamepads = () => [{id: 'pad', vibrationActuator: {playEffect}}];
+  navigator.vibrate = (ms) => Boolean(pulse('phone', ms)) || true;
+"""
+# Measures what leaves the page behind a fourth-order Butterworth high-pass at 350 Hz.
+LISTEN = """async () => {
+  const {sound} = await import('/hear.js');
+  await sound.start();
+  const {context} = sound.output;
+  const q = [0.5412, 1.3066].map((factor) => 20 * Math.log10(factor));
+  const pass = q.map((Q) => new BiquadFilterNode(context, {type: 'highpass', frequency: 350, Q}));
+  const meter = context.createScriptProcessor(2048, 1, 1); // 43 to 46 ms
+  window.loudest = 0;
+  meter.onaudioprocess = ({inputBuffer}) => {
+    const samples = inputBuffer.getChannelData(0);
+    const power = samples.reduce((sum, sample) => sum + sample * sample, 0) / samples.length;
+    loudest = Math.max(loudest, power);
+  };
+  sound.output.connect(pass[0]).connect(pass[1]).connect(meter).connect(context.destination);
+  window.meter = meter;
+}"""
+# Plays a gesture until it is heard, and felt within `most` pictures; a busy machine may be late.
+PLAY = """async ([material, kind, least, most, patience]) => {
+  const wait = (ms) => new Promise((done) => setTimeout(done, ms));
+  const end = performance.now() + patience;
+  const link = document.getElementById(`${material}/${kind}`);
+  const played = {};
+  const isDone = () => played.level > least && Math.max(...played.first) <= most;
+  do {
+    window.loudest = pulses.gamepad.length = pulses.phone.length = 0;
+    const at = frames;
+    link.click();
+    const over = performance.now() + 2000;
+    do {
+      await wait(20);
+      played.level = 10 * Math.log10(loudest + 1e-20);
+      played.first = Object.values(pulses).map(([pulse]) => pulse ? pulse.frame - at : 1e9);
+    } while (!isDone() && performance.now() < over);
+    played.strongest = Math.max(0, ...pulses.gamepad.map(({strength}) => strength));
+    document.getElementById('stop').click();
+    await wait(200);
+  } while (!isDone() && performance.now() < end);
+  return played;
+}"""
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    folder = tmp_path_factory.mktemp("static") / "site"
+    static_site.write(EXAMPLES, folder)
+    with served(folder.parent) as root:  # as a web host serves a project below its address
+        yield f"{root}site/"
+
+
+@pytest.fixture(scope="module")
+def gallery(browser: Browser, address: str) -> Iterator[Page]:
+    page = browser.new_page()
+    yield from opened(page, f"{address}#glass/strike")
+
+
+def opened(page: Page, address: str) -> Iterator[Page]:
+    """Open a page that has motors; it asks for nothing that is not there, and no service."""
+    page.set_default_timeout(SLOW_MS)
+    problems: list[Any] = []
+    page.on("pageerror", lambda error: problems.append(str(error)))
+    page.on("websocket", lambda socket: problems.append(socket.url))
+    page.on("response", lambda r: problems.append(r.url) if r.status >= 400 else None)
+    page.add_init_script(MOTORS)
+    page.goto(address)
+    yield page
+    page.close()
+    assert problems == []
+
+
+def test_a_link_opens_at_its_moment_and_enter_plays_it(gallery: Page) -> None:
+    expect(gallery.locator(".opened")).to_be_focused()
+    expect(gallery.locator("#told")).to_contain_text("Enter")
+    gallery.keyboard.press("Enter")
+    gallery.wait_for_function("() => pulses.gamepad.length > 0", timeout=PATIENCE_MS)
+
+
+@pytest.mark.parametrize(
+    ("material", "kind"),
+    [*FEW, *(pytest.param(*one, marks=pytest.mark.nightly) for one in GRID if one not in FEW)],
+)
+def test_each_gesture_is_heard_by_a_small_speaker_and_felt_in_the_next_picture(
+    gallery: Page, material: str, kind: str
+) -> None:
+    if not gallery.evaluate("Boolean(window.meter)"):
+        gallery.evaluate(LISTEN.replace("'/hear.js'", "new URL('hear.js', document.baseURI)"))
+    most = 1 if kind in IMPACTS else 1_000  # a stroke begins slowly
+    played = gallery.evaluate(PLAY, [material, kind, LEAST_DB, most, PATIENCE_MS])
+    print(material, kind, played)
+    assert played["level"] > LEAST_DB
+    assert played["strongest"] > 0.1
+    assert max(played["first"]) <= most
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize(("width", "height"), [(1280, 800), (390, 844)])
+def test_axe_finds_nothing_in_the_gallery(gallery: Page, width: int, height: int) -> None:
+    gallery.set_viewport_size({"width": width, "height": height})
+    gallery.evaluate(AXE.read_text(encoding="utf-8"))
+    violations = gallery.evaluate("axe.run()")["violations"]
+    assert [entry["id"] for entry in violations] == []
+    assert gallery.evaluate("document.scrollingElement.scrollWidth") <= width
+
+
+# Presses an object of the room; the pictures until the phone's motor, and what the page says.
+PRESS = """async ([key, patience]) => {
+  const main = await import(new URL('main.js', document.baseURI));
+  const three = await import('three');
+  const {root} = main.objects.find((one) => one.key === key);
+  const at = new three.Box3().setFromObject(root).getCenter(new three.Vector3());
+  at.project(main.camera);
+  const canvas = document.getElementById('view');
+  const where = {
+    clientX: (at.x + 1) / 2 * canvas.clientWidth, clientY: (1 - at.y) / 2 * canvas.clientHeight,
+  };
+  const send = (type) =>
+    canvas.dispatchEvent(new PointerEvent(type, {...where, pointerId: 1, bubbles: true}));
+  send('pointermove');
+  await new Promise((done) => setTimeout(done, 300));
+  pulses.phone.length = 0;
+  const begun = frames;
+  send('pointerdown');
+  const end = performance.now() + patience;
+  while (!pulses.phone.length && performance.now() < end) {
+    await new Promise((done) => setTimeout(done, 20));
+  }
+  const said = document.getElementById('said').textContent;
+  send('pointerup');
+  return {frames: pulses.phone[0]?.frame - begun, said};
+}"""
+
+
+@pytest.mark.nightly
+def test_the_room_is_felt_without_a_service(address: str) -> None:
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path=shutil.which(CHROMIUM), args=["--no-sandbox", *LLVMPIPE]
+        )
+        page = browser.new_page(viewport={"width": 240, "height": 160})
+        visit = opened(page, f"{address}scene/webxr/")
+        next(visit)
+        page.locator("#state", has_text=re.compile("without a service")).wait_for()
+        pressed = page.evaluate(PRESS, ["kettle", 20_000 * PACE])
+        assert pressed["said"] == "The kettle is metal."
+        assert pressed["frames"] <= 1
+        assert page.locator(".served:visible").count() == 0
+        assert next(visit, None) is None
+        browser.close()
