@@ -5,16 +5,15 @@ What is replaced is hardware: the motors of a gamepad and of a phone.
 
 import itertools
 import re
-import shutil
 from collections.abc import Iterator
 from typing import Any
 
 import pytest
 from dashboard_scene import AXE, PATIENCE_MS
 from pace import PACE
-from playwright.sync_api import Browser, Page, expect, sync_playwright
+from playwright.sync_api import Browser, Page, expect
 from static_server import served
-from webxr_scene import CHROMIUM, EXAMPLES, LLVMPIPE, SLOW_MS
+from webxr_scene import EXAMPLES, SLOW_MS
 
 from hapticvlm.demo import static_site
 from hapticvlm.materials import MATERIALS
@@ -169,18 +168,13 @@ PRESS = """async ([key, patience]) => {
 
 
 @pytest.mark.nightly
-def test_the_room_is_felt_without_a_service(address: str) -> None:
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(
-            executable_path=shutil.which(CHROMIUM), args=["--no-sandbox", *LLVMPIPE]
-        )
-        page = browser.new_page(viewport={"width": 240, "height": 160})
-        visit = opened(page, f"{address}scene/webxr/")
-        next(visit)
-        page.locator("#state", has_text=re.compile("without a service")).wait_for()
-        pressed = page.evaluate(PRESS, ["kettle", 20_000 * PACE])
-        assert pressed["said"] == "The kettle is metal."
-        assert pressed["frames"] <= 1
-        assert page.locator(".served:visible").count() == 0
-        assert next(visit, None) is None
-        browser.close()
+def test_the_room_is_felt_without_a_service(browser: Browser, address: str) -> None:
+    page = browser.new_page(viewport={"width": 240, "height": 160})
+    visit = opened(page, f"{address}scene/webxr/")
+    next(visit)
+    page.locator("#state", has_text=re.compile("without a service")).wait_for()
+    pressed = page.evaluate(PRESS, ["kettle", 20_000 * PACE])
+    assert pressed["said"] == "The kettle is metal."
+    assert pressed["frames"] <= 1
+    assert page.locator(".served:visible").count() == 0
+    assert next(visit, None) is None
