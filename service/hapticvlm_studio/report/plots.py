@@ -1,4 +1,4 @@
-"""Draws a study's confusions, recognition and ratings with their intervals, reaction times."""
+"""Draws a study's recognition and ratings with their intervals, reaction times."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Matrix = tuple[list[str], NDArray[np.int64]]
 DPI = 110
 # By person is the interval that counts, so it is drawn boldly; Wilson's is thin and grey.
 _BY_PERSON: Any = {"color": BLUE, "linewidth": 3.0, "solid_capstyle": "butt"}
@@ -24,16 +23,6 @@ _WILSON: Any = {"color": GREY, "linewidth": 1.5}
 OUTLYING = 2.0  # times the 95th percentile: the axis of reaction times ends there
 MIN_QUARTILES = 5  # answers, for quartiles to be drawn
 MIN_SURE = 10  # answers; a share of fewer is drawn hollow
-
-
-def confusion(path: Path, title: str, whole: Matrix, parts: Sequence[tuple[str, Matrix]]) -> None:
-    """Draw the confusion matrix of all patterns, and beside it those of the factors."""
-    figure = _figure(13.0, 7.2)
-    grid = figure.add_gridspec(2, 2, width_ratios=(2.1, 1.0))
-    _draw_matrix(figure.add_subplot(grid[:, 0]), title, whole)
-    for at, (name, matrix) in enumerate(parts[:2]):
-        _draw_matrix(figure.add_subplot(grid[at, 1]), name, matrix)
-    figure.savefig(path, dpi=DPI)
 
 
 def recognition(
@@ -181,23 +170,6 @@ def _legend(axes: Axes, columns: int = 3) -> None:
     axes.figure.legend(
         handles, labels, loc="outside lower left", ncols=columns, fontsize=8, frameon=False
     )
-
-
-def _draw_matrix(axes: Axes, title: str, matrix: Matrix) -> None:
-    names, counts = matrix
-    # Shades are shares of the row, so that patterns presented more often do not look better; a row
-    # that was never presented stays blank. Numbers are counts, which shares of few trials hide.
-    totals = counts.sum(axis=1, keepdims=True)
-    shares = np.divide(counts, totals, out=np.zeros(counts.shape), where=totals > 0)
-    axes.imshow(shares, vmin=0.0, vmax=1.0, cmap="Blues", aspect="auto")
-    for i, j in zip(*np.nonzero(counts), strict=True):
-        colour = "white" if shares[i, j] > 0.55 else INK
-        axes.text(j, i, str(counts[i, j]), ha="center", va="center", color=colour, fontsize=9)
-    axes.set_xticks(range(len(names)), names, rotation=40, ha="right", rotation_mode="anchor")
-    axes.set_yticks(range(len(names)), names)
-    axes.set_xlabel("answered")
-    axes.set_ylabel("presented")
-    axes.set_title(title, loc="left", fontsize=11)
 
 
 def _figure(width: float, height: float) -> Figure:

@@ -15,10 +15,10 @@ from hapticvlm import documents
 from hapticvlm.errors import installing
 from hapticvlm.palette import FIGURE
 from hapticvlm_studio.design.stimuli import StudyError
-from hapticvlm_studio.report import plots, results
+from hapticvlm_studio.report import confusion, plots, results
 from hapticvlm_studio.report.evaluate import Document, evaluate, evaluate_paper
 from hapticvlm_studio.report.statistics import Share
-from hapticvlm_studio.report.text import PICTURES, people, text_of
+from hapticvlm_studio.report.text import CONFUSION, PICTURES, people, text_of
 
 _STYLE = """
 :root { color-scheme: light dark; }
@@ -67,26 +67,26 @@ def report_paper(out: Path | None, *, as_json: bool) -> str:
 
 
 def _draw(out: Path, document: Document, times: Sequence[Any] | None) -> None:
-    """Draw the pictures; without matplotlib the report says so and has only its tables."""
-    try:
-        import matplotlib as mpl
-    except ModuleNotFoundError:
-        document["pictures_missing"] = f"they need matplotlib: `{installing('matplotlib')}`"
-        for name in PICTURES:  # of an earlier evaluation
-            (out / f"{name}.png").unlink(missing_ok=True)
-        return
-    whole = (document["labels"], np.array(document["counts"]))
-    parts = [
-        (f"{part['factor']} alone", (part["levels"], np.array(part["counts"])))
-        for part in document["axes"]
-    ]
+    """Draw the pictures; without matplotlib the report says so and has its first one only."""
     heading = f"{people(document['participants'])}, {document['answered']} trials"
     if document["simulated"]:
         heading += "; SIMULATED devices"
     elif document["heard"]:
         heading += "; HEARD, not felt"
+    whole = (document["labels"], np.array(document["counts"]))
+    parts = [
+        (f"{part['factor']} alone", (part["levels"], np.array(part["counts"])))
+        for part in document["axes"]
+    ]
+    (out / CONFUSION).write_text(confusion.svg(heading, whole, parts), encoding="utf-8")
+    try:
+        import matplotlib as mpl
+    except ModuleNotFoundError:
+        document["pictures_missing"] = f"they need matplotlib: `{installing('matplotlib')}`"
+        for name in PICTURES.keys() - {CONFUSION}:  # of an earlier evaluation
+            (out / name).unlink(missing_ok=True)
+        return
     with mpl.rc_context(dict(FIGURE)):
-        plots.confusion(out / "confusion.png", heading, whole, parts)
         patterns = zip(document["labels"], document["patterns"], strict=True)
         shares = [(label, _share(each)) for label, each in patterns]
         plots.recognition(out / "recognition.png", heading, shares, times, document["chance"])
@@ -115,7 +115,7 @@ def _finish(out: Path | None, document: Document, *, as_json: bool) -> str:
 
 
 def page(markdown: str, folder: Path) -> str:
-    """Return an HTML page of this text with its pictures inside, PNG files of `folder`.
+    """Return an HTML page of this text with its pictures inside, PNG and SVG files of `folder`.
 
     The page loads no other file. HTML within the text is shown as text: titles and answers come
     from the study's file. Raises OSError.
@@ -145,4 +145,5 @@ def page(markdown: str, folder: Path) -> str:
 
 
 def _inside(picture: Path) -> str:
-    return "data:image/png;base64," + base64.b64encode(picture.read_bytes()).decode()
+    kind = "svg+xml" if picture.suffix == ".svg" else "png"
+    return f"data:image/{kind};base64," + base64.b64encode(picture.read_bytes()).decode()

@@ -9,11 +9,12 @@ from typing import Any
 from hapticvlm_studio.report.plots import MIN_QUARTILES
 
 Document = dict[str, Any]
+CONFUSION = "confusion.svg"
 PICTURES = {
-    "recognition": "Share recognised of each pattern, with 95 % intervals.",
-    "confusion": "Confusion matrices: how often each pattern presented was answered as each.",
-    "ratings": "Mean rating of each pattern with its 95 % interval by person.",
-    "anova": "Each printed F as p on the printed degrees of freedom and on those of the design.",
+    CONFUSION: "Confusion matrices: how often each pattern presented was answered as each.",
+    "recognition.png": "Share recognised of each pattern, with 95 % intervals.",
+    "ratings.png": "Mean rating of each pattern with its 95 % interval by person.",
+    "anova.png": "Each printed F as p on its printed degrees of freedom and on the design's.",
 }
 # Of the bits. Miller and Madow's correction is the first term of a series; where it is large, the
 # terms left out are large too, and the corrected figure would mean nothing.
@@ -24,10 +25,15 @@ _MAX_PAIRS = 10
 def text_of(document: Document, pictures: Path | None = None) -> str:
     """Return the report; with those of its pictures that exist in the folder `pictures`."""
     # What may be claimed comes before the tables, since few readers go on to the end.
-    parts = [_head(document), _claims(document), _shown(pictures, "recognition", "confusion")]
+    parts = [_head(document), _claims(document), _shown(pictures, CONFUSION, "recognition.png")]
     parts += [_patterns(document), _axes(document), _bits(document)]
-    parts += [_anova(document), _printed(document), _shown(pictures, "anova"), _pairs(document)]
-    parts += [_ratings(document), _shown(pictures, "ratings"), _people(document), _notes(document)]
+    parts += [_anova(document), _printed(document), _shown(pictures, "anova.png"), _pairs(document)]
+    parts += [
+        _ratings(document),
+        _shown(pictures, "ratings.png"),
+        _people(document),
+        _notes(document),
+    ]
     return "\n\n".join(part for part in parts if part)
 
 
@@ -59,7 +65,7 @@ def _head(document: Document) -> str:
             "The interval assumes independent trials, which the trials of one person are not."
         )
     if "pictures_missing" in document:
-        lines += ["", f"No pictures: {document['pictures_missing']}."]
+        lines += ["", f"No other pictures: {document['pictures_missing']}."]
     return "\n".join(lines)
 
 
@@ -74,8 +80,8 @@ def _shown(folder: Path | None, *names: str) -> str:
     """Return links to those pictures that exist in the folder."""
     if folder is None:
         return ""
-    existing = [name for name in names if (folder / f"{name}.png").exists()]
-    return "\n\n".join(f"![{PICTURES[name]}]({name}.png)" for name in existing)
+    existing = [name for name in names if (folder / name).exists()]
+    return "\n\n".join(f"![{PICTURES[name]}]({name})" for name in existing)
 
 
 def _repeats(document: Document) -> str:

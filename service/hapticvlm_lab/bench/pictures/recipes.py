@@ -56,7 +56,7 @@ RECIPES: Mapping[str, Recipe] = {
     "stability-latency.png": _command("stability-latency.png", "stability", "latency"),
     "observer-ours.png": _command("observer-ours.png", "study", "predict", "--guesses", "0"),
     "observer-paper.png": _command("observer-paper.png", "study", "predict", "--guesses", "0"),
-    "paper-confusion.png": _command("confusion.png", "study", "report", "--paper"),
+    "paper-confusion.svg": _command("confusion.svg", "study", "report", "--paper"),
     "paper-recognition.png": _command("recognition.png", "study", "report", "--paper"),
     "paper-anova.png": _command("anova.png", "study", "report", "--paper"),
     "study-page.png": pages.study,
