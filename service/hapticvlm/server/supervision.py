@@ -17,6 +17,7 @@ from hapticvlm.server.connection import Event
 from hapticvlm.server.counters import DROPPED_FRAMES
 from hapticvlm.server.edge.scheduling import yield_to_io
 from hapticvlm.server.gateway import Gateway
+from hapticvlm.server.news import HelperNews, News
 
 TICK_S = 0.02
 REST_TICK_S = 0.1  # while nobody is connected: no lease can lapse
@@ -37,6 +38,7 @@ class Supervision:
         self._supervised_at = self._telemetry_at = float("-inf")
         self._waveform_from = 0
         self._speaker_level = 0.0  # for the next telemetry
+        self._remote_news = HelperNews()
 
     async def run(self) -> None:
         """Run until cancelled."""
@@ -131,7 +133,10 @@ class Supervision:
                     connection.post(event)
 
     def _follow_plate(self, now: float) -> None:
+        before = self._gateway.outputs.reading.faults
         new = self._gateway.outputs.follow(now)
+        for fault in set(before) - set(self._gateway.outputs.reading.faults):
+            logger.warning("plate fault gone: %s", fault)
         for fault in new:
             self._report(Error(id=0, code="device", text=f"plate fault: {describe(fault)}"))
         if new:
@@ -154,7 +159,27 @@ class Supervision:
         trouble = None if self._gateway.vlm is None else self._gateway.vlm.supervise(now)
         if trouble is not None:
             self._report(Error(id=0, code="model", text=trouble))
+        self._note_remote(now)
+        if self._gateway.vlm is not None:
+            self._tell(self._gateway.vlm.news.take())
         self._report_losses(now)
+
+    def _note_remote(self, now: float) -> None:
+        """Note how the shared recogniser answers, once it was asked."""
+        remote = self._gateway.recogniser.remote
+        if remote is not None and (remote.is_used or remote.reason):
+            error = None if remote.is_used else f"{remote.reason}; pictures are recognised here"
+            self._remote_news.note("the shared recogniser", error, now)
+        news = self._remote_news.take()
+        if news is not None and not news.is_good:  # the log has both from `RecogniserWorker.note`
+            self._send(Error(id=0, code="model", text=news.text))
+
+    def _tell(self, news: News | None) -> None:
+        """Log the news of a helper; report it to every connection if it is bad."""
+        if news is not None and news.is_good:
+            logger.warning("%s", news.text)  # a level that reaches the terminal, as the failure did
+        elif news is not None:
+            self._report(Error(id=0, code="model", text=news.text))
 
     def _report_losses(self, now: float) -> None:
         """Report that the record misses lines, when it begins and from time to time."""
@@ -175,8 +200,12 @@ class Supervision:
         self._gateway.outputs.plate.rest(time.monotonic())
 
     def _report(self, error: Error) -> None:
-        self._gateway.refuse(error.code)
         logger.error("%s", error.text)
+        self._send(error)
+
+    def _send(self, error: Error) -> None:
+        """Send an error to every connection."""
+        self._gateway.refuse(error.code)
         event = Event(error)
         for connection in self._gateway.connections:
             connection.post(event)

@@ -13,13 +13,13 @@ from collections.abc import Callable
 from hapticvlm.processes.model_worker import WorkerReply
 from hapticvlm.server.connection import Connection
 from hapticvlm.server.counters import Count
+from hapticvlm.server.news import HelperNews
 from hapticvlm.session.actions import Action, Ask, AskAmbient, AskMaterial
 from hapticvlm.session.targets import ObjectTarget
 from hapticvlm.vlm.worker import Question, VlmReply, VlmWorker
 
 MAX_OBJECTS = 8
 MAX_AGE_S = 30.0  # a frame that waited longer shows a scene of long ago
-NEWS_S = 60.0  # between two reports on failing and answering again, which may alternate
 
 Deliver = Callable[[Connection, list[Action]], None]
 
@@ -40,9 +40,7 @@ class VlmQueue:
         self.failed = 0
         self.dropped = 0
         self.last_error: str | None = None
-        self._is_failing = False
-        self._news: str | None = None
-        self._news_at = -NEWS_S
+        self.news = HelperNews()
 
     def put(self, connection: Connection, ask: Ask, now: float) -> None:
         """Queue a question; a newer one about the same thing takes its place."""
@@ -88,7 +86,7 @@ class VlmQueue:
             self.last_error = answer.error
         else:
             self.answered += 1
-        self._note(answer.error, now)
+        self.news.note(f"the vision-language model {self.worker.name}", answer.error, now)
         if under_way is not None:
             self._answer(*under_way, answer)
         self.feed(now)
@@ -102,22 +100,7 @@ class VlmQueue:
         if trouble is not None:
             self._fail(trouble)
         self.feed(now)
-        if trouble is not None:
-            return trouble  # news waits for the next check
-        news = self._news
-        self._news = None
-        return news
-
-    def _note(self, error: str | None, now: float) -> None:
-        """Keep the first failure, and the first answer after failures, to be reported."""
-        # A model that refuses each question would otherwise be known to the dashboard alone, while
-        # a scene waits for a temperature that never comes.
-        if (error is not None) == self._is_failing or now - self._news_at < NEWS_S:
-            return
-        self._is_failing = error is not None
-        self._news_at = now
-        name = f"the vision-language model {self.worker.name}"
-        self._news = f"{name} answers again" if error is None else f"{name} fails: {error}"
+        return trouble
 
     def leave(self, connection: Connection) -> None:
         """Drop the questions of a connection that left."""

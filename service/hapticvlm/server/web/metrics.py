@@ -28,6 +28,11 @@ _COUNTERS = {
     "engine_restarts": ("restarts of the audio engine", ("speaker", "restarts")),
     "recogniser_restarts": ("restarts of the recogniser", ("recogniser", "restarts")),
     "recogniser_busy_seconds": ("time spent recognising", ("recogniser", "busy_s")),
+    "shared_recogniser_answered": (
+        "crops that the shared recogniser recognised",
+        ("recogniser", "remote", "answered"),
+    ),
+    "shared_recogniser_failed": ("its failures", ("recogniser", "remote", "failed")),
     "vlm_answered": ("answers of the vision-language model", ("vlm", "answered")),
     "vlm_failed": ("its failures", ("vlm", "failed")),
 }

@@ -19,13 +19,18 @@ class Exchange:
         """Return the body of the response; `deadline` is a time.monotonic, s. Raises HttpError."""
         response = self._client.request(verb, path, body, deadline)
         if response.status != http.HTTPStatus.OK:
-            problem = f"HTTP {response.status}: {_reason(response.body)}"
+            problem = f"HTTP {response.status}: {_reason(response.body)}{_cure(response.status)}"
             raise HttpError(self._client.redacted(problem))
         return response.body
 
     def close(self) -> None:
         """Close the connection; the next request opens another."""
         self._client.close()
+
+
+def _cure(status: int) -> str:
+    is_refused = status in (http.HTTPStatus.UNAUTHORIZED, http.HTTPStatus.FORBIDDEN)
+    return "; its token is read from HAPTICVLM_RECOGNISER_TOKEN" if is_refused else ""
 
 
 def _reason(data: bytes) -> str:
