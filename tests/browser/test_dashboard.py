@@ -320,7 +320,7 @@ def test_axe_finds_nothing_serious(
               const faults = await import("./faults.js");
               faults.trouble({ code: "model", text: "the recogniser was restarted" });
               const plate = { faults: { a: "seen (a): cure" } };
-              faults.show({ plate, speaker: { plays: false } });
+              faults.show({ plate, speaker: { plays: false, faults: {} } });
             }"""
         )
         page.evaluate(AXE.read_text(encoding="utf-8"))

@@ -32,7 +32,9 @@ SCREEN, PHONE = (1280, 800), (390, 844)
 OUTPUTS = ("plate", "plate-scale", "plate-chart", "level-word", "ribbon-chart", "wave-chart")
 FAULT = """async () => {
   const faults = await import("./faults.js");
-  faults.show({ plate: { faults: { a: "it is hot (a): wait" } }, speaker: { plays: false } });
+  const plate = { faults: { a: "it is hot (a): wait" } };
+  const low = "it is muted (speaker_low): unmute it";
+  faults.show({ plate, speaker: { plays: false, faults: { speaker_low: low } } });
 }"""
 PLACE = """(id) => {
   const { x, y, width, height } = document.getElementById(id).getBoundingClientRect();

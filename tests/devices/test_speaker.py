@@ -1,6 +1,7 @@
 """Tests the speaker on a real sound server, by the monitor of a sink that comes and goes."""
 
 import asyncio
+import subprocess
 import time
 
 import numpy as np
@@ -108,6 +109,39 @@ def test_no_playstation_controller_is_said_with_what_to_do():
         choose([{"name": "Built-in Audio"}], "dualsense")
     result = choose([{"name": "Built-in"}, {"name": "Wireless Controller Surround"}], "DualSense")
     assert result == {"name": "Wireless Controller Surround"}
+
+
+def listed(name, channels):
+    return {"name": name, "formats": [{"channels": channels}]}
+
+
+PS5 = "DualSense wireless controller (PS5)"
+HAPTIC = f"{PS5} Internal Mono Speaker + Haptic Feedback"
+MONO, HEADPHONES = f"{PS5} Internal Mono Speaker", f"{PS5} 3.5mm Headphones"
+
+
+@pytest.mark.parametrize(
+    ("others", "name"),
+    [
+        ([(MONO, 1), (HEADPHONES, 2)], HAPTIC),
+        ([("Xbox Wireless Controller Headset", 2)], "DualSense Edge Wireless Controller"),
+        ([("Xbox Wireless Controller Headset", 8)], "Wireless Controller Analog Surround 4.0"),
+    ],
+)
+def test_of_a_playstation_controller_the_output_with_the_voice_coils_is_taken(others, name):
+    outputs = [*(listed(*other) for other in others), listed(name, 4)]
+
+    assert choose(outputs, "dualsense") == listed(name, 4)
+
+
+@pytest.mark.parametrize(
+    "outputs", [[(MONO, 1), (HEADPHONES, 2)], [("Wireless Controller Analog Stereo", 2)]]
+)
+def test_a_controller_without_its_four_channels_is_refused_with_the_profile_to_choose(outputs):
+    with pytest.raises(OutputError, match=r"Haptic Feedback.*Pro Audio") as refused:
+        choose([listed(*output) for output in outputs], "dualsense")
+
+    assert all(name in str(refused.value) for name, _ in outputs)
 
 
 @pytest.mark.parametrize(
@@ -253,6 +287,27 @@ async def test_a_scene_is_told_that_the_speaker_is_gone_and_that_it_is_back(sink
             async with asyncio.timeout(PATIENCE_S):
                 while (await scene.telemetry())["faults"]:
                     pass
+
+
+@needs_pulseaudio
+@pytest.mark.nightly
+async def test_a_scene_is_told_that_its_speaker_is_muted(sink):  # noqa: ARG001 - it plays there
+    with running(["--speaker", NAME]) as service:
+        async with peer(service) as scene:
+            await scene.hello()
+            pactl("set-sink-mute", "@DEFAULT_SINK@", "1")
+            assert "muted; unmute it" in (await scene.event("error"))["text"]
+            assert (await scene.telemetry())["faults"] == ["speaker_low"]
+            assert status(service)["speaker"]["plays"]
+            assert "muted" in status(service)["speaker"]["faults"]["speaker_low"]
+            pactl("set-sink-mute", "@DEFAULT_SINK@", "0")
+            async with asyncio.timeout(PATIENCE_S):
+                while (await scene.telemetry())["faults"]:
+                    pass
+
+
+def pactl(*arguments):
+    subprocess.run(["pactl", *arguments], check=True)
 
 
 @needs_jack

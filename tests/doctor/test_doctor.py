@@ -196,7 +196,7 @@ def test_a_port_that_may_not_be_opened_names_its_group(tmp_path):
 
 
 def test_an_output_that_is_not_there_is_wrong_and_a_simulated_one_never():
-    names = ["Built-in Audio", "USB DAC"]
+    names = [{"name": "Built-in Audio"}, {"name": "USB DAC"}]
     assert devices.found_audio(ServeOptions(speaker="dac"), names).verdict == "ok"
     assert devices.found_audio(ServeOptions(speaker="default"), names).verdict == "ok"
     assert devices.found_audio(ServeOptions(speaker="default"), []).verdict == "wrong"

@@ -8,13 +8,16 @@ from __future__ import annotations
 import os
 import subprocess
 from pathlib import Path
+from typing import Any
 
 from hapticvlm.devices.errors import DeviceError
+from hapticvlm.devices.faults import SPEAKER_LOW
 from hapticvlm.devices.plate import ports
 from hapticvlm.devices.plate.peltier import Peltier
 from hapticvlm.devices.plate.ports import PortInfo
 from hapticvlm.devices.speaker.output import OutputError, choose
-from hapticvlm.devices.speaker.output_list import AUDIO_S, output_names
+from hapticvlm.devices.speaker.output_list import AUDIO_S, outputs
+from hapticvlm.devices.speaker.volume import volume_of
 from hapticvlm.doctor.findings import Finding, Verdict
 from hapticvlm.server.settings import ServeOptions
 
@@ -22,25 +25,30 @@ from hapticvlm.server.settings import ServeOptions
 def audio(options: ServeOptions) -> list[Finding]:
     """List the audio outputs, and check whether the chosen one is among them."""
     try:
-        return [found_audio(options, output_names())]
+        return [found_audio(options, outputs())]
     except subprocess.TimeoutExpired:
         message = f"the sound system did not answer within {AUDIO_S:g} s"
         verdict: Verdict = "note" if options.speaker == "simulated" else "wrong"
         return [Finding("audio", verdict, message, "start the sound server, then try again")]
 
 
-def found_audio(options: ServeOptions, names: list[str]) -> Finding:
-    """Check whether the chosen speaker is among these outputs."""
-    outputs = f"outputs: {', '.join(names) or 'none'}"
+def found_audio(options: ServeOptions, present: list[dict[str, Any]]) -> Finding:
+    """Check whether the chosen speaker is among these outputs, and not muted or turned down."""
+    names = [output["name"] for output in present]
+    listed = f"outputs: {', '.join(names) or 'none'}"
     if options.speaker == "simulated":
         cure = "use one: --speaker default, or part of its name" if names else None
-        return Finding("audio", "ok", f"{outputs}; the speaker is simulated", cure)
+        return Finding("audio", "ok", f"{listed}; the speaker is simulated", cure)
     try:
-        choose([{"name": name} for name in names], options.speaker)
+        chosen = choose(present, options.speaker)
     except OutputError as error:
         cure = "plug one in, start the sound server, or use --speaker simulated"
         return Finding("audio", "wrong", f"--speaker {options.speaker}: {error}", cure)
-    return Finding("audio", "ok", f"{outputs}; the speaker is {options.speaker}")
+    volume = volume_of("default" if chosen is None else chosen["name"])
+    if volume is not None and volume.is_low:
+        message = f"the speaker {options.speaker} is {volume.text}"
+        return Finding("audio", "wrong", message, SPEAKER_LOW.remedy)
+    return Finding("audio", "ok", f"{listed}; the speaker is {options.speaker}")
 
 
 def plates(options: ServeOptions) -> list[Finding]:

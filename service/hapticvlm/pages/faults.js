@@ -8,10 +8,11 @@ let shown = null;
 
 // Takes the service's status: plate.faults is {name: "cause (name, number n): remedy"}.
 export function show({ plate, speaker }) {
-  const key = JSON.stringify([plate.faults, speaker.plays]);
+  const key = JSON.stringify([plate.faults, speaker.plays, speaker.faults]);
   if (key === shown) return;
   shown = key;
   const items = Object.entries(plate.faults).map(plateFault);
+  for (const [name, text] of Object.entries(speaker.faults)) if (name !== "speaker_gone") items.unshift(speakerFault(name, text));
   if (!speaker.plays) items.unshift(fault("speaker_gone", ...(speaker.simulated ? SIMULATED_GONE : SPEAKER_GONE)));
   const none = make("li", "None: plate and speaker report no fault.", { className: "fine" });
   byId("faults").replaceChildren(...(items.length ? items : [none]));
@@ -32,6 +33,11 @@ export function trouble({ code, text }) {
 function plateFault([name, text]) {
   const [, cause, remedy] = /^(.*\)): (.*)$/s.exec(text) ?? [null, text, "see the README of the firmware"];
   return fault(name, `The plate is off: ${cause}.`, remedy);
+}
+
+function speakerFault(name, text) {
+  const [, cause, remedy] = /^(.*) \(.*\): (.*)$/s.exec(text) ?? [null, text, "see the system's sound settings"];
+  return fault(name, `Hardly anything is felt: ${cause}.`, remedy);
 }
 
 function fault(name, cause, remedy) {

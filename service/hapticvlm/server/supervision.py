@@ -152,6 +152,9 @@ class Supervision:
         if trouble is not None:
             self._rest_owner()
             self._report(Error(id=0, code="device", text=trouble))
+        quiet = self._gateway.outputs.speaker.watch_volume()
+        if quiet is not None:
+            self._report(Error(id=0, code="device", text=quiet))
         trouble = self._gateway.recogniser.worker.supervise(now)
         if trouble is not None:
             self._gateway.recognition.fail(trouble)

@@ -147,7 +147,7 @@ class PlateSession:
         return self._is_open and now - self._received_at > patience_s
 
     def silence(self, now: float) -> Fault:
-        """Return the fault of a port without messages: garbled if bytes arrive, else silent."""
+        """Return the fault of an open port without messages: garbled or silent."""
         return faults.GARBLED if now - self._bytes_at <= RX_TIMEOUT_S else faults.SILENT
 
     def command(self, setpoint_c: float, ttl_s: float, now: float) -> bool:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 MAX_CHANNEL = 8
 DUALSENSE = "dualsense"
+JACK = "jack"
 
 # Positions of the channels of an output, by the number of its channels, in the order of WAVE files.
 # Without them audio systems take the third of four channels for the centre and mix it into the
@@ -28,6 +29,7 @@ POSITIONS = {
 }
 _SYNTAX = re.compile(r"left=(\d{1,2}),right=(\d{1,2})")
 _DUALSENSE_NAMES = ("wireless controller", "dualsense")  # of a PS5 controller's sound output
+_OTHER_PADS = ("xbox",)  # whose headset output is called a wireless controller, too
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,4 +71,6 @@ def read_channels(value: str) -> Channels:
 
 def is_dualsense(name: str) -> bool:
     """Return whether the output with this name is a PS5 controller."""
-    return any(part in name.lower() for part in _DUALSENSE_NAMES)
+    lower = name.lower()
+    is_other = any(part in lower for part in _OTHER_PADS)
+    return not is_other and any(part in lower for part in _DUALSENSE_NAMES)

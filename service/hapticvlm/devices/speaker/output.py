@@ -23,6 +23,8 @@ from numpy.typing import NDArray
 
 from hapticvlm.devices.speaker.channels import (
     DUALSENSE,
+    DUALSENSE_CHANNELS,
+    JACK,
     POSITIONS,
     Channels,
     is_dualsense,
@@ -32,7 +34,6 @@ from hapticvlm.processes.priority import request_priority
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 
 BUFFERED_BLOCKS = 3  # miniaudio's default number of periods: a longer gap empties all of them
-JACK = "jack"
 JACK_BLOCKS = 2  # periods between two requests when one request was missed
 LOST_S = 1.0  # without a request until an output counts as lost
 STEADY_WITHIN_S = 8.0  # PulseAudio plays up to 2 s of its own silence before the first request
@@ -219,7 +220,7 @@ def choose(outputs: Sequence[dict[str, Any]], requested: str) -> dict[str, Any] 
                 "no PS5 controller found among the sound outputs: connect it by USB, as Bluetooth "
                 "carries no sound to it"
             )
-        return outputs[0]
+        return _with_voice_coils(outputs)
     by_name = [(output, output["name"].lower()) for output in outputs]
     exact = [output for output, name in by_name if name == requested.lower()]
     partial = [output for output, name in by_name if requested.lower() in name]
@@ -231,19 +232,40 @@ def choose(outputs: Sequence[dict[str, Any]], requested: str) -> dict[str, Any] 
     raise OutputError(f"no such output; this machine has: {names}")
 
 
+def _with_voice_coils(outputs: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Return the first output that has a PS5 controller's four channels. Raises OutputError.
+
+    Linux may split the controller into a speaker, headphones and one output of all four channels.
+    """
+    for output in outputs:
+        if (_channel_count(output) or DUALSENSE_CHANNELS.min_count) >= DUALSENSE_CHANNELS.min_count:
+            return output
+    names = ", ".join(f"{output['name']} ({_channel_count(output)} channels)" for output in outputs)
+    raise OutputError(
+        f"no output of the PS5 controller has the four channels of its voice coils: {names}; "
+        "choose the profile `Haptic Feedback`, `Surround 4.0` or `Pro Audio` in the system's sound "
+        "settings. A PS4 controller has none"
+    )
+
+
+def _channel_count(output: dict[str, Any]) -> int:
+    """Return the most channels that an output has; 0 if the system does not tell."""
+    return max((form["channels"] for form in output.get("formats", ())), default=0)
+
+
 def _channels_of(output: dict[str, Any] | None, hands: Channels, usual: int) -> int:
     """Return the number of channels to open: all that the output has. Raises OutputError.
 
     If fewer were opened, the audio system would spread the two hands over all channels.
     """
-    formats = [] if output is None else output["formats"]
-    count = max((form["channels"] for form in formats), default=0) or max(usual, hands.min_count)
+    known = 0 if output is None else _channel_count(output)
+    count = known or max(usual, hands.min_count)
     if output is not None and count < hands.min_count:
         raise OutputError(
             f"{output['name']} has {count} channel{'s' if count > 1 else ''}, but --channels gives "
             f"a hand channel {hands.min_count}; choose other channels or another output"
         )
-    return int(count)
+    return count
 
 
 def _playback_device(positions: tuple[int, ...] | None, **settings: Any) -> Any:  # noqa: ANN401

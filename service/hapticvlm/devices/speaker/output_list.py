@@ -9,24 +9,29 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from typing import Any
 
 AUDIO_S = 3.5
 _PROGRAM = (
     "import json; from hapticvlm.devices.speaker.output import playbacks; "
-    "print(json.dumps([output['name'] for output in playbacks()]))"
+    "print(json.dumps([{'name': output['name'], 'formats': [{'channels': form['channels']} "
+    "for form in output['formats']]} for output in playbacks()]))"
 )
 
 
 def has_output() -> bool:
     """Return whether this machine lists an audio output within AUDIO_S."""
     try:
-        return bool(output_names())
+        return bool(outputs())
     except subprocess.TimeoutExpired:
         return False
 
 
-def output_names() -> list[str]:
-    """Return the names of this machine's outputs. Raises TimeoutExpired after AUDIO_S."""
+def outputs() -> list[dict[str, Any]]:
+    """Return this machine's outputs, each with its `name` and the channels of its `formats`.
+
+    Raises TimeoutExpired after AUDIO_S.
+    """
     result = subprocess.run(
         [sys.executable, "-c", _PROGRAM],
         capture_output=True,
@@ -34,5 +39,5 @@ def output_names() -> list[str]:
         timeout=AUDIO_S,
         check=False,
     )
-    names: list[str] = json.loads(result.stdout) if result.returncode == 0 else []
-    return names
+    found: list[dict[str, Any]] = json.loads(result.stdout) if result.returncode == 0 else []
+    return found

@@ -21,8 +21,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.devices.errors import DeviceError
-from hapticvlm.devices.faults import SPEAKER_GONE
+from hapticvlm.devices.faults import SPEAKER_GONE, SPEAKER_LOW
 from hapticvlm.devices.speaker.audio import run_engine
+from hapticvlm.devices.speaker.channels import JACK
 from hapticvlm.devices.speaker.engine import AudioSettings
 from hapticvlm.devices.speaker.ring import (
     SAMPLES,
@@ -32,6 +33,7 @@ from hapticvlm.devices.speaker.ring import (
     RestAll,
     Ring,
 )
+from hapticvlm.devices.speaker.volume import VolumeWatch
 from hapticvlm.processes.supervised import Child, ChildError
 from hapticvlm.rendering.vibration.voices import Command
 
@@ -55,6 +57,8 @@ class Speaker:
         self._underruns_before = 0
         self._rested = 0
         self._had_output = True
+        self._volume: VolumeWatch | None = None
+        self._was_low = False
         self._measured_until = 0
         self._watched_at = float("-inf")
         self._awake_since = float("-inf")
@@ -89,7 +93,9 @@ class Speaker:
     @property
     def faults(self) -> tuple[str, ...]:
         """Names of the output's current faults."""
-        return (SPEAKER_GONE.name,) if self._lacks_output else ()
+        if self._lacks_output:
+            return (SPEAKER_GONE.name,)
+        return (SPEAKER_LOW.name,) if self._is_low else ()
 
     def begin(self) -> None:
         """Begin to start the engine without waiting for it; `start` waits."""
@@ -181,8 +187,18 @@ class Speaker:
         self._underruns_before = underruns
         return f"{trouble}; vibration rests meanwhile"
 
+    def watch_volume(self) -> str | None:
+        """Return a message if the output was muted or turned down since the last call."""
+        was_low, self._was_low = self._was_low, self._is_low
+        if was_low or not self._is_low or self._volume is None or self._volume.volume is None:
+            return None
+        state = self._volume.volume.text
+        return f"the audio output {self.name} is {state}; {SPEAKER_LOW.remedy}"
+
     def close(self) -> None:
         """Fade out, stop the engine and wait for it."""
+        if self._volume is not None:
+            self._volume.close()
         self._child.close(FADE_AND_CLOSE_S)
 
     @property
@@ -190,6 +206,11 @@ class Speaker:
         """Whether the engine reports that its output is gone; false before its first beat."""
         status = self._ring.status()
         return status.beat_at > 0.0 and not status.has_output
+
+    @property
+    def _is_low(self) -> bool:
+        volume = None if self._volume is None else self._volume.volume
+        return volume is not None and volume.is_low
 
     def _watch_output(self) -> str | None:
         """Return a message if the output has just disappeared."""
@@ -212,3 +233,6 @@ class Speaker:
 
     def _begin(self, names: tuple[str, ...]) -> None:
         self.name = names[0]
+        has_volume = not self.simulated and self._settings.output.lower() != JACK
+        if has_volume and self._volume is None:
+            self._volume = VolumeWatch(self.name)
