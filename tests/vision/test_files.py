@@ -7,11 +7,11 @@ import msgspec
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from PIL import Image
+from PIL import Image, ImageCms
 
 from hapticvlm.messages import MAX_SIDE_PX
 from hapticvlm.vision import pictures
-from hapticvlm.vision.files import FileError, left_out, list_files, read_frame
+from hapticvlm.vision.files import FileError, decode_frame, left_out, list_files, read_frame
 from hapticvlm.vision.galleries.enrol import EnrolError, find_pictures
 
 Pixels = NDArray[np.uint8]
@@ -283,3 +283,109 @@ def test_a_gallery_counts_every_kind_and_warns_of_what_it_leaves_out(
     (tmp_path / "glass/c.HEIC").write_bytes(OTHERS["b.HEIC"])
     with pytest.raises(EnrolError, match="holds no JPEG, PNG or WebP but 1 HEIC"):
         find_pictures(tmp_path, ["glass", "wood"])
+
+
+def photograph(seed: int = 1) -> Image.Image:
+    """A picture with something everywhere."""
+    noise = np.random.default_rng(seed).integers(60, 220, (90, 160, 3), dtype=np.uint8)
+    return Image.fromarray(noise).resize((320, 180), Image.Resampling.BICUBIC)
+
+
+def barred(colour: tuple[int, int, int], above: int, beside: int = 0) -> Image.Image:
+    """The photograph between bars of so many px each."""
+    size = (320 + 2 * beside, 180 + 2 * above)
+    picture = Image.new("RGB", size, colour)
+    picture.paste(photograph(), (beside, above))
+    return picture
+
+
+@pytest.mark.parametrize("suffix", ["png", "jpg"])
+@pytest.mark.parametrize(
+    ("colour", "above", "beside"),
+    [((0, 0, 0), 40, 0), ((0, 0, 0), 0, 60), ((90, 90, 90), 24, 0), ((16, 16, 16), 20, 30)],
+)
+def test_uniform_bars_are_cut_before_a_picture_is_looked_at(
+    tmp_path: Path, suffix: str, colour: tuple[int, int, int], above: int, beside: int
+) -> None:
+    path = tmp_path / f"barred.{suffix}"
+    barred(colour, above, beside).save(path, quality=95)
+    frame = read_frame(path)
+
+    assert abs(frame.width - 320) <= 4
+    assert abs(frame.height - 180) <= 4
+    shown = pictures.decode_upright(frame, 1)
+    assert abs(float(shown.mean()) - float(np.asarray(photograph()).mean())) < 2.0
+
+
+def on_plain_ground() -> Image.Image:
+    """A thing on white, as in a catalogue."""
+    picture = Image.new("RGB", (320, 240), (255, 255, 255))
+    picture.paste(photograph().crop((0, 0, 120, 120)), (100, 60))
+    return picture
+
+
+@pytest.mark.parametrize(
+    "picture",
+    [
+        photograph(),
+        on_plain_ground(),
+        Image.new("RGB", (320, 240), (0, 0, 0)),
+        barred((0, 0, 0), 40).crop((0, 0, 320, 220)),  # below alone, as of a caption
+    ],
+)
+def test_a_picture_without_bars_on_both_sides_is_left_as_it_is(picture: Image.Image) -> None:
+    assert (read_frame(picture).width, read_frame(picture).height) == picture.size
+
+
+def test_a_masked_picture_and_a_texture_keep_their_bars(tmp_path: Path) -> None:
+    path = tmp_path / "barred.png"
+    picture = barred((0, 0, 0), 40)
+    picture.save(path)
+
+    assert read_frame(path, np.ones((260, 320), np.bool_)).height == 260
+    assert decode_frame(path.read_bytes(), path).height == 260
+
+
+def profile_with_red_and_green_swapped() -> bytes:
+    """An sRGB profile whose first two primaries are swapped and that has another name."""
+    data = bytearray(ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes())
+    count = int.from_bytes(data[128:132], "big")
+    at = {bytes(data[132 + 12 * n : 136 + 12 * n]): 132 + 12 * n for n in range(count)}
+    red, green = at[b"rXYZ"], at[b"gXYZ"]
+    data[red + 4 : red + 12], data[green + 4 : green + 12] = (
+        data[green + 4 : green + 12],
+        data[red + 4 : red + 12],
+    )
+    return (
+        bytes(data)
+        .replace(b"s\0R\0G\0B", b"o\0t\0h\0r")
+        .replace(b"sRGB built-in", b"othr built-in")
+    )
+
+
+@pytest.mark.parametrize("suffix", ["png", "jpg"])
+def test_colours_are_those_of_the_profile_and_a_texture_has_none(
+    tmp_path: Path, suffix: str
+) -> None:
+    path = tmp_path / f"profiled.{suffix}"
+    picture = Image.new("RGB", (64, 64), (200, 40, 40))
+    picture.save(path, icc_profile=profile_with_red_and_green_swapped(), quality=100)
+    red, green, _ = pictures.decode_upright(read_frame(path), 1).mean(axis=(0, 1))
+
+    assert green > red + 100.0
+    texture = decode_frame(path.read_bytes(), path)
+    assert pictures.decode_upright(texture, 1).mean(axis=(0, 1))[0] > 190.0
+
+
+def test_a_broken_profile_is_passed_over(tmp_path: Path) -> None:
+    path = tmp_path / "profiled.png"
+    Image.new("RGB", (64, 64), (200, 40, 40)).save(path, icc_profile=b"no profile at all")
+
+    assert pictures.decode_upright(read_frame(path), 1)[0, 0].tolist() == [200, 40, 40]
+
+
+def test_an_engines_screenshot_whose_alpha_is_0_is_looked_at() -> None:
+    pixels = np.dstack([np.asarray(photograph()), np.zeros((180, 320), np.uint8)])
+
+    shown = pictures.decode_upright(read_frame(pixels), 1)
+    assert np.array_equal(shown, np.asarray(photograph()))

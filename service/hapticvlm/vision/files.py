@@ -2,7 +2,8 @@
 
 A picture is a file, an image of Pillow or an array. A plain JPEG file is passed on unchanged, so
 that it is decoded as the service decodes it. Any other picture is turned as its EXIF states,
-converted to 8-bit RGB on a grey ground and shrunk to the largest frame. Animations are refused,
+converted to 8-bit RGB on a grey ground and shrunk to the largest frame. What is looked at loses its
+uniform bars and gets the colours of its profile, as viewers show it. Animations are refused,
 because only the user knows which of their pictures counts.
 """
 
@@ -20,12 +21,13 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
+from PIL import Image, ImageCms
 
 from hapticvlm import documents
 from hapticvlm.errors import HapticVLMError
 from hapticvlm.messages import MAX_SIDE_PX, WHOLE, Frame
 from hapticvlm.vision import pictures
+from hapticvlm.vision.bars import content_box
 
 SUFFIXES = frozenset({".jpg", ".jpeg", ".png", ".webp"})
 # The first bytes of what is read, whatever its name (Chrome saves JPEGs as .jfif), and of pictures
@@ -44,6 +46,10 @@ FORMATS = ("JPEG", "PNG", "WEBP")
 MAX_BYTES = 64 * documents.MIB
 GROUND = (127, 127, 127)  # behind what is transparent
 
+_BARS_PX = 256  # least side at which a JPEG is searched for bars
+_OPAQUE = 128  # alpha
+_SHOWN = 0.01  # least share of opaque pixels; with fewer the alpha does not count
+_PROFILED = ("RGB", "RGBA", "CMYK", "L")  # modes whose colour profile is applied
 _ORIENTATION = 0x0112  # of EXIF
 _TURNS = {
     2: Image.Transpose.FLIP_LEFT_RIGHT,
@@ -113,13 +119,16 @@ def read_frame(picture: Source, mask: Source | None = None) -> Frame:
     with _quiet():
         name, data, image = _image(picture, "picture")
         with image:
-            return _upright(name, data, image, mask)
+            return _upright(name, data, image, mask, is_shown=True)
 
 
 def decode_frame(data: bytes, path: Path) -> Frame:
-    """Decode a picture in memory; errors name it by `path`. Raises FileError."""
+    """Decode a texture in memory as renderers do: no profile counts, and no bar is cut.
+
+    Errors name it by `path`. Raises FileError.
+    """
     with _quiet(), _open(path, data) as image:
-        return _upright(str(path), data, image, None)
+        return _upright(str(path), data, image, None, is_shown=False)
 
 
 @contextmanager
@@ -153,23 +162,68 @@ def _image(source: Source, role: str) -> tuple[str, bytes | None, Image.Image]:
     return role, None, Image.fromarray(np.ascontiguousarray(pixels))
 
 
-def _upright(name: str, data: bytes | None, image: Image.Image, mask: Source | None) -> Frame:
+def _upright(
+    name: str, data: bytes | None, image: Image.Image, mask: Source | None, *, is_shown: bool
+) -> Frame:
+    profile = _foreign_profile(image) if is_shown else None
+    cut_bars = is_shown and mask is None
     turn = _orientation(image)
     size = image.size[::-1] if turn >= _QUARTER else image.size
     # A JPEG that needs no change keeps its own bytes. Decoded and encoded again, its pixels would
     # differ from those that a scene sends, and references made from it would match less well.
     is_plain = image.format == "JPEG" and image.mode in ("RGB", "L") and turn == 1
+    is_plain = is_plain and profile is None
+    is_plain = is_plain and not (cut_bars and data is not None and _has_bars(data))
     if data is not None and is_plain and max(size) <= MAX_SIDE_PX:
         return _frame("jpeg", data, size, None if mask is None else _mask(mask, size, size))
     try:
-        pixels = _pixels(image, turn)
+        pixels = _pixels(image, turn, profile)
     except (*_UNREADABLE, Image.DecompressionBombError) as error:
         raise FileError(
             f"{name}: broken picture ({documents.reason(error)}); save it again"
         ) from None
+    box = content_box(pixels) if cut_bars else None
+    if box is not None:
+        pixels = np.ascontiguousarray(pixels[box[1] : box[3], box[0] : box[2]])
     shrunk = (pixels.shape[1], pixels.shape[0])
     levels = None if mask is None else _mask(mask, size, shrunk)
     return _frame("rgb8", pixels.tobytes(), shrunk, levels)
+
+
+def _has_bars(data: bytes) -> bool:
+    """Whether a JPEG has bars, by a decoding at a fraction of its size."""
+    with Image.open(BytesIO(data)) as image:
+        image.draft("RGB", (_BARS_PX, _BARS_PX))
+        try:
+            return content_box(np.asarray(image.convert("RGB"))) is not None
+        except _UNREADABLE:
+            return False  # whoever decodes it says so
+
+
+def _foreign_profile(image: Image.Image) -> ImageCms.ImageCmsProfile | None:
+    """Return the colour profile of a picture that is not in sRGB; None if it is, or is broken."""
+    data = image.info.get("icc_profile")
+    if not data or image.mode not in _PROFILED:
+        return None
+    try:
+        profile = ImageCms.ImageCmsProfile(BytesIO(data))
+        is_srgb = "srgb" in ImageCms.getProfileDescription(profile).lower()
+    except (*_UNREADABLE, ImageCms.PyCMSError, TypeError):
+        return None
+    return None if is_srgb else profile
+
+
+def _as_shown(image: Image.Image, profile: ImageCms.ImageCmsProfile) -> Image.Image:
+    """Convert a picture to sRGB as viewers do; one whose profile does not fit stays as it is."""
+    mode = "RGBA" if image.mode == "RGBA" else "RGB"
+    image.load()  # so that a broken picture is not taken for a broken profile
+    try:
+        shown = ImageCms.profileToProfile(
+            image, profile, ImageCms.createProfile("sRGB"), outputMode=mode
+        )
+    except ImageCms.PyCMSError:
+        return image
+    return image if shown is None else shown
 
 
 def _frame(
@@ -218,12 +272,14 @@ def _orientation(image: Image.Image) -> int:
     return turn if turn in _TURNS else 1
 
 
-def _pixels(image: Image.Image, turn: int) -> NDArray[np.uint8]:
+def _pixels(
+    image: Image.Image, turn: int, profile: ImageCms.ImageCmsProfile | None
+) -> NDArray[np.uint8]:
     """Decode to (H, W, 3) uint8 RGB, upright, at most MAX_SIDE_PX a side."""
     limit = (MAX_SIDE_PX, MAX_SIDE_PX)
     if max(image.size) > MAX_SIDE_PX:
         image.draft(None, limit)  # decodes a JPEG smaller; has no effect on other formats
-    whole = _rgb(image)
+    whole = _rgb(image if profile is None else _as_shown(image, profile))
     if turn in _TURNS:
         whole = whole.transpose(_TURNS[turn])
     whole.thumbnail(limit)
@@ -236,8 +292,10 @@ def _rgb(image: Image.Image) -> Image.Image:
         return Image.fromarray(levels.clip(0, 255).astype(np.uint8)).convert("RGB")
     if not image.has_transparency_data:
         return image.convert("RGB")
-    ground = Image.new("RGB", image.size, GROUND)
     over = image.convert("RGBA")
+    if np.mean(np.asarray(over.getchannel("A")) >= _OPAQUE) < _SHOWN:
+        return over.convert("RGB")  # an engine's screenshot, whose alpha is not what is seen
+    ground = Image.new("RGB", image.size, GROUND)
     ground.paste(over, mask=over.getchannel("A"))
     return ground
 
