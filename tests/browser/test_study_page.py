@@ -28,6 +28,9 @@ TROUBLES_AT_MOST = 5  # before the test gives up
 PATTERNS = 4
 TRIALS = PATTERNS * REPEATS
 KILLED_AFTER = TRIALS // 2
+# A key of the number row as a French keyboard sends it: digits need Shift.
+FRENCH_KEY = """([key, code]) => document.body.dispatchEvent(
+  new KeyboardEvent("keydown", { key, code, bubbles: true }))"""
 QUICK = """
 [[pattern]]
 name = "{name}-{temperature}"
@@ -170,7 +173,9 @@ def answer_next(page: Any, folder: Path) -> None:
     at = names.index(open_trial["pattern"])
     if open_trial["trial"] % 5 == 0:
         at = (at + 1) % len(names)
-    if open_trial["trial"] % 2:
+    if open_trial["trial"] % 4 == 1:
+        page.evaluate(FRENCH_KEY, ["&é\"'"[at], f"Digit{at + 1}"])
+    elif open_trial["trial"] % 2:
         page.keyboard.press("1234"[at])
     else:
         cards.nth(at).click()

@@ -196,6 +196,15 @@ def test_on_the_scale_of_controllers_a_tap_is_felt_and_a_strike_leaves_room(
     assert found["controller"] > 1.5 * found["palm"]
 
 
+def test_a_swing_is_exported_at_the_speed_at_which_feel_plays_it(tmp_path):
+    usual = exported(tmp_path, "wood", "swing", "wav").read_bytes()
+    fast = exported(tmp_path, "wood", "swing", "wav", "--speed", "5").read_bytes()
+    slow = exported(tmp_path, "wood", "swing", "wav", "--speed", "0.3").read_bytes()
+
+    assert usual == fast
+    assert usual != slow
+
+
 def test_the_frequencies_tell_materials_apart(tmp_path):
     """Glass rings higher than wood, in the one format that holds hertz."""
     middles = {}

@@ -28,7 +28,12 @@ from hapticvlm.rendering.vibration.textures import Texture
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 from hapticvlm_studio.calibration import speaker_response as measured
 from hapticvlm_studio.calibration.output import FADE_S, WavePlayer
-from hapticvlm_studio.calibration.speaker_response import response, simulated_speaker, sweep
+from hapticvlm_studio.calibration.speaker_response import (
+    read_csv,
+    response,
+    simulated_speaker,
+    sweep,
+)
 
 pytestmark = pytest.mark.process
 
@@ -168,6 +173,41 @@ def test_the_command_measures_a_wav_and_a_csv_alike(
         assert read_response(Path(out)).response_db == pytest.approx(told["response_db"])
         curves.append(told["response_db"])
     assert np.abs(np.subtract(*curves))[:-2].max() < 0.5
+
+
+def exported(separator: str, decimal: str, unit_s: float, *, bom: bool = False) -> str:
+    """What a phone saves of a sweep in z: time, three axes with gravity, and their magnitude."""
+    step = 12
+    moved = simulated_speaker(played())[::step]
+    z = 9.81 + 0.4 * moved / np.abs(moved).max()
+    x = 0.01 * np.random.default_rng(2).normal(size=z.size)
+    rows = np.column_stack([np.arange(z.size) * step / RATE_HZ / unit_s, x, x, z, np.hypot(x, z)])
+    lines = [separator.join(f"{value:.9g}".replace(".", decimal) for value in row) for row in rows]
+    header = separator.join(f'"{name}"' for name in ("Time", "x", "y", "Linear z", "Absolute"))
+    return ("\ufeff" if bom else "") + "\r\n".join([header, *lines]) + "\r\n"
+
+
+@pytest.mark.parametrize(
+    ("separator", "decimal", "unit_s", "bom"),
+    [
+        (",", ".", 1.0, True),
+        (";", ",", 1.0, False),
+        ("\t", ".", 1e-3, False),
+        (";", ".", 1e-9, True),
+    ],
+)
+def test_the_axis_that_moves_most_is_read_from_what_phones_export(
+    tmp_path: Path, separator: str, decimal: str, unit_s: float, bom: bool
+) -> None:
+    path = tmp_path / "phone.csv"
+    path.write_text(exported(separator, decimal, unit_s, bom=bom), encoding="utf-8", newline="")
+    recording = read_csv(path)
+
+    assert recording.column == "Linear z"
+    assert recording.rate_hz == pytest.approx(4000.0, rel=1e-3)
+    expected = response(simulated_speaker(played()), RATE_HZ).response_db
+    measured = response(recording.values, recording.rate_hz).response_db
+    assert np.abs(np.subtract(measured, expected))[:-2].max() < 0.5
 
 
 def test_a_simulated_speaker_is_called_simulated(capsys: pytest.CaptureFixture[str]) -> None:

@@ -283,6 +283,17 @@ def test_the_command_writes_pictures_a_text_and_a_csv_without_names(
     assert float(rows[0]["reaction_s"]) == 1.0
 
 
+def test_a_table_for_excel_has_semicolons_and_decimal_commas(study: Path, tmp_path: Path) -> None:
+    path = tmp_path / "trials.csv"
+    results.write_csv(path, results.read(study), decimal_comma=True)
+    with path.open(newline="", encoding="utf-8-sig") as file:
+        rows = list(csv.DictReader(file, delimiter=";"))
+
+    assert len(rows) == 120
+    assert rows[0]["reaction_s"] == "1,0"
+    assert rows[0]["trial"] == "0"
+
+
 def test_json_is_one_document(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["study", "report", "--paper", "--json"]) == 0
     document = json.loads(capsys.readouterr().out)

@@ -19,8 +19,8 @@ computed), far outside of the gate. The response is the level of the rest in thi
 from __future__ import annotations
 
 import csv
-import io
 import math
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -45,6 +45,10 @@ GATE_S = 0.25
 FADE_S = 0.1
 MIN_CONTRAST_DB = 15.0  # of the gated response over the rest; noise alone gives 6, no noise 140
 MIN_RATE_HZ = 2_500.0  # more than twice the highest third octave
+MIN_COLUMNS = 2  # of a recording: time and a value
+UNITS_S = (1.0, 1e-3, 1e-6, 1e-9)  # of its clock
+ALIKE = 0.02  # share by which two columns may vary differently and still count as equal
+BOM = "\ufeff"
 QUANTITIES = {"acceleration": 0, "velocity": 1, "displacement": 2}  # derivatives to acceleration
 
 
@@ -95,36 +99,49 @@ def response(
     return SpeakerResponse(THIRDS_HZ, levels, simulated)
 
 
-def read_csv(path: Path) -> tuple[_Floats, float]:
-    """Return an accelerometer's values, (N,) evenly spaced, and their rate in Hz.
+@dataclass(frozen=True, slots=True)
+class Recording:
+    """An accelerometer's values, (N,) evenly spaced, their rate, and the column they stood in."""
 
-    The file has rows of time in s and value. A first row of names is skipped, further columns are
-    ignored. Raises OSError, and ValueError which names the file and the fault.
+    values: _Floats
+    rate_hz: float
+    column: str
+
+
+def read_csv(path: Path) -> Recording:
+    """Read what phones and microcontrollers export.
+
+    The file has rows of time and values, with or without a first row of names, separated by commas,
+    semicolons or tabs, and with a decimal point or comma. Of several values the one that moves most
+    counts. The time may be in s, ms, us or ns. Raises OSError, and ValueError which names the file
+    and the fault.
     """
     try:
-        content = documents.read_text(path, MAX_BYTES)
+        content = documents.read_text(path, MAX_BYTES).removeprefix(BOM)
     except ValueError as error:
         raise ValueError(f"{path}: {documents.reason(error)}") from None
-    rows = [row for row in csv.reader(io.StringIO(content, newline="")) if len(row) >= 2]
+    names, rows = _table(content)
     try:
-        numbers = np.array([(float(row[0]), float(row[1])) for row in rows[_header(rows) :]])
+        numbers = np.array([[float(cell) for cell in row] for row in rows])
     except ValueError as error:
         raise ValueError(
-            f"{path}: {documents.reason(error)}; needs rows of time in s and acceleration"
+            f"{path}: {documents.reason(error)}; needs rows of time and acceleration"
         ) from None
     if numbers.shape[0] < 100:
         raise ValueError(
-            f"{path}: {numbers.shape[0]} rows; needs at least 100 of time in s and acceleration"
+            f"{path}: {numbers.shape[0]} rows; needs at least 100 of time and acceleration"
         )
-    time_s, value = numbers.T
+    time_s = numbers[:, 0] * _seconds(float(numbers[-1, 0] - numbers[0, 0]))
     steps = np.diff(time_s)
     if not np.isfinite(numbers).all() or float(steps.min()) <= 0.0:
         raise ValueError(f"{path}: timestamps must increase and every value must be a number")
+    column = _most_moving(numbers)
     # The clock of a phone or a microcontroller jitters and drops samples; the median step is its
     # rate all the same, and the values are interpolated to even steps of it.
     rate_hz = 1.0 / float(np.median(steps))
     even = np.arange(time_s[0], time_s[-1], 1.0 / rate_hz)
-    return np.asarray(np.interp(even, time_s, value)), rate_hz
+    values = np.asarray(np.interp(even, time_s, numbers[:, column]))
+    return Recording(values, rate_hz, names[column] if names else f"column {column + 1}")
 
 
 def simulated_speaker(played: _Floats) -> _Floats:
@@ -140,13 +157,41 @@ def simulated_speaker(played: _Floats) -> _Floats:
     return np.asarray(np.fft.irfft(moved, played.size))
 
 
-def _header(rows: list[list[str]]) -> int:
-    """Return how many rows at the top are names: 0 or 1."""
+def _table(content: str) -> tuple[list[str], list[list[str]]]:
+    """Return the names of the columns, if any, and the rows with decimal points."""
+    lines = [line for line in content.splitlines() if line.strip()]
+    last = lines[-1] if lines else ""
+    separator = next((mark for mark in ";\t" if mark in last), ",")
+    rows = [row for row in csv.reader(lines, delimiter=separator) if len(row) >= MIN_COLUMNS]
+    if separator != ",":
+        rows = [[cell.replace(",", ".") for cell in row] for row in rows]
+    names = rows.pop(0) if rows and not _is_number(rows[0][0]) else []
+    width = min((len(row) for row in rows), default=0)
+    return names, [row[:width] for row in rows]
+
+
+def _is_number(cell: str) -> bool:
     try:
-        float(rows[0][0])
-    except (ValueError, IndexError):
-        return 1
-    return 0
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def _seconds(duration: float) -> float:
+    """Return the unit of a clock, s: the first in which the recording is not too long."""
+    return next((unit for unit in UNITS_S if duration * unit <= LONGEST_S), UNITS_S[-1])
+
+
+def _most_moving(numbers: _Floats) -> int:
+    """Return the column that varies most; one that only ever grows is a clock.
+
+    Of columns that vary alike, such as an axis and the magnitude of all three, the first counts.
+    """
+    varies = numbers.std(axis=0)
+    varies[(np.diff(numbers, axis=0) > 0.0).all(axis=0)] = 0.0
+    varies[0] = -1.0
+    return int(np.argmax(varies >= (1.0 - ALIKE) * varies.max()))
 
 
 def _checked(recorded: _Floats, rate_hz: float) -> _Floats:

@@ -19,8 +19,9 @@ _DESCRIPTION = """
 Measure how a speaker moves, in two steps. First play a sweep of eleven seconds: --speaker NAME
 plays it, or --sweep FILE writes it to a WAV file to play elsewhere. Rest a palm on the speaker, set
 the level you will use, and record the motion with an accelerometer, to a WAV file or to a CSV file
-of time in s and value. Ctrl-C ends the sweep. Then --recorded FILE --out CURVE writes the curve
-that `hapticvlm serve --speaker-response CURVE` corrects. --simulate measures a simulated speaker.
+of time and values, as phones export it. Ctrl-C ends the sweep. Then --recorded FILE --out CURVE
+writes the curve that `hapticvlm serve --speaker-response CURVE` corrects. --simulate measures a
+simulated speaker.
 """
 
 
@@ -125,8 +126,10 @@ def _measure(options: argparse.Namespace) -> SpeakerResponse:
         moved = speaker_response.simulated_speaker(speaker_response.sweep().astype("float64"))
         return speaker_response.response(moved, RATE_HZ, simulated=True)
     if options.recorded.suffix.lower() == ".csv":
-        samples, rate_hz = speaker_response.read_csv(options.recorded)
-        return speaker_response.response(samples, rate_hz, options.quantity)
+        recording = speaker_response.read_csv(options.recorded)
+        if not options.json:
+            print(f"{recording.column}, {recording.rate_hz:.0f} Hz")
+        return speaker_response.response(recording.values, recording.rate_hz, options.quantity)
     sound, rate = read_wav(options.recorded, speaker_response.LONGEST_S)
     return speaker_response.response(sound.mean(axis=1), rate, options.quantity)
 

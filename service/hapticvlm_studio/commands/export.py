@@ -51,9 +51,8 @@ def add(commands: Commands) -> None:
     export.add_argument(
         "--speed",
         type=number_within(*RANGES["speed_mps"]),
-        default=0.3,
         metavar="M_PER_S",
-        help="speed of the hand in m/s (0.3)",
+        help="speed of the hand in m/s (0.3; swing 5)",
     )
     export.add_argument(
         "--scale",

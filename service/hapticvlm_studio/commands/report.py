@@ -35,6 +35,13 @@ def add(parts: Commands) -> None:
     report.add_argument(
         "--out", type=Path, metavar="FOLDER", help="write the files here (DIR/report)"
     )
+    report.add_argument(
+        "--for",
+        dest="program",
+        choices=("excel",),
+        help="write CSV files as Excel opens them where the decimal mark is a comma: semicolons "
+        "and decimal commas",
+    )
     add_json(report)
 
 
@@ -49,6 +56,11 @@ def _report(options: argparse.Namespace) -> int:
         if options.paper:
             summary = report_paper(options.out, as_json=options.json)
         else:
-            summary = report(options.folder, options.out, as_json=options.json)
+            summary = report(
+                options.folder,
+                options.out,
+                as_json=options.json,
+                decimal_comma=options.program == "excel",
+            )
     print(summary)
     return 0

@@ -216,11 +216,18 @@ function stop() {
   if (!send({ do: "stop" })) alarm(text("page.not_stopped"));
 }
 
+// The number row of some keyboards (French) writes digits with Shift only, so the place of a key counts, too.
+function keyNumber({ key, code }) {
+  const digit = /^Digit(\d)$/.exec(code)?.[1];
+  const at = KEYS.indexOf(key.toLowerCase());
+  return at < 0 && digit ? KEYS.indexOf(digit) : at;
+}
+
 function onKey(event) {
   if (event.repeat || event.ctrlKey || event.altKey || event.metaKey || !view) return;
   if (event.key === "Escape") return stop();
   if (event.target.closest?.("#form")) return;
-  const at = KEYS.indexOf(event.key.toLowerCase());
+  const at = keyNumber(event);
   if (event.key === " " || event.key === "Enter") {
     if (event.target.closest?.("button, input") || byId("go").hidden || byId("go").disabled) return;
     event.preventDefault();

@@ -38,10 +38,11 @@ img { max-width: 100%; height: auto; background: #fff; border-radius: .3rem; }
 _POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
 
 
-def report(folder: Path, out: Path | None, *, as_json: bool) -> str:
+def report(folder: Path, out: Path | None, *, as_json: bool, decimal_comma: bool = False) -> str:
     """Evaluate the study in `folder`, write the files and return the text, or the JSON.
 
-    Files go to `out`, or to the folder `report` of the study. Raises StudyError and OSError.
+    Files go to `out`, or to the folder `report` of the study; `decimal_comma` is of its CSV files.
+    Raises StudyError and OSError.
     """
     study = results.read(folder)
     if not study.counted:
@@ -50,9 +51,10 @@ def report(folder: Path, out: Path | None, *, as_json: bool) -> str:
     out = folder / "report" if out is None else out
     with documents.naming(out):
         out.mkdir(parents=True, exist_ok=True)
-        results.write_csv(out / "trials.csv", study)
+        results.write_csv(out / "trials.csv", study, decimal_comma=decimal_comma)
         if study.form.question or len(study.form.languages) > 1:
-            results.write_people(out / "participants.csv", study)
+            people_file = out / "participants.csv"
+            results.write_people(people_file, study, decimal_comma=decimal_comma)
         _draw(out, document, [np.array(each["all_s"]) for each in document["reaction"]])
         return _finish(out, document, as_json=as_json)
 

@@ -178,8 +178,11 @@ def _row(design: Design, code: str, event: Event) -> Row:
     )
 
 
-def write_csv(path: Path, results: Results) -> None:
-    """Write one line per trial, with a header; missing values are empty. Raises OSError."""
+def write_csv(path: Path, results: Results, *, decimal_comma: bool = False) -> None:
+    """Write one line per trial, with a header; missing values are empty. Raises OSError.
+
+    `decimal_comma`: as a spreadsheet opens it where the decimal mark is a comma.
+    """
     columns = [field.name for field in fields(Row) if field.name != "ratings"]
     names = [rating.name for rating in results.form.rating]
     lines = []
@@ -187,25 +190,37 @@ def write_csv(path: Path, results: Results) -> None:
         rated = row.ratings or {}
         values = {**asdict(row), "correct": int(row.correct)}
         lines.append([*(values[name] for name in columns), *(rated.get(name) for name in names)])
-    _write(path, [*columns, *(f"rating_{name}" for name in names)], lines)
+    header = [*columns, *(f"rating_{name}" for name in names)]
+    _write(path, header, lines, decimal_comma=decimal_comma)
 
 
-def write_people(path: Path, results: Results) -> None:
-    """Write one line per participant, with their answers about themselves. Raises OSError."""
+def write_people(path: Path, results: Results, *, decimal_comma: bool = False) -> None:
+    """Write one line per participant, with their answers about themselves. Raises OSError.
+
+    `decimal_comma`: as in `write_csv`.
+    """
     names = [question.name for question in results.form.question]
     rows = [
         [person.participant, person.language, *(person.answers[name] for name in names)]
         for person in results.people
     ]
-    _write(path, ["participant", "language", *names], rows)
+    _write(path, ["participant", "language", *names], rows, decimal_comma=decimal_comma)
 
 
-def _write(path: Path, header: Sequence[str], lines: Iterable[Sequence[object]]) -> None:
+def _write(
+    path: Path, header: Sequence[str], lines: Iterable[Sequence[object]], *, decimal_comma: bool
+) -> None:
     # Excel takes a CSV file without a byte-order mark for the machine's old code page.
     with path.open("w", encoding="utf-8-sig", newline="") as file:
-        csv.writer(file).writerows(
-            [documents.spreadsheet_cell(cell) for cell in line] for line in (header, *lines)
+        csv.writer(file, delimiter=";" if decimal_comma else ",").writerows(
+            [_cell(cell, decimal_comma=decimal_comma) for cell in line] for line in (header, *lines)
         )
+
+
+def _cell(value: object, *, decimal_comma: bool) -> object:
+    if decimal_comma and isinstance(value, float):
+        return str(value).replace(".", ",")
+    return documents.spreadsheet_cell(value)
 
 
 def confusion(results: Results) -> NDArray[np.int64]:
