@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import errno
 import importlib.util
+import re
 import shutil
 import sys
 from collections.abc import Iterator
@@ -18,6 +19,7 @@ CURE = "free the place or name another"  # what to do about an error of the file
 MORE_MEMORY = "raise the limit (ulimit -v, MemoryMax, docker --memory) or end other programs"
 NOT_MAPPED = ("failed to map segment", "cannot allocate memory")  # of a library, by the loader
 FULL = (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC))
+REFUSED_ON_WINDOWS = (1225, 10061)  # a connection, by asyncio and by sockets
 LONGEST = 600  # characters of the line; the message of a third-party library may have any length
 
 
@@ -38,6 +40,15 @@ def usage_errors() -> Iterator[None]:
         if isinstance(error, HapticVLMError):
             raise
         raise UsageError(str(error)) from None
+
+
+def network_reason(error: Exception) -> str:
+    """Return in words why a service was not reached, without the numbers of the system."""
+    text = str(error) or type(error).__name__
+    refused = (str(number) for number in (errno.ECONNREFUSED, *REFUSED_ON_WINDOWS))
+    if isinstance(error, ConnectionRefusedError) or any(f" {each}]" in text for each in refused):
+        return "nothing listens there"
+    return re.sub(r"\[(?:Errno|WinError) -?\d+\] ", "", text)
 
 
 def installing(packages: str) -> str:

@@ -20,6 +20,7 @@ from typing import Any
 from hapticvlm.errors import HapticVLMError
 
 UNKNOWN = "unknown"
+MAX_SHOWN = 40  # characters of a wrong name in an error
 TABLE = Path(__file__).with_name("materials.toml")
 
 # Lowest and highest value of each fact of a user's material. The thermal ranges span aerogel to
@@ -226,6 +227,11 @@ def find(name: str, known: Mapping[str, Material] = MATERIALS) -> Material:
     if material is None:
         raise MaterialError(f"no material `{name[:40]}`{nearest(name, known)}")
     return material
+
+
+def no_material(name: str, known: Iterable[str]) -> str:
+    """Return an error message: there is no such material; the nearest one, and all known ones."""
+    return f"no material `{name[:MAX_SHOWN]}`{nearest(name, known)}"
 
 
 def nearest(name: str, known: Iterable[str]) -> str:

@@ -227,9 +227,8 @@ def _object_number(part: LeftOut) -> int:
 
 
 def _no_material(name: str, path: str, known: Collection[str]) -> LeftOut:
-    near = materials.nearest(name, sorted(known)).partition("; known")[0]
-    text = f"left out: no material `{name[:40]}`{near}; state one of `welcome.materials`"
-    return LeftOut(path=path, text=text)
+    problem = materials.no_material(name, sorted(known)).partition("; known")[0]
+    return LeftOut(path=path, text=f"left out: {problem}; state one of `welcome.materials`")
 
 
 class _Repair:

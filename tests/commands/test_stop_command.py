@@ -65,7 +65,7 @@ def test_a_wrong_token_stops_nothing_and_says_so(service):
 def test_no_service_is_one_line_and_no_traceback():
     done = stop("--url", "ws://127.0.0.1:9/")
     assert done.returncode == 2
-    assert "nothing was stopped" in done.stderr
+    assert "nothing listens there; nothing was stopped" in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1
 
 

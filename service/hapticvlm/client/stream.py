@@ -21,7 +21,7 @@ from websockets.exceptions import InvalidURI, WebSocketException
 from hapticvlm.captures import Capture, CaptureError, Line
 from hapticvlm.client.connection import Client, Message, Refused, connect, trusting
 from hapticvlm.client.sending import Outcome, Pace, stream
-from hapticvlm.errors import HapticVLMError
+from hapticvlm.errors import HapticVLMError, network_reason
 
 LATE_S = 0.25  # a shorter delay is not reported
 COLUMNS = (
@@ -61,7 +61,8 @@ def run(opened: Callable[[], Capture], to: Target, pace: Pace, *, as_json: bool)
     except (CaptureError, Refused):
         raise
     except (OSError, WebSocketException, ValueError) as error:
-        raise StreamError(f"{to.url}: {error}; {_hint(error)}") from error
+        reason = network_reason(error)
+        raise StreamError(f"{to.url}: {reason}; {_hint(error)}") from error
 
 
 def describe(decision: Message) -> str:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from hapticvlm.commands import service_address
 from hapticvlm.commands.parsing import add_json
-from hapticvlm.errors import HapticVLMError
+from hapticvlm.errors import HapticVLMError, network_reason
 
 if TYPE_CHECKING:
     from hapticvlm.client.stream import Target
@@ -80,4 +80,4 @@ async def _ask(to: Target, scope: str) -> None:
             await client.stop(scope)
     except (OSError, WebSocketException, ValueError) as error:
         cure = "nothing was stopped; check the address (`hapticvlm serve` prints it)"
-        raise StopError(f"{to.url}: {error}; {cure}") from None
+        raise StopError(f"{to.url}: {network_reason(error)}; {cure}") from None

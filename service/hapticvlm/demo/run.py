@@ -16,6 +16,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from rich.console import Console
+from websockets.exceptions import ConnectionClosed
 
 from hapticvlm.captures import Capture, Line, Recorder, read
 from hapticvlm.captures.contacts import contacts
@@ -63,7 +64,7 @@ def run(
     sessions.mkdir(parents=True, exist_ok=True)
     with ending_on_sigterm(), _service(sessions, console, quiet=quiet) as service:
         console.print(f"Ready after {service.seconds_to_ready:.1f} s.\n")
-        outcome, show = asyncio.run(_perform(capture, service, console))
+        outcome, show = _performed(capture, service, console)
     _record(show, out / "decisions.jsonl")
     session_timeline = _timeline(sessions, console)
     write_wav(out / "vibration.wav", in_voice(session_timeline.wave, voice))
@@ -80,6 +81,17 @@ def run(
     if as_json:
         sys.stdout.write(figures.read_text(encoding="utf-8"))
     return 1 if outcome.unanswered else 0
+
+
+def _performed(capture: Capture, service: Service, console: Console) -> tuple[Outcome, Show]:
+    """Perform the session. Raises HapticVLMError if the service ends in the middle of it."""
+    try:
+        return asyncio.run(_perform(capture, service, console))
+    except (ConnectionClosed, ConnectionError) as error:
+        said = f"; it said: {service.printed[-1].strip()}" if service.printed else ""
+        raise HapticVLMError(
+            f"the service ended before the demo did{said}; run the demo again"
+        ) from error
 
 
 async def _perform(capture: Capture, service: Service, console: Console) -> tuple[Outcome, Show]:

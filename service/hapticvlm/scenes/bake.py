@@ -13,7 +13,7 @@ import msgspec
 
 from hapticvlm.errors import UsageError
 from hapticvlm.evidence.ladder import Evidence
-from hapticvlm.materials import Material, nearest
+from hapticvlm.materials import Material, no_material
 from hapticvlm.messages import Scene
 from hapticvlm.rendering.heat.limits import AT_REST, limits_of
 from hapticvlm.rendering.vibration import feel_tables
@@ -176,10 +176,7 @@ def _corrections(
     }
     for (object_id, _), material in corrections.items():
         if material is not None and material not in table:
-            raise UsageError(
-                f"materials.json: objects.{object_id}: no material `{material[:60]}`"
-                f"{nearest(material, table)}"
-            )
+            raise UsageError(f"materials.json: objects.{object_id}: {no_material(material, table)}")
     return corrections
 
 

@@ -222,9 +222,8 @@ class SceneObjects:
             raise MessageError("limit", text, path="$.objects")
 
     def _no_material(self, material: str, path: str) -> MessageError:
-        near = materials.nearest(material, (*self._table, materials.UNKNOWN))
-        text = f"{path}: no material `{material[:40]}`{near}"
-        return MessageError("message", text, path=path)
+        problem = materials.no_material(material, (*self._table, materials.UNKNOWN))
+        return MessageError("message", f"{path}: {problem}", path=path)
 
     def _count_after(self, scene: Scene) -> int:
         """Return how many objects would be declared after this message.
