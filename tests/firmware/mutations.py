@@ -73,8 +73,8 @@ MUTATIONS = (
     Mutation(
         "second plate thermistor does not trip",
         SENSORS,
-        "place <= PLATE_B; place++) {\n        const Reading&",
-        "place < PLATE_B; place++) {\n        const Reading&",
+        "uint32_t faults = 0;\n    for (uint8_t place = PLATE_A; place <= PLATE_B; place++) {",
+        "uint32_t faults = 0;\n    for (uint8_t place = PLATE_A; place < PLATE_B; place++) {",
         "either plate thermistor trips at 43 and at 13 degC",
     ),
     Mutation(
