@@ -41,6 +41,7 @@ func _process(_delta: float) -> void:
 			"is_open": _service.is_open(),
 			"is_owner": _service.is_owner,
 			"silence": _service.silence(),
+			"by": _service.by,
 			"lost": _service.lost,
 			"vibrations": _vibrations,
 			"strongest": _strongest,
@@ -52,7 +53,7 @@ func _process(_delta: float) -> void:
 
 
 ## The tests' hand on the scene: F takes the ball away, as a game does with what breaks; R brings a rifle, M a room
-## of one mesh with 20 materials, T a thing whose textures tell what it is.
+## of one mesh with 20 materials, T a thing whose textures tell what it is; B changes to the bake and back.
 func _unhandled_key_input(event: InputEvent) -> void:
 	if not event.is_pressed():
 		return
@@ -66,6 +67,8 @@ func _unhandled_key_input(event: InputEvent) -> void:
 		magazine.add_child(HapticObject.new())
 		rifle.add_child(magazine)
 		get_tree().current_scene.add_child(rifle)
+	if (event as InputEventKey).keycode == KEY_B:
+		_service.mode = "baked" if _service.mode == "auto" else "auto"
 	if (event as InputEventKey).keycode == KEY_T:
 		_textured()
 	if (event as InputEventKey).keycode == KEY_M:

@@ -1,22 +1,34 @@
 extends Node
-## Plays the golden cases with the GDScript player, a case in each frame, and prints its plans.
+## Plays the golden cases with the GDScript player, a case in each frame, and prints its plans; then changes between a
+## service and the player.
+
+const Switch := preload("res://switch_feel.gd")
+const CHANGES := 20
 
 var _feel: Dictionary
 var _cases: Array
+var _switch: Switch
+var _switches: Dictionary[String, Callable]
 var _took_us := {}  # interaction and form -> the time of each plan in which something is felt
 
 
 func _ready() -> void:
-	_feel = FeelPlayer.open(FileAccess.get_file_as_string("res://feel.json"))
+	_feel = FeelPlayer.open(FileAccess.get_file_as_string(HapticService.FEEL))
 	_cases = JSON.parse_string(FileAccess.get_file_as_string("res://cases.json"))
+	_switch = Switch.new(_feel, CHANGES)
+	_switches = _switch.cases()
 
 
 func _process(_delta: float) -> void:
-	if _cases.is_empty():
+	if not _cases.is_empty():
+		_say("case", _play(_cases.pop_front()))
+	elif not _switches.is_empty():
+		var name: String = _switches.keys()[0]
+		_say("switch", {name: _switches[name].call()})
+		_switches.erase(name)
+	else:
 		set_process(false)
 		_say("done", {"plans_us": _took_us})
-		return
-	_say("case", _play(_cases.pop_front()))
 
 
 func _play(case: Dictionary) -> Dictionary:

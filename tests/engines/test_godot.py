@@ -210,6 +210,28 @@ def test_textures_that_neither_name_nor_shader_tells_are_sent_once_and_decide(
         assert np.abs(sent - small).mean() < 6.0  # of 255; what is mirrored differs by far more
 
 
+def test_the_built_in_bake_is_felt_where_the_switch_says_so(
+    game: Game, decided: dict[str, Any]
+) -> None:
+    assert decided
+    game.page.keyboard.press("b")
+    before = game.wait_for("state", len(game.events), by="baked")
+    since, told = len(game.events), len(game.told)
+    game.point("Table/OakTable")
+    game.page.mouse.down()
+    game.wait_for("touched", since, id="Table/OakTable")
+    game.stroke("Table/OakTable")
+    game.page.mouse.up()
+    game.wait_for("released", since)
+    after = game.state()
+    assert (after["by"], after["silence"]) == ("baked", "")
+    assert after["vibrations"] > before["vibrations"] + 3
+    assert after["pulses"] > before["pulses"]
+    assert [message for message in game.told[told:] if message["type"] == "touch"] == []
+    game.page.keyboard.press("b")
+    game.wait_for("state", len(game.events), by="service")
+
+
 def test_an_object_that_is_no_more_costs_an_id_and_not_the_whole_scene(
     game: Game, decided: dict[str, Any]
 ) -> None:
@@ -250,7 +272,7 @@ def test_a_scene_that_was_ended_connects_again_waits_for_the_outputs_and_is_felt
         while ask(type="set", ownership="take")["type"] == "error":  # until they are free
             pass
         since = len(game.events)
-        waiting = game.wait_for("state", since, is_owner=False, is_open=True)
+        waiting = game.wait_for("state", since, is_owner=False, is_open=True, by="service")
         assert waiting["silence"].startswith("another scene owns the outputs")
     felt = game.wait_for("state", since, is_owner=True)["vibrations"]
     sent = len(game.told)

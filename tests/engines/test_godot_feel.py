@@ -49,6 +49,7 @@ class Played:
 
     cases: list[dict[str, Any]]
     plans_us: dict[str, list[float]]  # by interaction and form
+    switched: dict[str, Any]  # what the motor was told while the service died and came back
 
 
 @pytest.fixture(scope="module")
@@ -73,6 +74,37 @@ def test_a_plan_of_any_gesture_takes_a_third_of_a_frame(
     # Slower plans say how busy the machine is.
     quickest = {kind: us[len(us) // 10] / 1000 for kind, us in plans.items()}
     assert max(quickest.values()) <= LONGEST_PLAN_MS, quickest
+
+
+def test_a_stroke_goes_on_while_the_service_dies_and_comes_back(gdscript: Played) -> None:
+    for way in ("deaths", "freezes", "modes"):
+        assert gdscript.switched[way]["gap_ms"] <= 50, way
+        assert sorted(gdscript.switched[way]["by"]) == ["baked", "service"]
+
+
+def test_a_strike_is_played_whatever_the_service_does(gdscript: Played) -> None:
+    strikes = ("strike after a freeze", "strike after a death", "strike long after")
+    amplitudes = [gdscript.switched[strike] for strike in strikes]
+    assert amplitudes == [pytest.approx(amplitudes[2], rel=0.05)] * 3
+    assert amplitudes[2] > 0.5
+
+
+def test_nothing_is_felt_after_a_stop_though_the_other_one_takes_over(gdscript: Played) -> None:
+    for case in ("stop with a service", "stop without one"):
+        assert gdscript.switched[case]["held"] == 0
+        assert gdscript.switched[case]["silence"] == "stopped: release and touch again"
+        assert gdscript.switched[case]["again"] > 0.5
+
+
+def test_the_mode_says_which_of_the_two_is_felt(gdscript: Played) -> None:
+    assert gdscript.switched["auto, service"] == {"felt": True, "by": "service"}
+    assert gdscript.switched["auto, none"] == {"felt": True, "by": "baked"}
+    assert gdscript.switched["baked, service"] == {"felt": True, "by": "baked"}
+    assert gdscript.switched["service, none"] == {"felt": False, "by": "service"}
+
+
+def test_a_thing_that_no_bake_knows_is_named(gdscript: Played) -> None:
+    assert "does not know `thing`: bake the scene" in gdscript.switched["unknown"]
 
 
 def played(cases: list[dict[str, Any]]) -> Played:
@@ -104,19 +136,24 @@ def played(cases: list[dict[str, Any]]) -> Played:
         browser.close()
     assert complaints == [], complaints[:6]
     played = [each["detail"] for each in said if each["what"] == "case"]
-    return Played(played, said[-1]["detail"]["plans_us"])
+    switched: dict[str, Any] = {}
+    for each in said:
+        if each["what"] == "switch":
+            switched |= each["detail"]
+    return Played(played, said[-1]["detail"]["plans_us"], switched)
 
 
 def exported(folder: Path, cases: list[dict[str, Any]]) -> Path:
     """Put the engine, a page and a project with the player and these cases into a folder."""
     project = folder / "project"
     project.mkdir()
-    for script in (*sorted(ADDON.glob("feel_*.gd")), HERE / "play_feel.gd"):
-        shutil.copy(script, project)
+    shutil.copytree(ADDON, project / "addons" / "hapticvlm")
+    for script in ("play_feel.gd", "switch_feel.gd"):
+        shutil.copy(HERE / script, project)
     (project / "project.godot").write_text(SETTINGS)
     (project / "play.tscn").write_text(SCENE)
     files = project_files(project)
-    files["feel.json"] = (ADDON / "feel.json").read_bytes()
+    files["addons/hapticvlm/feel.json"] = (ADDON / "feel.json").read_bytes()
     files["cases.json"] = json.dumps(cases).encode()
     for name in ENGINE:
         os.link(TEMPLATE / name, folder / name)

@@ -71,6 +71,11 @@ func stop() -> void:
 		hand.release()
 
 
+## Returns whether a stop keeps this hand silent.
+func is_held(name: String) -> bool:
+	return _hands[name].is_held
+
+
 ## Returns the next 100 ms of a hand as {period_ms, amplitude, frequency_hz, transients}, the
 ## fields of a `vibration` event; empty arrays are silence. The form is amplitude or parametric.
 func plan(name: String, form: String, now: float) -> Dictionary:

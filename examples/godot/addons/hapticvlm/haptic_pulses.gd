@@ -1,6 +1,6 @@
 class_name HapticPulses
 extends Node
-## Plays the vibration of a hand on the user's device: an XR controller, a gamepad or a phone.
+## Plays the vibration of a hand, the service's or the bake's, on the user's device: an XR controller, a gamepad or a phone.
 ##
 ## Each `vibration` event is a plan of at most 100 ms that replaces the one before. Every frame
 ## plays the strongest value since the last frame, so that a short strike is not missed. After the
@@ -26,10 +26,34 @@ var amplitude := 0.0
 ## Number of commands sent to the motor.
 var pulses := 0
 
-var _values := PackedFloat64Array()
-var _period_s := 1.0
-var _began_at := 0.0
-var _played_to := 0.0  # of the plan, s
+var _plan := Plan.new()
+
+
+## The plan of a hand; times are arguments, in s.
+class Plan:
+	var _values := PackedFloat64Array()
+	var _period_s := 1.0
+	var _began_at := 0.0
+	var _played_to := 0.0  # from its begin, s
+
+	func clear() -> void:
+		_values.clear()
+
+	func receive(vibration: Dictionary, now: float) -> void:
+		_values = PackedFloat64Array(vibration.get("amplitude", []))
+		_period_s = maxf(1e-3, vibration["period_ms"] / 1000.0)
+		_began_at = now
+		_played_to = 0.0
+
+	## Returns the strongest value between the last call and this one.
+	func strongest(now: float) -> float:
+		var first := floori(_played_to / _period_s)
+		var last := mini(floori((now - _began_at) / _period_s), _values.size() - 1)
+		_played_to = now - _began_at
+		var value := 0.0
+		for i in range(first, last + 1):
+			value = maxf(value, _values[i])
+		return value
 
 
 func _ready() -> void:
@@ -37,12 +61,12 @@ func _ready() -> void:
 	if service == null:
 		return
 	service.vibrated.connect(_receive)
-	service.closed.connect(_values.clear)
+	service.closed.connect(_plan.clear)
 	service.feels = service.feels.merged({hand: "amplitude"})
 
 
 func _process(_delta: float) -> void:
-	amplitude = minf(1.0, gain * _strongest(HapticService.now_s() - _began_at))
+	amplitude = minf(1.0, gain * _plan.strongest(HapticService.now_s()))
 	if amplitude > WEAKEST:
 		_play()
 
@@ -62,23 +86,8 @@ func silence() -> String:
 
 
 func _receive(vibration: Dictionary) -> void:
-	if vibration["hand"] != hand:
-		return
-	_values = PackedFloat64Array(vibration.get("amplitude", []))
-	_period_s = maxf(1e-3, vibration["period_ms"] / 1000.0)
-	_began_at = HapticService.now_s()
-	_played_to = 0.0
-
-
-## Returns the strongest value of the plan between the last frame and this one.
-func _strongest(at_s: float) -> float:
-	var first := floori(_played_to / _period_s)
-	var last := mini(floori(at_s / _period_s), _values.size() - 1)
-	_played_to = at_s
-	var found := 0.0
-	for i in range(first, last + 1):
-		found = maxf(found, _values[i])
-	return found
+	if vibration["hand"] == hand:
+		_plan.receive(vibration, HapticService.now_s())
 
 
 func _play() -> void:

@@ -3,7 +3,7 @@ extends Node
 ## The connection to `hapticvlm serve`; the autoload `HapticVLM`.
 ##
 ## It connects automatically, sends the scene again after a lost link, and takes the outputs when
-## they are free. It runs on the main thread and never blocks.
+## they are free. While no service answers, a bake is felt: see `mode`. It runs on the main thread and never blocks.
 
 ## Emitted when the connection is open: `welcome` contains limits, devices and models.
 signal opened(welcome: Dictionary)
@@ -25,15 +25,26 @@ const Link := preload("link.gd")
 const SceneRegistry := preload("scene_registry.gd")
 const FrameSlot := preload("frame_slot.gd")
 const TextureMaps := preload("texture_maps.gd")
+const Felt := preload("felt.gd")
+const FEEL := "res://addons/hapticvlm/feel.json"  # the built-in materials
 const SURFACES_SINCE_MINOR := 2  # an older service refuses unknown fields
 const TAKE_EVERY_S := 2.0  # interval between requests for outputs that another scene owns
 const HANDS: Array[String] = ["left", "right"]
+const NO_TOUCH := "no hand has touched an object yet"
 const FASTEST_MPS := 20.0  # limits of the protocol, which a jumping tracked hand can exceed
 const STRONGEST_N := 200.0
 
 ## The instance in the tree, for the nodes of the addon.
 static var current: HapticService
 
+## What is felt: `auto` (the service while it answers, else the bake), `service` or `baked`. A scene that begins with
+## `baked` connects to no service.
+@export_enum("auto", "service", "baked") var mode: String = ProjectSettings.get_setting("hapticvlm/mode", "auto"):
+	set = _set_mode
+## Which of the two is felt now: service or baked.
+var by: String:
+	get:
+		return _felt.by()
 ## Required when the service is on another machine. It is not stored in the project's files:
 ## set it in the environment variable HAPTICVLM_TOKEN or with `connect_to`.
 var token := OS.get_environment("HAPTICVLM_TOKEN")
@@ -41,6 +52,7 @@ var token := OS.get_environment("HAPTICVLM_TOKEN")
 var feels := {}:
 	set(value):
 		feels = value
+		_felt.forms = value
 		_ask_to_feel()
 ## Air temperature in the scene, degC; NAN: not stated.
 var ambient_c := NAN:
@@ -50,7 +62,7 @@ var ambient_c := NAN:
 var is_owner := false
 ## The newest decision for each object id, on whichever of its surfaces.
 var decisions := {}
-## Numbers of dropped messages: touches without a link, frames replaced by a newer one.
+## Numbers of dropped messages: touches without a link or a bake, frames replaced by a newer one.
 var lost: Dictionary:
 	get:
 		return {"touches": _lost_touches, "frames": _frames.lost}
@@ -58,6 +70,7 @@ var lost: Dictionary:
 var _link := Link.new()
 var _frames := FrameSlot.new(_link)
 var _textures := TextureMaps.new()
+var _felt := Felt.new()
 var _url := ""
 var _registry := SceneRegistry.new()
 var _lost_touches := 0
@@ -78,12 +91,15 @@ func _enter_tree() -> void:
 	_textures.send = _send_texture
 	_link.on_message = _receive
 	_link.on_lost = _lose
-	connect_to(Link.address(), token)
+	_felt.on_vibration = vibrated.emit
+	_felt.material_of = _registry.material_of
+	_set_mode(mode)
 
 
 func _exit_tree() -> void:
 	_link.close("the program has ended")
 	_textures.close()
+	_url = ""
 	if current == self:
 		current = null
 
@@ -94,6 +110,7 @@ func _process(_delta: float) -> void:
 		_send_scene()
 	if _link.is_open:
 		_textures.step(Link.now_s())
+	_felt.step(Link.now_s())
 
 
 ## Connects to the service at this address.
@@ -122,19 +139,19 @@ func forget(object_id: String) -> void:
 ## Sends a touch: phase, hand, object_id, speed_mps, force_n, and other fields of the protocol.
 func touch(message: Dictionary) -> void:
 	_has_touched = true
-	if not is_open():
-		_lost_touches += 1
-		return
-	if not is_owner:
-		take_outputs()
-	if message["phase"] == "release":
-		_is_stopped = false
-	if _registry.has_changes:
-		_send_scene()  # objects are sent before they are touched
 	var sent := message.duplicate()
 	sent["captured_at"] = Link.now_s()
 	sent["speed_mps"] = clampf(message.get("speed_mps", 0.0), 0.0, FASTEST_MPS)
 	sent["force_n"] = clampf(message.get("force_n", 0.0), 0.0, STRONGEST_N)
+	if message["phase"] == "release":
+		_is_stopped = false
+	if not _felt.touch(sent, Link.now_s()):
+		_lost_touches += int(not _plays_bake())
+		return
+	if not is_owner:
+		take_outputs()
+	if _registry.has_changes:
+		_send_scene()  # objects are sent before they are touched
 	if not _knows_surfaces:
 		sent.erase("surface")
 	_link.send("touch", sent)
@@ -149,6 +166,8 @@ func show_frame(message: Dictionary) -> void:
 func stop(scope := "all") -> void:
 	if is_open():
 		_link.send("stop", {"scope": scope})
+	if scope != "peltier":
+		_felt.stop()
 
 
 ## Requests the outputs. The service grants them if they are free or their owner is idle.
@@ -160,6 +179,9 @@ func take_outputs() -> void:
 
 ## Returns the reason why nothing is felt, in one sentence; empty if there is none.
 func silence() -> String:
+	if _plays_bake():
+		var reason := _felt.silence()
+		return reason if _has_touched or not reason.is_empty() else NO_TOUCH
 	if not is_open():
 		var why := "" if _link.said.is_empty() else " (%s)" % _link.said
 		return "no service at %s%s: start `hapticvlm serve`" % [_url, why]
@@ -169,15 +191,46 @@ func silence() -> String:
 		return "stopped: release and touch again"
 	if not _scene_refusal.is_empty():
 		return "the service refused the scene: %s" % _scene_refusal
-	return "" if _has_touched else "no hand has touched an object yet"
+	return "" if _has_touched else NO_TOUCH
 
 
 static func now_s() -> float:
 	return Link.now_s()
 
 
+func _set_mode(value: String) -> void:
+	if not value in Felt.MODES:
+		push_error("HapticVLM: mode: `%s` is not one of %s" % [value, ", ".join(Felt.MODES)])
+		return
+	mode = value
+	if current != self:
+		return  # not in the tree yet
+	if mode != "service" and not _felt.has_bake():
+		_open_bake()
+	if mode != "baked" and _url.is_empty():
+		connect_to(Link.address(), token)
+	_felt.select(mode, Link.now_s())
+
+
+## Opens the project's bake; the built-in materials where it has none.
+func _open_bake() -> void:
+	var folder: String = ProjectSettings.get_setting("hapticvlm/bake", "res://baked")
+	var feel := folder.path_join("feel.json")
+	var materials: Variant = null
+	if FileAccess.file_exists(folder.path_join("materials.json")):
+		materials = JSON.parse_string(FileAccess.get_file_as_string(folder.path_join("materials.json")))
+	feel = feel if FileAccess.file_exists(feel) else FEEL
+	if FileAccess.file_exists(feel):
+		_felt.open(FeelPlayer.open(FileAccess.get_file_as_string(feel)), materials if materials is Dictionary else {})
+
+
+func _plays_bake() -> bool:
+	return mode == "baked" or (_felt.has_bake() and _felt.by() == "baked")
+
+
 func _receive(message: Dictionary, asked: String) -> void:
 	_frames.hear(int(message.get("id", 0)))
+	_felt.hear(Link.now_s())
 	match message.get("type"):
 		"welcome":
 			_welcome(message)
@@ -187,10 +240,12 @@ func _receive(message: Dictionary, asked: String) -> void:
 			_hear_what_was_left_out(message)
 		"decision":
 			decisions[message.get("object_id", "")] = message
+			_felt.decide(message)
 			decided.emit(message)
 		"vibration":
 			_is_stopped = message.get("stopped", false)
-			vibrated.emit(message)
+			if _felt.serve(message):
+				vibrated.emit(message)
 		"textures":
 			_textures.want(message["hashes"])
 		"telemetry":
@@ -209,6 +264,7 @@ func _welcome(message: Dictionary) -> void:
 	_scene_refusal = ""
 	_registry.materials = message["materials"]
 	_registry.restart()
+	_felt.connection_changed(true, Link.now_s())
 	_send_scene()
 	_own(message["owner"])
 	opened.emit(message)
@@ -262,12 +318,14 @@ func _lose() -> void:
 	_frames.clear()
 	_own(false)
 	closed.emit()
+	_felt.connection_changed(false, Link.now_s())  # after `closed`, which ends the plans of the service
 
 
 func _own(value: bool) -> void:
 	if value == is_owner:
 		return
 	is_owner = value
+	_felt.is_owner = value
 	if is_owner:
 		_begin()
 	ownership_changed.emit(value)

@@ -8,6 +8,8 @@ const AUTOLOAD := "HapticVLM"
 func _enable_plugin() -> void:
 	add_autoload_singleton(AUTOLOAD, "res://addons/hapticvlm/haptic_service.gd")
 	_offer("hapticvlm/url", "", "Address of the service. Empty: this machine.")
+	_offer("hapticvlm/mode", "auto", "auto: the service while it answers, else the bake; service; baked.")
+	_offer("hapticvlm/bake", "res://baked", "Folder of your own bake. Without one the built-in materials are felt.")
 
 
 func _disable_plugin() -> void:

@@ -51,6 +51,12 @@ func forget(object_id: String) -> void:
 	has_changes = true
 
 
+## Returns the material that an object states; empty if none.
+func material_of(object_id: String) -> String:
+	var stated := str(_objects.get(object_id, {}).get("material", ""))
+	return "" if stated == "unknown" else stated
+
+
 ## Returns {object_id, surface} of a surface that states this texture; empty if none does.
 func surface_with(texture: String) -> Dictionary:
 	for object_id: String in _objects:

@@ -1,0 +1,227 @@
+extends RefCounted
+## One switch for what is felt: the service while it answers, else a bake.
+##
+## Every touch goes to both. The bake's player therefore knows each hand at any moment and can take over in the middle of
+## a stroke: when the connection ends, or when a touch is unanswered for BRIDGE_S, which is before the service's last
+## plan (100 ms) has ended. It hands a hand back when the service sends that hand its next plan. Knows no socket and no
+## clock: times are arguments, in s.
+
+const BRIDGE_S := 0.06
+const PLAN_EVERY_S := 0.035  # with a plan of 100 ms, two are there for each moment
+const HAND_BACK_S := 1.0  # after which a service that stays silent means silence
+const LATEST_S := 0.14  # age of a missed impact that is still played
+const MODES: Array[String] = ["auto", "service", "baked"]
+
+## Called with each plan of the bake: the fields of a `vibration` event.
+var on_vibration: Callable
+## Returns the material that the scene states of an object id; empty: none.
+var material_of: Callable
+## Forms of the hands that are felt, as {"left": "amplitude"}.
+var forms := {}
+## Whether this scene owns the outputs of the service.
+var is_owner := false
+## auto, service or baked; `select` changes it.
+var mode := "auto"
+
+var _player: FeelPlayer  # null: no feel.json
+var _objects := {}  # of materials.json
+var _decided := {}  # [object id, surface] -> the material that the service renders
+var _hands := {"left": Hand.new(), "right": Hand.new()}
+var _is_open := false
+var _connected_at := -INF
+var _received_at := -INF
+var _asked_at := -INF  # time of the first touch that the service has not answered
+var _unknown := ""  # the touched object whose material nobody knows
+
+
+class Hand:
+	var is_served := false
+	var vibrates := false
+	var planned_at := -INF
+	var missed := {}  # the plan of an impact that the service has not played
+	var missed_at := -INF
+
+
+## Takes the contents of `feel.json`, opened, and of `materials.json`; empty dictionaries: there is none.
+func open(feel: Dictionary, materials: Dictionary) -> void:
+	_objects = materials.get("objects", {})
+	_player = null if feel.is_empty() else FeelPlayer.new(feel, surface_of)
+
+
+## Returns whether there is a bake to play.
+func has_bake() -> bool:
+	return _player != null
+
+
+## Changes over to another mode, also in the middle of a touch.
+func select(value: String, now: float) -> void:
+	mode = value
+	for hand: Hand in _hands.values():
+		hand.is_served = mode == "service"
+	if mode == "auto":
+		_connected_at = now
+	step(now)
+
+
+## Returns which of the two is felt now: service or baked.
+func by() -> String:
+	var hands: Array = _hands.values()
+	var vibrating := hands.filter(func(hand: Hand) -> bool: return hand.vibrates)
+	return "baked" if (hands if vibrating.is_empty() else vibrating).any(_is_baked) else "service"
+
+
+## Returns the reason why the bake is silent, in one sentence; empty if it is not.
+func silence() -> String:
+	if _player == null:
+		return "no feel.json: add *.json to the export's filter of files that are not resources"
+	if _hands.keys().any(_player.is_held):
+		return "stopped: release and touch again"
+	if not _unknown.is_empty():
+		return "the bake does not know `%s`: bake the scene, or state a material" % _unknown
+	return ""
+
+
+## Notes that the connection opened or ended.
+func connection_changed(is_open: bool, now: float) -> void:
+	_is_open = is_open
+	_connected_at = now
+	_asked_at = -INF
+	if is_open:
+		return
+	for hand: Hand in _hands.values():
+		hand.is_served = mode == "service"
+		hand.planned_at = -INF
+	step(now)
+
+
+## Notes that the service said something.
+func hear(now: float) -> void:
+	_received_at = now
+
+
+## Notes the material that the service renders on a surface.
+func decide(decision: Dictionary) -> void:
+	if not decision.has("object_id"):
+		return
+	var surface := [decision["object_id"], int(decision.get("surface", 0))]
+	var material: Variant = decision.get("felt")
+	if material == null and decision["material"] != "unknown":
+		material = decision["material"]
+	if material == null:
+		_decided.erase(surface)
+	else:
+		_decided[surface] = material
+
+
+## Receives a touch; returns whether it is to be sent to the service, too.
+func touch(fields: Dictionary, now: float) -> bool:
+	var is_sent := _is_open and mode != "baked"
+	if is_sent and is_owner and _received_at >= _asked_at:
+		_asked_at = now
+	if _player == null:
+		return is_sent
+	var hand: Hand = _hands[fields["hand"]]
+	var begins_impact := _player.touch(fields, now)
+	if fields["phase"] == "release":
+		hand.missed = {}
+	if begins_impact:
+		hand.missed = _plan(fields["hand"], now)
+		hand.missed_at = now
+	if _is_baked(hand):
+		if begins_impact:
+			_post_missed(fields["hand"], now)
+		elif fields["phase"] == "release":
+			_post_plan(fields["hand"], now)
+	return is_sent
+
+
+## Receives a plan of the service, which gets its hand back; returns whether it is felt. A service that began after a
+## stop does not know of it, so that its plans are dropped until the stop ends.
+func serve(vibration: Dictionary) -> bool:
+	var name: String = vibration["hand"]
+	var vibrates: bool = not vibration.get("amplitude", []).is_empty()
+	if mode == "baked" or (vibrates and _player != null and _player.is_held(name)):
+		return false
+	_hands[name].is_served = true
+	_hands[name].missed = {}
+	_hands[name].vibrates = vibrates
+	return true
+
+
+## Ends the vibration of the bake at once; it holds each hand until its release and a new touch.
+func stop() -> void:
+	if _player == null:
+		return
+	_player.stop()
+	for name: String in _hands:
+		_hands[name].missed = {}
+		if _is_baked(_hands[name]) and forms.has(name):
+			_post(name, {"period_ms": 12.5, "amplitude": [], "frequency_hz": [], "transients": []}, true)
+
+
+## Decides by which a hand is felt, and plans for those of the bake. Called once per frame, after what came in.
+func step(now: float) -> void:
+	for name: String in _hands:
+		var hand: Hand = _hands[name]
+		_change_over(hand, now)
+		if _player == null or not _is_baked(hand):
+			continue
+		if not hand.missed.is_empty():
+			_post_missed(name, now)
+		elif now - hand.planned_at >= PLAN_EVERY_S:
+			_post_plan(name, now)
+
+
+## Returns what is felt of a touched object without the service: a surface of `materials.json`.
+func surface_of(fields: Dictionary) -> Dictionary:
+	var id := str(fields.get("object_id", ""))
+	var index := int(fields.get("surface", 0))
+	var surfaces: Array = _objects.get(id, {}).get("surfaces", [])
+	var surface: Dictionary = {} if surfaces.is_empty() else surfaces[index if index < surfaces.size() else 0]
+	if _decided.has([id, index]):
+		surface = surface.merged({"material": _decided[[id, index]]}, true)
+	elif surface.is_empty() and not material_of.call(id).is_empty():
+		surface = {"material": material_of.call(id)}
+	_unknown = id if surface.get("material") == null else ""
+	return surface
+
+
+func _is_baked(hand: Hand) -> bool:
+	return not hand.is_served
+
+
+func _change_over(hand: Hand, now: float) -> void:
+	if mode != "auto" or not _is_open:
+		return
+	if is_owner and _received_at < _asked_at and now - _asked_at >= BRIDGE_S:
+		hand.is_served = false
+	elif now - _connected_at >= HAND_BACK_S and not (hand.vibrates and is_owner):
+		hand.is_served = true
+
+
+## Posts the plan of an impact that the service did not play; it begins now.
+func _post_missed(name: String, now: float) -> void:
+	var hand: Hand = _hands[name]
+	var plan := hand.missed
+	hand.missed = {}
+	if now - hand.missed_at < LATEST_S and forms.has(name):
+		hand.planned_at = now
+		_post(name, plan)
+
+
+func _post_plan(name: String, now: float) -> void:
+	if not forms.has(name):
+		return
+	_hands[name].planned_at = now
+	var plan := _plan(name, now)
+	if not plan["amplitude"].is_empty() or _hands[name].vibrates:
+		_post(name, plan)
+
+
+func _plan(name: String, now: float) -> Dictionary:
+	return _player.plan(name, forms.get(name, "amplitude"), now)
+
+
+func _post(name: String, plan: Dictionary, is_stopped := false) -> void:
+	_hands[name].vibrates = not plan["amplitude"].is_empty()
+	on_vibration.call(plan.merged({"hand": name, "stopped": is_stopped}))
