@@ -48,6 +48,36 @@ RECORD = """() => {
 }"""
 
 
+# Keeps every name and size of the colour of warmth.
+WARMTH = """() => {
+  const box = document.getElementById('warmth');
+  window.warmths = new Set();
+  const note = () => box.hidden || warmths.add(`${box.ariaLabel} ${box.style.cssText}`);
+  new MutationObserver(note).observe(box, {attributes: true});
+}"""
+# Answers with long names in the experimenter's table; the words that are drawn on two lines.
+BROKEN = """() => {
+  const table = document.getElementById('recent');
+  for (let at = 0; at < 3; at++) {
+    const row = table.insertRow();
+    for (const text of ['12', 'metal whooshing-cold', 'fabric rubbing-hot', '12.5'])
+      row.insertCell().textContent = text;
+  }
+  const broken = [];
+  const texts = document.createTreeWalker(document.querySelector('.cards'), NodeFilter.SHOW_TEXT);
+  for (let node = texts.nextNode(); node; node = texts.nextNode()) {
+    for (const word of node.data.matchAll(/[^\\s-]+/g)) {
+      const range = document.createRange();
+      range.setStart(node, word.index);
+      range.setEnd(node, word.index + word[0].length);
+      const lines = new Set([...range.getClientRects()].map(({top}) => Math.round(top)));
+      if (lines.size > 1) broken.push(word[0]);
+    }
+  }
+  return broken;
+}"""
+
+
 def study_file(seconds: float) -> str:
     """The file of a new study, cut short: four brief patterns, once each, without training."""
     text = TEMPLATE.read_text(encoding="utf-8")
@@ -77,6 +107,8 @@ class Sat:
     too_wide: dict[str, int] = field(default_factory=dict)  # px
     prompts: list[str] = field(default_factory=list)
     desk: str = ""
+    warmths: list[str] = field(default_factory=list)  # of the pilot's colour, in the first trials
+    broken: list[str] = field(default_factory=list)  # words of the experimenter's page on a phone
     loudest: float = 0.0
     faults: list[str] = field(default_factory=list)
     events: list[dict[str, Any]] = field(default_factory=list)
@@ -145,6 +177,7 @@ def take_part(sat: Sat, context: BrowserContext, address: str) -> None:
     # promise, which is true before it is kept.
     page.wait_for_function("() => sound.isOn")
     page.evaluate(RECORD)
+    page.evaluate(WARMTH)
     for trial in range(4):
         page.locator(".pattern:enabled").first.wait_for()
         if trial == 0:
@@ -161,11 +194,13 @@ def take_part(sat: Sat, context: BrowserContext, address: str) -> None:
     page.locator("textarea").fill(REMARK)
     sat.look("remarks", page)
     sat.loudest = page.evaluate("loudest")
+    sat.warmths = page.evaluate("[...warmths]")
     page.locator("#form button").click()
     page.locator("#prompt", has_text="Vielen Dank").wait_for()
     sat.look("done", page)
     desk.locator("#prompt", has_text="All done").wait_for()
     sat.look("experimenter, done", desk)
+    sat.broken = desk.evaluate(BROKEN)  # as wide as the last look, a phone
 
 
 def test_axe_finds_nothing_in_any_state_of_either_page(sat: Sat) -> None:
@@ -202,3 +237,12 @@ def test_the_vibration_is_heard_in_the_browser(sat: Sat) -> None:
 def test_the_experimenter_sees_what_is_presented(sat: Sat) -> None:
     first = next(event for event in sat.events if event["event"] == "presented")
     assert first["pattern"] in sat.desk
+
+
+def test_warmth_is_shown_in_the_browser_as_colour_that_grows(sat: Sat) -> None:
+    assert len({text.partition("--grown")[2] for text in sat.warmths}) > 2
+    assert {text.split()[0] for text in sat.warmths} <= {"warm", "kalt", "neutral"}
+
+
+def test_no_word_of_the_experimenters_page_is_broken_on_a_phone(sat: Sat) -> None:
+    assert sat.broken == []

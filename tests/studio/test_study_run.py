@@ -95,6 +95,21 @@ async def test_an_answer_is_kept_at_once_while_its_pattern_still_plays(
         assert conductor.view()["answered"] == 1
 
 
+async def test_the_time_left_of_the_training_falls_with_each_pattern_felt(
+    service: Service, design: Design, tmp_path: Path
+) -> None:
+    brief = tuple(replace(each, seconds=0.2) for each in design.stimuli)
+    training = designs.design(brief, ["ann"], Plan(repeats=2, renderings=3))
+    designs.write_design(tmp_path, training)
+    each_s = [stimulus.lead_s + stimulus.seconds for stimulus in brief]
+    async with conducting(service, training, tmp_path) as conductor:
+        await conductor.do({"do": "choose", "participant": "ann"})
+        assert conductor.view()["seconds_left"] == pytest.approx(3 * sum(each_s))
+        await conductor.do({"do": "feel", "pattern": brief[0].name})
+        await until(lambda: conductor.view()["renderings"])
+        assert conductor.view()["seconds_left"] == pytest.approx(3 * sum(each_s) - each_s[0])
+
+
 async def test_a_trial_takes_one_answer_to_itself(
     service: Service, design: Design, tmp_path: Path
 ) -> None:
@@ -270,10 +285,15 @@ async def test_a_pilot_is_heard_and_only_the_experimenter_sees_the_pattern(
                 overview = json.loads(await desk.recv())
             assert overview["next_trial"] == design.trials["ann"][0]
             loudest = 0.0
-            while loudest < 0.01:
+            plates_c: list[float] = []
+            while loudest < 0.01 or not plates_c:
                 message = json.loads(await seat.recv())
                 assert "next_trial" not in message
-                loudest = max(map(abs, message.get("waveform", {"samples": [0.0]})["samples"]))
+                plates_c += [message["plate_c"]] if message.get("plate_c") else []
+                loudest = max(
+                    loudest, *map(abs, message.get("waveform", {"samples": [0.0]})["samples"])
+                )
+            assert all(18.0 <= plate_c <= 40.0 for plate_c in plates_c)
     finally:
         study.cancel()
         with contextlib.suppress(asyncio.CancelledError):

@@ -56,7 +56,7 @@ function show() {
 }
 
 function left() {
-  return !view.is_trained || view.seconds_left == null || view.answered >= view.trials ? "" : `, about ${Math.max(1, Math.round(view.seconds_left / 60))} min left`;
+  return view.seconds_left == null || view.answered >= view.trials ? "" : `, about ${Math.max(1, Math.round(view.seconds_left / 60))} min of ${view.is_trained ? "trials" : "training"} left`;
 }
 
 function now() {

@@ -2,11 +2,15 @@
 // pressed. It does not receive which pattern a trial presents.
 import { make } from "./dom.js";
 import { draw, paragraphs } from "./study.form.js";
+import { NEUTRAL_C, warmthColour } from "./feel.js";
 import { glyph, warmth } from "./glyphs.js";
 import { offerSound, silence, sound, startSound } from "./study.sound.js";
 import { learn, own, phase, speak, spoken, text, word } from "./study.texts.js";
 
 const KEYS = "1234567890abcdefghijklmnoqrstuvwxyz";
+const GROWN_C = 6; // from neutral, at which the colour of warmth has its full size
+const LEAST_GROWN = 0.25; // of the full size, at neutral
+const NEUTRAL_SHARE = 0.15; // of GROWN_C that is called neutral
 const FORMS = ["consent", "questions", "rating"];
 const byId = (id) => document.getElementById(id);
 let socket = null;
@@ -36,6 +40,7 @@ function send(request) {
 
 function receive(message) {
   if (message.waveform) return sound.take(message.waveform);
+  if ("plate_c" in message) return showWarmth(message.plate_c);
   if (message.refused) return alarm(message.refused);
   if (message.texts) return setUp(message);
   if (message.phase === "asking" && view?.phase !== "asking") askedAt = performance.now();
@@ -103,16 +108,44 @@ function alarm(reason) {
   byId("alert").textContent = reason ?? "";
 }
 
+// In training the bar counts the patterns that were felt, afterwards the trials that were answered.
 function showProgress() {
   const bar = byId("progress");
   byId("course").hidden = !view.participant || FORMS.slice(0, 2).includes(view.phase);
-  bar.max = view.trials ?? 1;
-  bar.value = view.answered ?? 0;
-  bar.ariaLabel = text("page.trials_answered");
-  bar.dataset.answered = bar.value;
-  const minutes = !view.is_trained || view.seconds_left == null || isAnswered() ? null : Math.max(1, Math.round(view.seconds_left / 60));
-  const counted = text("page.progress", { answered: view.answered ?? 0, trials: view.trials ?? 0 });
+  if (!view.participant) return;
+  const isTraining = !view.is_trained && view.renderings_wanted > 0;
+  const { done, all, counted } = isTraining ? feltPatterns() : answeredTrials();
+  bar.max = all;
+  bar.value = done;
+  bar.ariaLabel = isTraining ? phase("training")[0] : text("page.trials_answered");
+  bar.dataset.answered = view.answered;
+  const minutes = view.seconds_left == null || done >= all ? null : Math.max(1, Math.round(view.seconds_left / 60));
   byId("left").textContent = minutes === null ? counted : `${counted}, ${text("page.left", { minutes })}`;
+}
+
+function answeredTrials() {
+  const { answered, trials } = view;
+  return { done: answered, all: trials, counted: text("page.progress", { answered, trials }) };
+}
+
+function feltPatterns() {
+  const wanted = view.renderings_wanted;
+  const done = view.patterns.reduce((sum, { name }) => sum + Math.min(wanted, view.renderings[name] ?? 0), 0);
+  const all = wanted * view.patterns.length;
+  return { done, all, counted: `${done} / ${all}` };
+}
+
+// Shows the plate's temperature (degC) as colour that grows, in a pilot without a device; null: no reading.
+function showWarmth(plate) {
+  const box = byId("warmth");
+  box.hidden = plate === null || !view?.hear || ["choosing", "done", ...FORMS].includes(view.phase);
+  if (box.hidden) return; // also where nothing plays any more
+  const away = Math.min(1, Math.abs(plate - NEUTRAL_C) / GROWN_C);
+  box.style.setProperty("--colour", warmthColour(plate));
+  box.style.setProperty("--grown", (LEAST_GROWN + (1 - LEAST_GROWN) * away).toFixed(3));
+  const feels = away < NEUTRAL_SHARE ? "neutral" : plate > NEUTRAL_C ? "hot" : "cold";
+  const said = word(feels, study);
+  if (box.ariaLabel !== said) box.ariaLabel = said;
 }
 
 function showPeople() {

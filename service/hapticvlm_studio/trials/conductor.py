@@ -82,7 +82,13 @@ class Conductor:
         return shown
 
     def _seconds_left(self, progress: ParticipantProgress) -> float:
-        """Return about how long the remaining trials take, s."""
+        """Return about how long the training still takes, and after it the remaining trials, s."""
+        if not progress.is_trained:
+            wanted = self._design.renderings
+            stimuli = self._design.stimuli
+            due = {each.name: max(0, wanted - progress.renderings[each.name]) for each in stimuli}
+            each_s = (due[s.name] * (s.lead_s + s.seconds + self._pace.rest_s) for s in stimuli)
+            return sum(each_s)
         if progress.seconds_left is not None:
             return progress.seconds_left
         remaining = [self._design.stimulus(name) for name in progress.trials[progress.answered :]]

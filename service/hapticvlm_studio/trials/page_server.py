@@ -94,6 +94,10 @@ class StudyServer:
         """Send the speaker's waveform to the participant's pages, which play it."""
         _send(self._pages, json.dumps({"waveform": waveform}))
 
+    def show_plate(self, plate_c: float | None) -> None:
+        """Send the plate's temperature to the participant's pages, which show it as colour."""
+        _send(self._pages, json.dumps({"plate_c": plate_c}))
+
     async def serve_page(self, socket: ClientSocket) -> None:
         """Serve one page until it disconnects."""
         is_experimenter = socket.request is not None and socket.request.path == EXPERIMENTER_SOCKET
@@ -158,9 +162,7 @@ async def run(design: Design, setting: Setting, ready: Callable[[str], None]) ->
             observer = connect(
                 setting.url, name="study, heard", role="observer", token=setting.token
             )
-            _in_background(
-                stack, _relay_waveform(await stack.enter_async_context(observer), server)
-            )
+            _in_background(stack, _relay_outputs(await stack.enter_async_context(observer), server))
         _in_background(stack, server.report_outputs())
         port = await stack.enter_async_context(_listening(server, setting.port))
         stack.push_async_callback(conductor.leave)
@@ -168,13 +170,15 @@ async def run(design: Design, setting: Setting, ready: Callable[[str], None]) ->
         await _until_gone(client)
 
 
-async def _relay_waveform(observer: Client, server: StudyServer) -> None:
-    """Relay the waveform that the speaker plays, as the service's dashboard receives it."""
+async def _relay_outputs(observer: Client, server: StudyServer) -> None:
+    """Relay what the speaker plays and how warm the plate is, as the dashboard receives both."""
     await observer.set(watch=["waveform"])
     while True:
         event = await observer.events.get()
         if event["type"] == "view" and event["kind"] == "waveform":
             server.play({name: event[name] for name in ("start", "samples", "rate_hz")})
+        elif event["type"] == "telemetry":
+            server.show_plate(event["plate_c"])
 
 
 async def _until_gone(client: Client) -> None:
