@@ -19,6 +19,7 @@ from hapticvlm_lab.bench.material.reading import (
     read_kits,
     scene_of,
 )
+from hapticvlm_lab.bench.vibration.spectra import JND_DB
 from hapticvlm_lab.bench.whole import chart, deciding, feeling
 from hapticvlm_lab.bench.whole.chart import Row, undominated
 from hapticvlm_lab.bench.whole.deciding import STATED as STATED_ALL
@@ -60,6 +61,25 @@ def test_each_way_to_render_is_felt_or_paid_for() -> None:
 
 
 @pytest.mark.nightly
+@pytest.mark.needs_toolchain("node")
+def test_a_bake_loses_all_warmth_and_less_vibration_than_a_palm_notices() -> None:
+    for name in ("metal", "leather", "foliage"):
+        stated = choose_rendition(decide([Evidence("scene", ((name, 1.0),))]), MATERIALS)
+        baked = feeling.felt(stated, name, feeling.BAKED)
+        assert baked.skin_c > 1.0
+        assert 0.0 < baked.texture_db < JND_DB
+
+
+def test_a_bake_says_what_it_saves_and_what_it_loses() -> None:
+    default = replace(_row("all", 0.8, 12.0), is_default=True, touch_ms=4.0)
+    warm = _row("names", 0.7, 0.1)
+    cold = replace(_row("names", 0.5, 0.0), renders="baked", touch_ms=9.0)
+    (line,) = chart.losses([default, warm, cold])
+    for part in ("50% instead of 80%", "70% with heat", "9.0 ms", "4.0 ms", "12.0 ms"):
+        assert part in line
+
+
+@pytest.mark.nightly
 def test_names_find_some_and_the_eye_beside_them_finds_more(room: Source) -> None:
     def recognised(name: str) -> float:
         way = next(way for way in deciding.ways() if way.name == name)
@@ -91,7 +111,10 @@ def test_the_table_names_the_default_its_interval_and_where_it_is_weakest(
     default = next(row for row in rows if row.is_default)
     assert default.low < default.share < default.high
     assert default.mb > 10.0
-    costs_ms = {row.decides: row.look_ms for row in rows}
+    costs_ms = {row.decides: row.look_ms for row in rows if not row.renders}
+    (baked,) = (row for row in rows if row.renders == "baked")
+    assert baked.look_ms == 0.0 < baked.touch_ms
+    assert baked.share < default.share
     assert costs_ms["nothing"] == costs_ms[STATED_ALL] == 0.0
     assert 0.0 < costs_ms["names"] < costs_ms["eye"]
     line = next(line for line in table.splitlines() if "(default)" in line)

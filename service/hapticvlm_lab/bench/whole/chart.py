@@ -3,8 +3,8 @@
 A row is a method to decide on the material of an object with a method to render it: the default,
 and each that differs from it in one respect. Worth is the share of held-back objects that are
 recognised by touch (predicted, feeling.py); cost is the time of one core for one recognition and
-one touch. The temperature of the air is left out, since it needs the weights of a vision-language
-model.
+one touch. A bake decides before the first touch and has no plate (baked.py). The temperature of the
+air is left out, since it needs the weights of a vision-language model.
 
 The figure has a panel for each style of picture, because what decides differs: photographs have no
 names, the objects of rooms and game kits have, and game kits look like nothing that was
@@ -35,9 +35,9 @@ from hapticvlm_lab.bench.material.timing import Cost, costs
 from hapticvlm_lab.bench.pareto import pareto
 from hapticvlm_lab.bench.printing import made_with, publish
 from hapticvlm_lab.bench.rigs import helper, least_us, report_of
-from hapticvlm_lab.bench.whole import deciding, feeling
+from hapticvlm_lab.bench.whole import baked, deciding, feeling
 from hapticvlm_lab.bench.whole.deciding import NOTHING, RUNGS, STATED, Decided
-from hapticvlm_lab.bench.whole.feeling import DEFAULT, Rendering
+from hapticvlm_lab.bench.whole.feeling import BAKED, DEFAULT, Rendering
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -134,6 +134,8 @@ def measure(sources: Sequence[tuple[Source, Kind]]) -> list[Row]:
                 seen[eye] = embed(way, source)
             decisions = deciding.decided(way, source, seen[eye])
             hows = feeling.RENDERINGS if deciding.is_default(way, source) else (DEFAULT,)
+            if baked.can_play() and deciding.is_baked(way, source):
+                hows = (*hows, BAKED)
             rows += [_row(source, style, way, how, decisions, prices) for how in hows]
     return rows
 
@@ -181,6 +183,24 @@ def show(rows: Sequence[Row]) -> None:
             print(f"{cells}{line} {row.name}{mark}; weakest: {row.worst}")
     print("\n* no cheaper pipeline equals it, except for a scene that states its materials")
     print(sentence(rows))
+    for line in losses(rows):
+        print(line)
+
+
+def losses(rows: Sequence[Row]) -> list[str]:
+    """Say of each source what a bake saves at run time, and what is lost by it."""
+    lines = []
+    for row in (row for row in rows if row.renders == BAKED.name):
+        there = [each for each in rows if each.source == row.source]
+        default = next(each for each in there if each.is_default)
+        warm = next(each for each in there if each.decides == row.decides and not each.renders)
+        lines.append(
+            f"baked, {row.source}: recognised {row.share:.0%} instead of {default.share:.0%} "
+            f"({warm.share:.0%} with heat, which needs a service); a touch takes "
+            f"{row.touch_ms:.1f} ms of a page instead of {default.touch_ms:.1f} ms, and a picture "
+            f"nothing instead of {default.look_ms:.1f} ms"
+        )
+    return lines
 
 
 def _row(
@@ -194,7 +214,7 @@ def _row(
     felt = [feeling.felt(each.rendition, each.truth, how) for each in decisions]
     right = [each.recognised for each in felt]
     low, high = wilson(sum(right), len(right))
-    look = prices.looks.get(way.name)
+    look = None if how.is_baked else prices.looks.get(way.name)  # a bake has decided before
     return Row(
         source=source.name,
         style=style,
@@ -229,7 +249,7 @@ def _prices(ways: Sequence[Method], stated: Source | None) -> Prices:
     eyes = {way.encoder.name for way in ways if way.encoder is not None}
     return Prices(
         costs(ways, stated),
-        _touches_ms(feeling.RENDERINGS),
+        _touches_ms(feeling.RENDERINGS) | _baked_ms(),
         {eye: _memory_mb(eye) for eye in eyes},
     )
 
@@ -243,14 +263,19 @@ def _touches_ms(hows: Sequence[Rendering]) -> dict[Rendering, float]:
     return {how: sum(us[key] for key in parts if key[0] == how) / 1e3 for how in hows}
 
 
+def _baked_ms() -> dict[Rendering, float]:
+    return {BAKED: baked.played().touch_ms} if baked.can_play() else {}
+
+
 def _memory_mb(eye: str) -> float:
     with helper("whole.memory", eye) as process:
         return float(report_of(process)["mb"])
 
 
 def draw(rows: Sequence[Row], stem: Path, reason: str) -> list[Path]:
-    """Write `stem`.png and .svg; return both. Rows of another rendering are left to the table."""
-    shown = [row for row in rows if row.decides in RUNGS and not row.renders]
+    """Write `stem`.png and .svg; return both. Other renderings than BAKED are left to the table."""
+    drawn_as = ("", BAKED.name)
+    shown = [row for row in rows if row.decides in RUNGS and row.renders in drawn_as]
     styles = [style for style in STYLES if any(row.style == style for row in shown)]
     with figures.figure(stem, SIZE_IN, len(styles), dpi=DPI, sharey=True) as (drawn, panels):
         figures.title(drawn, textwrap.fill(f"What each rung adds: {reason}.", 150))
@@ -275,7 +300,7 @@ def _draw_style(axes: Axes, rows: Sequence[Row]) -> None:
         axes.step(*_points(undominated(there)), where="post", color=colour, linewidth=0.9, zorder=2)
         default = next(row for row in there if row.is_default)
         figures.ring(axes, *_at(default))
-        labels += [(*_at(row), row.decides, colour) for row in there]
+        labels += [(*_at(row), row.renders or row.decides, colour) for row in there]
     axes.legend(loc="upper left", title="95 % interval; ring: the default", title_fontsize=8)
     axes.set_xlabel(f"ms of one core for a recognition\n\n{_breaks(rows)}", fontsize=8.5)
     figures.place(axes, labels, [_at(row) for row in rows])
@@ -284,7 +309,7 @@ def _draw_style(axes: Axes, rows: Sequence[Row]) -> None:
 def _breaks(rows: Sequence[Row]) -> str:
     """Say where each rung of each source breaks: the material recognised least often."""
     machines = [row for row in rows if row.decides not in {NOTHING, STATED}]
-    lines = [f"{row.source}, {row.decides}: {row.worst}" for row in machines]
+    lines = [f"{row.source}, {row.renders or row.decides}: {row.worst}" for row in machines]
     return "\n".join(["breaks at (recognised by touch, of so many objects):", *lines])
 
 

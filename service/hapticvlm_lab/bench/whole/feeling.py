@@ -32,6 +32,7 @@ from hapticvlm_lab.bench.thermal.chart import TICK_S
 from hapticvlm_lab.bench.thermal.reference import contact_surface
 from hapticvlm_lab.bench.vibration.chart import RUBBED, rub
 from hapticvlm_lab.bench.vibration.spectra import difference_db, event_db, steady_db
+from hapticvlm_lab.bench.whole import baked
 from hapticvlm_studio.observer.channels import vibration_steps
 from hapticvlm_studio.observer.percepts import Noise, warmth_steps
 from hapticvlm_studio.observer.predict import paper_noise
@@ -51,11 +52,19 @@ _TIMES_S: Doubles = np.arange(1.0, round(TOUCH_S / TICK_S) + 1.0) * TICK_S
 
 @dataclass(frozen=True, slots=True)
 class Rendering:
-    """A method to follow the skin, and the most modes of a strike (None: as shipped)."""
+    """A method to follow the skin, and the most modes of a strike (None: as shipped).
+
+    A baked one is played without a service, which has no plate: the skin stays neutral.
+    """
 
     name: str
-    heat: heat.Method
+    heat: heat.Method | None
     modes: int | None = None
+
+    @property
+    def is_baked(self) -> bool:
+        """Whether the web client's player renders it."""
+        return self.heat is None
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,6 +84,7 @@ RENDERINGS = (
     Rendering(_CONSTANT.name, _CONSTANT),
     Rendering("1 mode a strike", _CLOSED, modes=1),
 )
+BAKED = Rendering("baked", None)
 
 
 def felt(rendition: Rendition, truth: str, how: Rendering) -> Felt:
@@ -90,8 +100,12 @@ def _felt(
     skin_c = _followed(bulk, how.heat)
     # The true material is rendered as shipped, whatever the rendering under test: a cheaper
     # rendering is judged by its distance from the intended feel, not by its own idea of the truth.
-    slide = _at(_slide, texture)
-    strike = _at(lambda name: _strike(name, how.modes), impact)
+    if how.is_baked:
+        slide = _at(lambda name: baked.played().slides[name], texture)
+        strike = _at(lambda name: baked.played().strikes[name], impact)
+    else:
+        slide = _at(_slide, texture)
+        strike = _at(lambda name: _strike(name, how.modes), impact)
     slide_db = difference_db(steady_db(_slide(truth)), steady_db(slide))
     strike_db = difference_db(event_db(_strike(truth, None)), event_db(strike))
     answers = _answers(_percept(skin_c, slide, strike))
@@ -143,8 +157,8 @@ def _true_skin(name: str) -> Doubles:
 
 
 @cache
-def _followed(bulk: Thermal | None, method: heat.Method) -> Doubles:
-    if bulk is None:
+def _followed(bulk: Thermal | None, method: heat.Method | None) -> Doubles:
+    if bulk is None or method is None:
         return np.full(_TIMES_S.size, NEUTRAL_C)
     skin = method.begin(TICK_S)
     skin.touch(thermal_contact(bulk, ROOM_C))
@@ -169,7 +183,12 @@ def _strike(name: str, modes: int | None) -> Wave:
 
 
 def work(how: Rendering) -> Mapping[str, Callable[[], object]]:
-    """Return the computations of one touch of TOUCH_S on wood: heat, a slide, a strike."""
+    """Return the computations of one touch of TOUCH_S on wood: heat, a slide, a strike.
+
+    `how` is not baked; `baked.played` times that.
+    """
+    method = how.heat
+    assert method is not None
     wood = MATERIALS["wood"]
     contact = thermal_contact(wood.thermal, ROOM_C)
     body = replace(wood.vibration, modes=wood.vibration.modes[: how.modes])
@@ -177,7 +196,7 @@ def work(how: Rendering) -> Mapping[str, Callable[[], object]]:
     blocks = round(TOUCH_S * RATE_HZ / BLOCK)
 
     def follow() -> None:
-        skin = how.heat.begin(TICK_S)
+        skin = method.begin(TICK_S)
         skin.touch(contact)
         for _ in _TIMES_S:
             skin.step()
