@@ -6,13 +6,14 @@ from rich.console import Console
 from hapticvlm.captures import read
 from hapticvlm.client.local_service import running
 from hapticvlm.demo import run as demo
+from hapticvlm.demo.show import Show
 from hapticvlm.errors import HapticVLMError
 
 pytestmark = pytest.mark.process
 
 
 def test_a_service_that_ends_in_the_middle_is_told_in_a_sentence():
-    class Watched(demo.Show):
+    class Watched(Show):
         """Kills the service at the first event that the demo shows."""
 
         def receive(self, event):

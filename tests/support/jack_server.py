@@ -11,8 +11,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from hapticvlm.devices.speaker.channels import JACK
 from hapticvlm.devices.speaker.engine import AudioSettings
-from hapticvlm.devices.speaker.output import JACK
 from hapticvlm.devices.speaker.speaker import Speaker
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 from hapticvlm_lab.bench.audio import (
