@@ -65,6 +65,14 @@ def add(commands: Commands) -> None:
     stability = commands.add_parser("stability", help="draw under which conditions a method fails")
     subjects = stability.add_subparsers(title="subjects", required=True, metavar="WHAT")
     _material(subjects, _perturb_material, PERTURBED)
+    conventions = _subject(
+        subjects,
+        "conventions",
+        _perturb_conventions,
+        "decisions kept in fog, bars, foveation and other ways to take and show a picture",
+    )
+    conventions.add_argument("folder", type=Path, metavar="FOLDER", help="folder of pictures")
+    number(conventions, "--limit", PERTURBED, "N", "at most so many pictures, 0 for all")
     _subject(subjects, "latency", _perturb_latency, "a touch beside other work: when it is late")
 
 
@@ -133,6 +141,12 @@ def _perturb_material(options: argparse.Namespace) -> int:
     from hapticvlm_lab.bench.material import stability
 
     return stability.run(_where(options), options.out, as_json=options.json)
+
+
+def _perturb_conventions(options: argparse.Namespace) -> int:
+    from hapticvlm_lab.bench.material import conventions
+
+    return conventions.run(options.folder, options.out, options.limit, as_json=options.json)
 
 
 def _chart_thermal(options: argparse.Namespace) -> int:
