@@ -110,7 +110,7 @@ def _known_among(likely: Sequence[PortInfo], known: frozenset[UsbIdentity]) -> l
         return list(likely)
     raise UnknownPortsError(
         f"no plate has answered yet at {_listed(likely)}; opening a port resets the board behind "
-        f"it, so {NAME_IT} (here perhaps {likely[0].url})"
+        f"it, so {NAME_IT}"
     )
 
 
