@@ -53,7 +53,8 @@ func _process(_delta: float) -> void:
 
 
 ## The tests' hand on the scene: F takes the ball away, as a game does with what breaks; R brings a rifle, M a room
-## of one mesh with 20 materials, T a thing whose textures tell what it is; B changes to the bake and back.
+## of one mesh with 20 materials, T a thing whose textures tell what it is; B changes to the bake and back;
+## K says the message that the editor bakes.
 func _unhandled_key_input(event: InputEvent) -> void:
 	if not event.is_pressed():
 		return
@@ -69,6 +70,8 @@ func _unhandled_key_input(event: InputEvent) -> void:
 		get_tree().current_scene.add_child(rifle)
 	if (event as InputEventKey).keycode == KEY_B:
 		_service.mode = "baked" if _service.mode == "auto" else "auto"
+	if (event as InputEventKey).keycode == KEY_K:
+		_say("to bake", load("res://addons/hapticvlm/scene_bake.gd").message_of(get_tree().current_scene))
 	if (event as InputEventKey).keycode == KEY_T:
 		_textured()
 	if (event as InputEventKey).keycode == KEY_M:

@@ -47,6 +47,7 @@ func cases() -> Dictionary[String, Callable]:
 		"baked, service": _mode.bind("baked", true),
 		"service, none": _mode.bind("service", false),
 		"unknown": _unknown,
+		"materials": _materials,
 	}
 
 
@@ -204,6 +205,17 @@ func _unknown() -> String:
 	_begin("baked", false)
 	_touch("contact", "thing")
 	return _felt.silence()
+
+
+## Says the materials of the surfaces of a bake, the second of which the service decided otherwise before.
+func _materials() -> Array:
+	_begin("baked", false)
+	var surfaces := [{"material": "wood"}, {"material": "glass", "hum": null}]
+	_felt.open(_feel, {"objects": {"thing": {"surfaces": surfaces}}})
+	_felt.decide({"object_id": "thing", "surface": 1, "material": "metal"})
+	return range(3).map(
+		func(at: int) -> String: return _felt.surface_of({"object_id": "thing", "surface": at})["material"]
+	)
 
 
 ## Returns the longest time without vibration, ms.

@@ -3,6 +3,8 @@
 import io
 import itertools
 import json
+import subprocess
+import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -13,6 +15,7 @@ import numpy as np
 import pytest
 from drawn_textures import planks, weave
 from godot_scene import ADDED, TEMPLATE, TEXTURE_PX, Game, playing
+from pace import PACE
 from PIL import Image
 from room_of_surfaces import ROOM
 from websockets.sync.client import connect as open_socket
@@ -230,6 +233,31 @@ def test_the_built_in_bake_is_felt_where_the_switch_says_so(
     assert [message for message in game.told[told:] if message["type"] == "touch"] == []
     game.page.keyboard.press("b")
     game.wait_for("state", len(game.events), by="service")
+
+
+def test_the_message_that_the_editor_bakes_has_every_object_and_its_surfaces(
+    game: Game, decided: dict[str, Any], tmp_path: Path
+) -> None:
+    assert decided
+    since = len(game.events)
+    game.page.keyboard.press("k")
+    scene = tmp_path / "scene.json"
+    scene.write_text(json.dumps(game.wait_for("to bake", since)))
+    baked = bake(scene, tmp_path)
+    materials = {key: baked["objects"][key]["surfaces"][0]["material"] for key in TRUTHS}
+    assert materials == TRUTHS
+    baked["objects"]["Table/OakTable"]["surfaces"][0] |= {"material": "stone", "by": "hand"}
+    (tmp_path / "materials.json").write_text(json.dumps(baked))
+    again = bake(scene, tmp_path)
+    assert again["objects"]["Table/OakTable"]["surfaces"][0]["material"] == "stone"
+
+
+def bake(scene: Path, folder: Path) -> dict[str, Any]:
+    """Run the command that the editor runs; return its materials.json."""
+    command = [sys.executable, "-m", "hapticvlm", "bake", str(scene), "-o", str(folder)]
+    subprocess.run(command, check=True, capture_output=True, timeout=60.0 * PACE)
+    materials: dict[str, Any] = json.loads((folder / "materials.json").read_text())
+    return materials
 
 
 def test_an_object_that_is_no_more_costs_an_id_and_not_the_whole_scene(

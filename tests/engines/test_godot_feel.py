@@ -107,6 +107,12 @@ def test_a_thing_that_no_bake_knows_is_named(gdscript: Played) -> None:
     assert "does not know `thing`: bake the scene" in gdscript.switched["unknown"]
 
 
+def test_a_surface_is_felt_as_decided_before_else_as_baked(gdscript: Played) -> None:
+    largest_where_there_is_no_third = "wood"
+    expected = ["wood", "metal", largest_where_there_is_no_third]
+    assert gdscript.switched["materials"] == expected
+
+
 def played(cases: list[dict[str, Any]]) -> Played:
     """Return the plans of the GDScript player for these cases, in Godot in Chromium."""
     said: list[dict[str, Any]] = []

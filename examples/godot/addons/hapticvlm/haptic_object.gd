@@ -40,7 +40,7 @@ func _enter_tree() -> void:
 	if Engine.is_editor_hint():
 		return
 	if object_id.is_empty():
-		object_id = _id_of(str(get_parent().get_path()))
+		object_id = _shortened(str(get_parent().get_path()).trim_prefix("/root/"))
 	by_body[get_parent()] = self
 	say()
 
@@ -68,7 +68,7 @@ func _get_configuration_warnings() -> PackedStringArray:
 ## Sends this object to the service again after a change of its properties.
 func say() -> void:
 	if HapticService.current != null:
-		HapticService.current.add(_described())
+		HapticService.current.add(described(get_tree().current_scene))
 
 
 ## Returns its visible meshes.
@@ -84,8 +84,9 @@ func surface_at(position: Vector3) -> int:
 	return 0 if _surfaces == null else _surfaces.at(position)
 
 
-func _described() -> Dictionary:
-	var object := {"object_id": object_id, "name": _path() if label.is_empty() else label.left(256)}
+## Returns its description for a `scene` message; `scene` is the root of the scene that it is in.
+func described(scene: Node) -> Dictionary:
+	var object := {"object_id": id_in(scene), "name": _path(scene) if label.is_empty() else label.left(256)}
 	if not material.is_empty():
 		object["material"] = material
 	if states_temperature:
@@ -96,7 +97,7 @@ func _described() -> Dictionary:
 		object["sunlit"] = sunlit == 1
 	if hums > 0:
 		object["vibrates"] = {"frequency_hz": hum_hz, "level": hum_level, "on": hums == 1}
-	var carriers := _carriers()
+	var carriers := _carriers(scene)
 	if not carriers.is_empty():
 		object["stands_on"] = carriers
 	_surfaces = ObjectSurfaces.new(meshes())
@@ -111,11 +112,21 @@ func _described() -> Dictionary:
 	return object
 
 
+## Returns its id for the service; in the editor the one that it has when the scene runs as the main scene.
+func id_in(scene: Node) -> String:
+	if not object_id.is_empty():
+		return object_id
+	var path := str(scene.name)
+	if get_parent() != scene:
+		path = path.path_join(str(scene.get_path_to(get_parent())))
+	return _shortened(path)
+
+
 ## Returns the parent's name behind those of its own parents below the scene's root, which give it its sense.
-func _path() -> String:
+func _path(scene: Node) -> String:
 	var path := str(get_parent().name).left(256)
 	var node := get_parent().get_parent()
-	while node != null and node != get_tree().current_scene and node != get_tree().root:
+	while node != null and node != scene and node != get_tree().root:
 		var longer := str(node.name) + "/" + path
 		if longer.length() > 256:
 			break
@@ -125,16 +136,16 @@ func _path() -> String:
 
 
 ## Returns the ids of its carriers; the protocol allows 16.
-func _carriers() -> Array[String]:
-	var found: Array[String] = []
+func _carriers(scene: Node) -> Array[String]:
+	var carriers: Array[String] = []
 	for path in stands_on:
-		var carrier: HapticObject = by_body.get(get_node_or_null(path))
-		if carrier != null:
-			found.append(carrier.object_id)
-	return found.slice(0, 16)
+		var body := get_node_or_null(path)
+		for carrier: HapticObject in body.find_children("*", "HapticObject", false, false) if body != null else []:
+			if scene != null or not carrier.object_id.is_empty():
+				carriers.append(carrier.id_in(scene))
+	return carriers.slice(0, 16)
 
 
 ## Shortens a path to 128 characters. Paths are the same at every start, so cached decisions remain valid.
-func _id_of(path: String) -> String:
-	var short := path.trim_prefix("/root/")
-	return short if short.to_utf8_buffer().size() <= 128 else short.sha256_text()
+func _shortened(path: String) -> String:
+	return path if path.to_utf8_buffer().size() <= 128 else path.sha256_text()

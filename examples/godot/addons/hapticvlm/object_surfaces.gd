@@ -1,3 +1,4 @@
+@tool
 extends RefCounted
 ## The surfaces of one object, the largest first, and the one that a hand touches.
 ##

@@ -1,3 +1,4 @@
+@tool
 extends RefCounted
 ## The triangles of one mesh, each with its surface, and the search for the one nearest to a point.
 ##

@@ -1,3 +1,4 @@
+@tool
 extends RefCounted
 ## The base-colour maps of surfaces, from which the service tells the materials that neither name nor shader tells.
 ##
