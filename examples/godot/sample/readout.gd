@@ -13,7 +13,8 @@ func _ready() -> void:
 
 func _process(_delta: float) -> void:
 	var bar := "|".repeat(roundi(40.0 * pulses.amplitude))
-	text = "%s\nvibration %s\nplate %s\n%s" % [_felt(), bar, _plate, _silence()]
+	var by := HapticService.current.by
+	text = "%s\nvibration (%s) %s\nplate %s\n%s" % [_felt(), by, bar, _plate, _silence()]
 
 
 func _felt() -> String:
