@@ -4,6 +4,7 @@ import time
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from hapticvlm.devices.speaker.channels import Channels
 from hapticvlm.devices.speaker.engine import REPORTED_SILENCE_S, AudioSettings, Engine
@@ -116,6 +117,37 @@ def test_one_hand_alone_sounds_the_same_on_its_own_channel_as_in_the_mix():
         ring.put(_strike(), time.monotonic())
         waves.append(np.concatenate([engine.fill(BLOCK) for _ in range(8)]))
     assert np.array_equal(waves[0], waves[1][:, 0])
+
+
+def struck(voice: str) -> tuple[Ring, Engine, NDArray[np.float32]]:
+    """A strike on an output of this voice, 0.1 s of it."""
+    ring = Ring.create()
+    engine = Engine(ring, AudioSettings(voice=voice))
+    engine.fill(BLOCK)
+    ring.put(_strike(), time.monotonic())
+    return ring, engine, np.concatenate([engine.fill(BLOCK) for _ in range(38)])
+
+
+def above_350_hz(wave: NDArray[np.float32]) -> float:
+    power = np.abs(np.fft.rfft(wave)) ** 2
+    return float(power[round(350.0 * wave.size / RATE_HZ) :].sum() / power.sum())
+
+
+def test_an_output_for_ears_gets_the_sound_and_pages_still_get_the_true_voice() -> None:
+    ring, _, true = struck("true")
+    heard_ring, _, heard = struck("sound")
+    assert np.array_equal(heard_ring.waveform(true.size), ring.waveform(true.size))
+    assert above_350_hz(true) < above_350_hz(heard)
+    assert above_350_hz(heard) > 0.95
+    assert np.abs(heard).max() > 0.1
+
+
+def test_an_output_for_ears_is_silent_after_a_rest_and_sleeps() -> None:
+    ring, engine, _ = struck("sound")
+    ring.put(RestAll(), time.monotonic())
+    last = [engine.fill(BLOCK) for _ in range(60)][-1]
+    assert not last.any()
+    assert engine.fill(BLOCK) is last
 
 
 @pytest.mark.parametrize("count", [0, 1, 300, 1000, SAMPLES])

@@ -12,7 +12,14 @@ from numpy.typing import NDArray
 from scipy import signal
 
 from hapticvlm.materials import MATERIALS
-from hapticvlm.rendering.vibration.sound_voice import HALF_S, IN_HZ, SoundVoice, as_sound
+from hapticvlm.rendering.vibration.sound_voice import (
+    HALF_S,
+    IN_HZ,
+    UP,
+    SoundBlocks,
+    SoundVoice,
+    as_sound,
+)
 from hapticvlm.rendering.vibration.vibration import IMPACTS, INTERACTIONS, RATE_HZ, Motion
 from hapticvlm_studio.touches.sound import sound
 
@@ -108,6 +115,16 @@ def test_a_stream_in_pieces_is_the_whole() -> None:
     whole, pieces = SoundVoice(), SoundVoice()
     streamed = [pieces.render(samples[at : at + 7]) for at in range(0, samples.size, 7)]
     assert np.allclose(np.concatenate(streamed), whole.render(samples), atol=1e-6)
+
+
+@pytest.mark.parametrize("length", [1, 128, 441])
+def test_blocks_of_any_length_are_the_whole_a_little_later(length: int) -> None:
+    wave = touch("stone", "carve")[:9600]
+    blocks = SoundBlocks()
+    played = [blocks.render(wave[at : at + length]) for at in range(0, wave.size, length)]
+    assert [part.size for part in played[:-1]] == [length] * (len(played) - 1)
+    whole = SoundVoice().render(wave[::UP])
+    assert np.allclose(np.concatenate(played)[UP:], whole[: wave.size - UP], atol=1e-6)
 
 
 def test_nothing_sounds_after_the_touch_or_in_silence() -> None:

@@ -162,6 +162,8 @@ def print_ready(options: ServeOptions, port: int, devices: Devices, *, has_prior
         print(line)
     for label, device in (("speaker", devices.speaker), ("plate", devices.peltier)):
         print(f"  {label:<12} {device.name}{' (simulated)' if device.simulated else ''}")
+        if label == "speaker" and (heard := _heard(options)):
+            print(f"  {'':<12} {heard}")
     print(f"  priority     {'real-time' if has_priority else 'normal'}", flush=True)
     if options.recogniser_url is not None:
         print(f"  recogniser   {options.recogniser_url} (crops are sent there)", flush=True)
@@ -169,6 +171,15 @@ def print_ready(options: ServeOptions, port: int, devices: Devices, *, has_prior
         print(f"  vlm          {options.vlm_url} (frames are sent there)", flush=True)
     elif options.vlm is not None:
         print(f"  vlm          {options.vlm or 'the default'}, loading", flush=True)
+
+
+def _heard(options: ServeOptions) -> str:
+    """Say in which voice an output plays that may be heard and not felt; empty for others."""
+    if options.voice == "sound":
+        return "plays as sound, for ears; --voice true is for a palm speaker"
+    if options.speaker == "default":
+        return "plays for a palm speaker; --voice sound is for the speakers of a laptop"
+    return ""
 
 
 def _bracketed(host: str) -> str:

@@ -126,7 +126,7 @@ def _add_demo(commands: Commands) -> None:
         help="write the WebXR scene and a gallery of the materials as plain files for any web "
         "host; they are felt and heard without a service",
     )
-    touch_options.add_voice(demo, "sound", "voice of vibration.wav (sound)")
+    touch_options.add_voice(demo, "sound", "voice of the speaker and of vibration.wav (sound)")
     demo.add_argument("--quiet", action="store_true", help="play no sound")
     add_json(demo)
 

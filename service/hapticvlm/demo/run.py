@@ -38,6 +38,10 @@ from hapticvlm.rendering.vibration.sound_voice import in_voice
 from hapticvlm.rendering.vibration.voices import Voices
 
 CAPTURE = Path(__file__).parent / "capture"
+_VOICES = {
+    "sound": "It plays as sound; --voice true is for a palm speaker.",
+    "true": "It plays for a palm speaker; --voice sound is for the speakers of a laptop.",
+}
 SETTLE_S = 0.3  # for the last answers and telemetry
 
 
@@ -51,18 +55,19 @@ def run(
 ) -> int:
     """Run the demo; return 0 when every message was answered. Raises HapticVLMError, OSError.
 
-    vibration.wav is written in `voice` (`vibration.VOICES`). With `as_json` only the summary is
-    printed, as JSON at the end.
+    The speaker and vibration.wav get `voice` (`vibration.VOICES`). With `as_json` only the summary
+    is printed, as JSON at the end.
     """
     console = Console(highlight=False, soft_wrap=True, quiet=as_json)
     capture = read(CAPTURE if path is None else path)
     console.print(
         f"Playing a recorded session of an emulated headset ({capture.duration_s:.0f} s).\n"
-        "Starting the service with a simulated plate, and your speaker if there is one."
+        "Starting the service with a simulated plate, and your speaker if there is one.\n"
+        f"{_VOICES[voice]}"
     )
     sessions = out / "session"
     sessions.mkdir(parents=True, exist_ok=True)
-    with ending_on_sigterm(), _service(sessions, console, quiet=quiet) as service:
+    with ending_on_sigterm(), _service(sessions, console, voice, quiet=quiet) as service:
         console.print(f"Ready after {service.seconds_to_ready:.1f} s.\n")
         outcome, show = _performed(capture, service, console)
     _record(show, out / "decisions.jsonl")
@@ -164,15 +169,16 @@ def _session(sessions: Path) -> Path:
 
 
 @contextmanager
-def _service(sessions: Path, console: Console, *, quiet: bool) -> Iterator[Service]:
+def _service(sessions: Path, console: Console, voice: str, *, quiet: bool) -> Iterator[Service]:
     """Start the service on a real audio output if there is one, else on the simulated speaker."""
     arguments = ["--record", str(sessions), "--record-frames"]
+    heard = ["--speaker", "default", "--voice", voice]
     with contextlib.ExitStack() as stack:
         service = None
         with waiting(console, lambda seconds: f"starting, {seconds:.0f} s"):
             if not quiet and has_output():
                 with contextlib.suppress(ServiceError):
-                    service = stack.enter_context(running([*arguments, "--speaker", "default"]))
+                    service = stack.enter_context(running([*arguments, *heard]))
             service = service or stack.enter_context(running(arguments))
         yield service
 

@@ -118,14 +118,20 @@ def _audio(options: ServeOptions, table: Mapping[str, Material]) -> AudioSetting
         patterns=patterns,
         correction=correction,
         channels=_channels(options),
+        voice=options.voice,
     )
 
 
 def _channels(options: ServeOptions) -> Channels | None:
     """Return the channels of the hands, if each has its own. Raises ValueError."""
+    is_dualsense = options.speaker.lower() == DUALSENSE
+    if options.voice == "sound" and (options.channels is not None or is_dualsense):
+        raise ValueError(
+            "voice: sound is for one speaker, and each hand has a channel; leave it out"
+        )
     if options.channels is not None:
         return read_channels(options.channels)
-    return DUALSENSE_CHANNELS if options.speaker.lower() == DUALSENSE else None
+    return DUALSENSE_CHANNELS if is_dualsense else None
 
 
 def _plate(options: ServeOptions) -> Peltier:

@@ -96,6 +96,14 @@ class ServeOptions:
             "left=N,right=M",
         ),
     ] = None
+    voice: Annotated[
+        Literal["true", "sound"],
+        Flag(
+            OUTPUTS,
+            "what the output plays: `true` for a palm speaker; `sound` for the speakers of a "
+            "laptop or headphones, which moves the vibration to where ears hear it",
+        ),
+    ] = "true"
     patterns: Annotated[
         Path | None,
         Flag(

@@ -21,7 +21,8 @@ from hapticvlm.devices.speaker.ring import EngineStatus, Order, Release, RestAll
 from hapticvlm.materials import MATERIALS, Material
 from hapticvlm.rendering.vibration.equaliser import NOMINAL, Correction, Playback
 from hapticvlm.rendering.vibration.patterns import Pattern
-from hapticvlm.rendering.vibration.vibration import RATE_HZ
+from hapticvlm.rendering.vibration.sound_voice import SoundBlocks
+from hapticvlm.rendering.vibration.vibration import RATE_HZ, VOICES
 from hapticvlm.rendering.vibration.voices import Command, Voices
 
 FADE_S = 0.05
@@ -37,7 +38,8 @@ class AudioSettings:
     the share of full scale that reaches the output at most, whatever the gain. `materials` are
     those that can be rendered, in the order in which the ring numbers them. `patterns` are
     recordings that replace some of them, and `correction` compensates a measured speaker.
-    `channels` maps the hands to channels; None means that both share one speaker.
+    `channels` maps the hands to channels; None means that both share one speaker. `voice` is "true"
+    for a palm speaker, or "sound" for one that people hear; pages receive the true one anyway.
     """
 
     output: str = "simulated"
@@ -50,6 +52,7 @@ class AudioSettings:
     patterns: tuple[Pattern, ...] = ()
     correction: Correction = NOMINAL.correction
     channels: Channels | None = None
+    voice: str = VOICES[0]
 
     @property
     def columns(self) -> int:
@@ -76,6 +79,7 @@ class Engine:
     def __init__(self, ring: Ring, settings: AudioSettings = AudioSettings()) -> None:
         self._ring = ring
         self._mixers = settings.voices()
+        self._sound = SoundBlocks() if settings.voice == "sound" else None
         self._is_leaving = False
         # A restarted engine begins after the newest order, because a touch from a second ago must
         # not be played now.
@@ -125,15 +129,24 @@ class Engine:
         self._follow_persistent()
         block = self._bounded(self._render(count, now))
         self._samples += count
+        played = block if self._sound is None else self._as_sound(self._sound, block)
         if self.on_block is not None:
-            self.on_block(block)
+            self.on_block(played)
         mono = block if block.ndim == 1 else np.clip(block.sum(axis=1), -1.0, 1.0)
         self._ring.report(self._status(now), mono)
         is_done = (self._newest, self._applied_state) == self._seen_numbers
         self._is_idle = (
-            is_done and not self._level and all(mixer.is_silent for mixer in self._mixers)
+            is_done
+            and not self._level
+            and all(mixer.is_silent for mixer in self._mixers)
+            and (self._sound is None or self._sound.is_silent)
         )
-        return block
+        return played
+
+    def _as_sound(self, sound: SoundBlocks, block: NDArray[np.float32]) -> NDArray[np.float32]:
+        # The sound voice levels what it gets, so the limit of the output is applied again.
+        heard = sound.render(block)
+        return heard if self.level == 1.0 else heard * np.float32(self.level)
 
     def _render(self, count: int, now: float) -> NDArray[np.float32]:
         blocks = [mixer.render(count, now) for mixer in self._mixers]

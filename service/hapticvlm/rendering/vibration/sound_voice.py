@@ -106,6 +106,33 @@ class SoundVoice:
         return np.asarray(LEVEL * np.maximum(held, LOWEST) ** (EXPONENT - 1.0))
 
 
+class SoundBlocks:
+    """Turns blocks of the true voice into blocks of the sound voice, of any length, at RATE_HZ.
+
+    A block is late by the window of SoundVoice and by the UP samples that one of its steps needs.
+    """
+
+    def __init__(self) -> None:
+        self._voice = SoundVoice()
+        self._before = np.zeros(0, np.float32)  # less than a step of the true voice
+        self._ahead = np.zeros(UP, np.float32)  # of the sound voice, not yet asked for
+
+    @property
+    def is_silent(self) -> bool:
+        """Whether only zeros come out until a sample that is not zero comes in."""
+        is_empty = not (self._before.any() or self._ahead.any())
+        return is_empty and self._voice.is_silent
+
+    def render(self, block: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return the next samples (N,) float32 in [-1, 1] for the next samples (N,)."""
+        line = np.concatenate((self._before, block))
+        steps = line.size // UP * UP
+        self._before = line[steps:]
+        ready = np.concatenate((self._ahead, self._voice.render(line[:steps:UP])))
+        self._ahead = ready[block.size :]
+        return ready[: block.size]
+
+
 def in_voice(wave: NDArray[np.float32], voice: str) -> NDArray[np.float32]:
     """Return a wave (N,) of the true voice in one of `vibration.VOICES`, both at RATE_HZ."""
     return as_sound(wave) if voice == "sound" else wave
