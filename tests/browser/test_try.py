@@ -13,6 +13,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -76,9 +77,15 @@ def said_by(*arguments: str) -> str:
 
 @contextmanager
 def visit(
-    browser: Browser, service: Service, size: tuple[int, int] = (1280, 900), hash_: str = ""
+    browser: Browser,
+    service: Service,
+    size: tuple[int, int] = (1280, 900),
+    hash_: str = "",
+    **options: Any,
 ) -> Iterator[Page]:
-    context = browser.new_context(viewport=ViewportSize(width=size[0], height=size[1]))
+    """Open the page; unless asked for, no drawn hand touches its first picture."""
+    viewport = ViewportSize(width=size[0], height=size[1])
+    context = browser.new_context(viewport=viewport, **{"reduced_motion": "reduce"} | options)
     context.set_default_timeout(PATIENCE_MS)
     page = context.new_page()
     page.add_init_script(WATCH_POLICY)
@@ -106,8 +113,20 @@ def at(page: Page, x: float, y: float) -> None:
 
 
 def sample(page: Page, place: int = 0) -> None:
-    page.locator("#samples button").nth(place).click()
-    expect(page.locator("#material")).not_to_have_text(NOTHING)
+    """Choose a sample, and wait until it is recognised: its whole is, last of all."""
+    with next_picture(page):
+        page.locator("#samples button").nth(place).click()
+
+
+@contextmanager
+def next_picture(page: Page) -> Iterator[None]:
+    """Wait until the picture that is given here is shown, and recognised as a whole, too."""
+    pane = page.locator("#pane")
+    expect(pane).to_have_attribute("data-picture", re.compile(r"\d"))
+    before = str(pane.get_attribute("data-picture"))
+    yield
+    expect(pane).not_to_have_attribute("data-picture", before)
+    expect(page.locator("#correct")).to_be_visible()
 
 
 def level(service: Service) -> float:
@@ -133,26 +152,25 @@ def rub(page: Page, service: Service) -> None:
 def test_a_picture_is_looked_at_when_it_comes_and_felt_when_it_is_pressed(browser, service):
     with visit(browser, service) as page:
         sample(page)
-        expect(page.locator("#sure")).to_contain_text("% sure")
         expect(page.locator("#because")).to_contain_text("encoder")
         at(page, 0.5, 0.8)
         page.mouse.down()
+        expect(page.locator("#sure")).to_contain_text("% sure")
         expect(page.locator("#because")).to_contain_text("under the hand")
         rub(page, service)
         let_go(page)
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("name", ["table", "carafe", "cloth", "kettle"])
-def test_before_anybody_points_it_says_what_recognise_says(browser, service, name):
+@pytest.mark.parametrize("name", ["cloth", "kettle"])
+def test_a_picture_of_one_material_is_what_recognise_says(browser, service, name):
     picture = str(PAGES / f"try.{name}.jpg")
     told = json.loads(said_by("recognise", "--json", picture))
     with visit(browser, service) as page:
-        page.locator("#file").set_input_files(picture)
+        with next_picture(page):
+            page.locator("#file").set_input_files(picture)
         expect(page.locator("#object")).to_have_text("The whole picture")
-        perhaps = "perhaps " if told["material"] == "unknown" else ""
-        material = told["runner_up"] if perhaps else told["material"]
-        expect(page.locator("#material")).to_have_text(f"{perhaps}{material}")
+        expect(page.locator("#material")).to_have_text(told["material"])
         sure = int(page.locator("#sure").inner_text().split()[0])
         assert sure == pytest.approx(100 * told["confidence"], abs=6)  # it was encoded anew
 
@@ -161,17 +179,19 @@ def test_a_thing_on_a_plain_ground_is_outlined_as_recognise_outlines_it(browser,
     picture = tmp_path / "thing.png"
     Image.fromarray(drawn("thing")[0]).save(picture)
     with visit(browser, service) as page:
+        page.get_by_text("Settings").click()
         page.locator("#file").set_input_files(str(picture))
-        for options, words in (([], "outlined"), (["--no-outline"], "The whole picture")):
+        for options in ([], ["--no-outline"]):
             told = json.loads(said_by("recognise", "--json", *options, str(picture)))
             assert told["outlined"] == (not options)
             if options:
                 page.locator("#outline").uncheck()
-            expect(page.locator("#object")).to_contain_text(words)
+                expect(page.locator("#object")).not_to_contain_text("outlined on")
+                continue
+            expect(page.locator("#object")).to_contain_text("outlined on its plain ground")
             material = told["runner_up"] if told["material"] == "unknown" else told["material"]
             expect(page.locator("#material")).to_contain_text(material)
             page.wait_for_function(SURE, arg=[100 * told["confidence"], 6])  # encoded as JPEG
-        expect(page.locator("#object")).to_have_text("The whole picture")
 
 
 def test_the_page_outlines_what_the_service_outlines(browser, service):
@@ -202,11 +222,12 @@ def test_a_picture_that_is_corrected_before_anybody_points_is_so_all_over(browse
 @pytest.mark.nightly
 def test_a_dropped_picture_is_taken_and_what_is_none_is_said(browser, service):
     with visit(browser, service) as page:
+        expect(page.locator("#pane")).to_have_attribute("data-picture", "1")
         file = io.BytesIO()
         rough = np.random.default_rng(1).integers(0, 255, (300, 400, 3), np.uint8)
         Image.fromarray(rough).save(file, "PNG")
-        page.evaluate(DROP, ["mine.png", base64.b64encode(file.getvalue()).decode()])
-        expect(page.locator("#material")).not_to_have_text(NOTHING)
+        with next_picture(page):
+            page.evaluate(DROP, ["mine.png", base64.b64encode(file.getvalue()).decode()])
         page.evaluate(DROP, ["notes.txt", base64.b64encode(b"hello").decode()])
         expect(page.locator("#told")).to_contain_text("notes.txt is not a picture")
 
@@ -278,7 +299,7 @@ def test_a_live_source_is_looked_at_and_felt_until_it_is_ended(browser, service,
         expect(page.locator("#object")).to_have_text("The whole picture")
         expect(page.locator("#material")).not_to_have_text(NOTHING)
         at(page, 0.5, 0.5)
-        expect(page.locator("#object")).to_have_text("Under your hand")
+        expect(page.locator("#object")).to_have_text("Under the hand")
         page.mouse.down()
         rub(page, service)
         let_go(page)
@@ -299,13 +320,14 @@ def test_the_wooden_and_the_metal_half_of_one_picture_sound_different(browser, s
     both.save(file, "PNG")
     heard = {}
     with visit(browser, service) as page:
+        page.get_by_text("Settings").click()
         page.locator("#among").select_option("four")
         page.evaluate(HEAR)
-        page.evaluate(DROP, ["both.png", base64.b64encode(file.getvalue()).decode()])
-        expect(page.locator("#material")).not_to_have_text(NOTHING)  # it has its size now
+        with next_picture(page):
+            page.evaluate(DROP, ["both.png", base64.b64encode(file.getvalue()).decode()])
         for material, x in (("wood", 0.25), ("metal", 0.75)):
             at(page, x, 0.5)
-            expect(page.locator("#material")).to_have_text(re.compile(f"^(perhaps )?{material}$"))
+            expect(page.locator("#material")).to_have_text(re.compile(rf"^(perhaps |between .*)?{material}\b"))
             page.evaluate("heard.length = 0")
             for _ in range(3):
                 page.mouse.down()
@@ -324,12 +346,70 @@ def test_the_wooden_and_the_metal_half_of_one_picture_sound_different(browser, s
 @pytest.mark.nightly
 def test_what_a_scene_can_be_made_of_is_asked_for_and_holds(browser, service):
     with visit(browser, service) as page:
+        page.get_by_text("Settings").click()
         page.locator("#among").select_option("four")
         sample(page)
-        four = re.compile(r"^(perhaps )?(wood|glass|fabric|metal)$")
+        four = re.compile(r"^((perhaps |between )?(wood|glass|fabric|metal)( and)? ?){1,2}$")
         for x in (0.3, 0.5, 0.7):
             at(page, x, 0.5)
             expect(page.locator("#material")).to_have_text(four)
+
+
+def test_it_opens_on_a_table_whose_most_certain_places_are_outlined(browser, service):
+    with visit(browser, service) as page:
+        expect(page.locator("#correct")).to_be_visible()  # all of it is recognised
+        expect(page.locator("#object")).to_have_text("The most certain places")
+        named = page.locator("#places .place").all_inner_texts()
+        assert 2 <= len(named) <= 3
+        words = re.split(", | and ", page.inner_text("#material"))
+        assert {f"{word}: touch here" for word in words} == set(named)
+        at(page, 0.5, 0.5)
+        expect(page.locator("#places .place")).to_have_count(0)
+        expect(page.locator("#object")).to_have_text("Under the hand")
+
+
+def test_a_drawn_hand_touches_the_first_picture_once_and_its_answer_is_at_the_finger(
+    browser, service
+):
+    with visit(browser, service, reduced_motion="no-preference") as page:
+        expect(page.locator("#shown-hand")).to_be_visible()
+        expect(page.locator("#region")).to_have_attribute("data-hand", "held")
+        expect(page.locator("#card")).to_be_visible()
+        expect(page.locator("#feel-pattern")).to_contain_text("slide")
+        until_felt(service, lambda: page.wait_for_timeout(20))
+        expect(page.locator("#shown-hand")).to_be_hidden()
+        expect(page.locator("#region")).to_have_attribute("data-hand", "away")
+        sample(page)
+        expect(page.locator("#shown-hand")).to_be_hidden()
+
+
+def test_a_persons_hand_ends_the_drawn_one(browser, service):
+    with visit(browser, service, reduced_motion="no-preference") as page:
+        expect(page.locator("#shown-hand")).to_be_visible()
+        at(page, 0.2, 0.8)
+        expect(page.locator("#shown-hand")).to_be_hidden()
+        expect(page.locator("#region")).to_have_attribute("data-hand", "near")
+
+
+def near(page: Page, selector: str, x: float, y: float) -> float:
+    """Return how far an element is from a point of the picture, px."""
+    box, pane = page.locator(selector).bounding_box(), page.locator("#picture").bounding_box()
+    assert box is not None and pane is not None
+    away_x, away_y = pane["x"] + x * pane["width"], pane["y"] + y * pane["height"]
+    across = max(box["x"] - away_x, 0, away_x - box["x"] - box["width"])
+    down = max(box["y"] - away_y, 0, away_y - box["y"] - box["height"])
+    return float(np.hypot(across, down))
+
+
+def test_the_word_is_beside_the_finger_and_covers_nothing_under_it(browser, service):
+    with visit(browser, service) as page:
+        for x, y in ((0.03, 0.05), (0.5, 0.5), (0.97, 0.95)):
+            at(page, x, y)
+            page.mouse.down()
+            expect(page.locator("#card")).to_be_visible()
+            page.wait_for_function("document.getElementById('card').style.transform !== ''")
+            assert 10 < near(page, "#card", x, y) < 140
+            page.mouse.up()
 
 
 def test_escape_stops_and_a_new_press_is_felt_again(browser, service):
@@ -348,9 +428,9 @@ def test_escape_stops_and_a_new_press_is_felt_again(browser, service):
 @pytest.mark.nightly
 def test_the_keyboard_alone_is_enough(browser, service):
     with visit(browser, service) as page:
-        page.locator("#samples button").first.focus()
-        page.keyboard.press("Enter")
-        expect(page.locator("#material")).not_to_have_text(NOTHING)
+        with next_picture(page):
+            page.locator("#samples button").first.focus()
+            page.keyboard.press("Enter")
         page.locator("#picture").focus()
         page.keyboard.down(" ")
         keys = itertools.cycle(("ArrowRight", "ArrowLeft"))

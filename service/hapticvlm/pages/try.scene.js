@@ -1,15 +1,17 @@
 // Acts as a scene of the service: sends pictures, touches the region under the hand, and stores the answers.
 //
 // A still picture is one object until the user points at it, and stays one if the user then states its
-// material. Once pointed at, it is a grid of patches, each a separate object. The decision about a patch is
-// stored, so that a returning hand feels it at once, and a slide to the next patch is not felt as an impact. A part
+// material. Once pointed at, it is a grid of patches, each a separate object. Some patches are recognised as soon as the
+// picture comes: a whole of many things has no material, and the most certain places are shown instead. The decision about
+// a patch is stored, so that a returning hand feels it at once, and a slide to the next patch is not felt as an impact. A part
 // of an object carries less information than the whole. So an uncertain patch in a picture with a certain
 // material is also sent with the whole picture, and the service fuses both. A whole picture of a thing on a plain ground
 // is sent with the thing's outline as a mask, too, and the service averages both. A live picture changes
 // under the hand, so there the hand's region itself is touched, and every newer frame is sent.
 import { Link } from "./link.js";
-import { hand, region, speed } from "./try.hand.js";
+import { SIZES, hand, region, speed } from "./try.hand.js";
 import { pack } from "./try.packing.js";
+import { grid } from "./try.places.js";
 
 const TICK_MS = 50; // a lease lasts 250 ms
 const WHOLE = { x: 0, y: 0, w: 1, h: 1 };
@@ -27,8 +29,12 @@ export class TryScene {
   #isOutlining = true;
   #one = null; // id of the picture that was stated to be of one material
   #known = new Set(); // ids of targets whose pictures have all been answered
+  #unscanned = []; // places of the picture that are still to be recognised, before anybody points
+  #isScanning = false;
+  #scanned = []; // targets of those that are
   decisions = new Map(); // by object id; "" is a live region
   owner = false;
+  isSimulated = false; // no real device is driven
 
   constructor(url, token, { onDecision, onState, onMessage }) {
     this.onDecision = onDecision;
@@ -63,6 +69,8 @@ export class TryScene {
     this.decisions.clear();
     this.#known.clear();
     this.#one = null;
+    this.#scanned = [];
+    this.#unscanned = this.#picture && !this.#picture.live && !this.thing ? grid(this.#picture.canvas, SIZES.first).map((spot) => this.#patch(spot)) : [];
     const among = this.#among ? { materials: this.#among } : {};
     return this.#link.ask({ type: "scene", objects: [], replace: true, ...among });
   }
@@ -81,14 +89,30 @@ export class TryScene {
   // Returns the region under the hand: {id, region}; id is null for a live picture.
   target() {
     if (!this.#picture) return null;
-    const spot = region(this.#picture.canvas);
-    if (this.#picture.live) return { id: null, region: hand.pointed ? spot : WHOLE };
+    if (this.#picture.live) return { id: null, region: hand.pointed ? region(this.#picture.canvas) : WHOLE };
     const whole = this.#whole();
     if (!hand.pointed || this.#one === whole.id) return whole;
-    const column = Math.round((CELLS * hand.x) / spot.w);
-    const row = Math.round((CELLS * hand.y) / spot.h);
+    return this.#patch(hand);
+  }
+
+  #patch(place) {
+    const spot = region(this.#picture.canvas, place);
+    const column = Math.round((CELLS * place.x) / spot.w);
+    const row = Math.round((CELLS * place.y) / spot.h);
     return { id: `patch ${this.#picture.number} ${column} ${row} ${spot.w.toFixed(2)}`, region: spot };
   }
+
+  // Returns the places that have been recognised before anybody points, [{region, decision}].
+  get places() {
+    const answers = this.#scanned.map(({ id, region: spot }) => ({ region: spot, decision: this.decisions.get(id) }));
+    return answers.filter(({ decision }) => decision);
+  }
+
+  // Returns whether the whole picture has been stated to be of one material.
+  get isStated() { return this.#one !== null; }
+
+  // Returns whether all places have been recognised.
+  get isScanned() { return this.#unscanned.length === 0 && !this.#isScanning; }
 
   #whole() { return { id: `picture ${this.#picture.number}`, region: WHOLE }; }
 
@@ -125,6 +149,7 @@ export class TryScene {
   #receive(message, onMessage) {
     if (message.type === "welcome") {
       this.owner = message.owner;
+      this.isSimulated = message.devices.speaker.simulated && message.devices.peltier.simulated;
       this.#forget();
       this.#link.ask({ type: "set", feel: { right: "amplitude" } });
       this.#isLooking = false;
@@ -143,13 +168,15 @@ export class TryScene {
   #want() {
     const target = this.target();
     const isOn = hand.over || !hand.pointed;
-    if (!target || !isOn || this.#known.has(target.id)) return;
-    this.#wanted = target;
+    const isAfterScan = target?.region === WHOLE && this.#unscanned.length > 0;
+    if (target && isOn && !isAfterScan && !this.#known.has(target.id)) this.#wanted = target;
     this.#pump();
   }
 
   async #pump() {
-    if (this.#isLooking || !this.#wanted) return;
+    if (this.#isLooking) return;
+    if (!this.#wanted && this.#unscanned.length) return this.#scan();
+    if (!this.#wanted) return;
     const target = this.#wanted;
     this.#wanted = null;
     this.#isLooking = true;
@@ -163,6 +190,20 @@ export class TryScene {
     if (target.id && isAnswered) this.#known.add(target.id); // a live target is never known
     this.#isLooking = false;
     this.#pump();
+  }
+
+  // Recognises the next place of the picture.
+  async #scan() {
+    const target = this.#unscanned.shift();
+    const picture = this.#picture;
+    this.#isLooking = this.#isScanning = true;
+    const answer = await this.#look(target, "live");
+    this.#isLooking = this.#isScanning = false;
+    if (picture === this.#picture && answer.type === "decision") {
+      this.#scanned.push(target);
+      this.#decided(answer);
+    }
+    this.#want();
   }
 
   // Yields the pictures needed for a target, one after the other, as the next depends on the last decision. The
@@ -193,7 +234,7 @@ export class TryScene {
     const target = this.target();
     if (!target || this.#link.state !== "open") return;
     if (target.id) this.#want(); // an earlier picture may have been superseded
-    if (!this.owner) return;
+    if (!this.owner || (hand.isShown && !this.isSimulated)) return;
     const fields = {
       type: "touch", hand: "right", captured_at: performance.now() / 1000, speed_mps: Math.min(20, speed()),
       force_n: hand.pressed ? Math.max(FORCE_N.light, FORCE_N.most * hand.pressure) : 0,

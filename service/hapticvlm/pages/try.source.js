@@ -12,8 +12,11 @@ const SMALL = 24; // px per side of the copy for comparison
 const CHANGED = 5; // mean difference in grey levels above which a picture is new, above camera noise
 const SAMPLES = { table: "a table with eight objects", carafe: "a glass carafe", cloth: "folded cloth", kettle: "a steel kettle" };
 
+const OPENING = "table";
+
 let onPicture = () => {};
 let number = 0;
+let wanted = 0; // counts what was opened; only the last of them is shown
 let stream = null;
 let timer = null;
 let before = null;
@@ -28,13 +31,20 @@ export function offerSources(listener) {
   for (const [name, words] of Object.entries(SAMPLES)) byId("samples").append(sample(name, words));
   offerLive("camera", () => navigator.mediaDevices.getUserMedia({ video: { facingMode: "environment" } }));
   offerLive("screen", () => navigator.mediaDevices.getDisplayMedia({ video: true }));
+  openSample(OPENING);
+}
+
+async function openSample(name) {
+  const asked = ++wanted;
+  const blob = await (await fetch(`try.${name}.jpg`)).blob();
+  if (asked === wanted) open(blob);
 }
 
 function sample(name, words) {
   const button = make("button", "", { type: "button", title: words });
   const image = make("img", "", { src: `try.${name}.jpg`, alt: words });
   button.append(image);
-  button.addEventListener("click", async () => open(await (await fetch(image.src)).blob()));
+  button.addEventListener("click", () => openSample(name));
   return button;
 }
 
@@ -54,6 +64,7 @@ function offerDrop(stage) {
 // Shows a picture from a file or the clipboard; reports an error for other files.
 export async function open(file) {
   if (!file) return;
+  wanted++;
   end();
   try {
     give(await createImageBitmap(file), false);
@@ -66,6 +77,7 @@ export async function open(file) {
 function offerLive(id, ask) {
   byId(id).addEventListener("click", async () => {
     const isOn = byId(id).ariaPressed === "true";
+    wanted++;
     end();
     if (isOn) return;
     if (!navigator.mediaDevices) {

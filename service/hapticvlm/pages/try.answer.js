@@ -1,0 +1,159 @@
+// Says in words what is under the hand, or which places are the most certain before anybody points, and takes corrections.
+import { byId, degrees, list, make, percent, setText } from "./dom.js";
+import { materialColour, warmthColour, warmthWord } from "./feel.js";
+import * as felt from "./felt.js";
+import { box } from "./try.light.js";
+import { agree, materialsOf, surest } from "./try.places.js";
+
+const MAX_LIKELY = 3;
+const PLACES = { object: "The most certain places", sure: "Touch an outlined place.", unsure: "Touch it: a part may be clearer than the whole." };
+const WHOLE = { picture: "The whole picture", thing: "The whole picture, and the thing outlined on its plain ground" };
+const HAND = "Under the hand";
+const SOURCES = {
+  scene: "stated by you", name: "by its name", shader: "by its shader", encoder: "by how it looks",
+  vlm: "by the vision-language model", unknown: "too uncertain to name",
+};
+const AT_REST = "press to feel it";
+
+let scene = null;
+let chosen = null; // the material chosen by the user for a patch, which newer decisions do not change
+
+export function begin(given) {
+  scene = given;
+  byId("correct").addEventListener("submit", correct);
+  byId("correct-material").addEventListener("input", () => {
+    chosen = { id: scene.decision()?.object_id, material: byId("correct-material").value };
+  });
+  byId("keep").addEventListener("click", keep);
+}
+
+export function offerMaterials(materials) {
+  const select = byId("correct-material");
+  if (!select.options.length) select.append(...materials.map((name) => make("option", name, { value: name })));
+}
+
+// Leaves nothing of the picture before.
+export function clear() {
+  setText(byId("object"), "");
+  setText(byId("material"), "—");
+  for (const id of ["sure", "corrected"]) setText(byId(id), "");
+  for (const id of ["feel-warmth", "feel-vibration", "keep"]) byId(id).hidden = true;
+}
+
+// Shows the decision about the patch under the hand; decisions about others are stored for later.
+export function show() {
+  const decision = scene.decision();
+  const places = placesNow();
+  outlinePlaces(places);
+  byId("correct").hidden = byId("reasons").hidden = !decision?.object_id;
+  if (decision) {
+    list(byId("because"), because(decision));
+    offerCorrection(decision);
+  }
+  if (places.length) showPlaces(places);
+  else if (decision) showDecision(decision);
+}
+
+// Returns the most certain places of a picture of several materials, which has no material as a whole. There are none
+// once somebody points.
+export function placesNow() {
+  if (!scene.isWhole || scene.thing || scene.isStated) return [];
+  const decision = scene.decision();
+  return decision && agree(decision, scene.places) ? [] : surest(scene.places);
+}
+
+function showPlaces(places) {
+  const names = materialsOf(places);
+  body(names[0]);
+  setText(byId("object"), PLACES.object);
+  setText(byId("material"), names.length ? new Intl.ListFormat("en-GB").format(names) : "not sure yet");
+  setText(byId("sure"), names.length ? PLACES.sure : PLACES.unsure);
+  for (const id of ["feel-warmth", "feel-vibration"]) byId(id).hidden = true;
+}
+
+function showDecision(decision) {
+  body(decision.felt ?? decision.material);
+  setText(byId("object"), whereOf());
+  setText(byId("material"), felt.headline(decision));
+  setText(byId("sure"), sureness(decision));
+  for (const id of ["feel-warmth", "feel-vibration"]) byId(id).hidden = false;
+  byId("feel-warmth").style.setProperty("--now", decision.thermal_cue ? warmthColour(decision.setpoint_c) : "var(--line)");
+  setText(byId("feel-warmth-words"), warmth(decision));
+}
+
+const body = (material) => byId("answer").style.setProperty("--body", materialColour(material));
+const whereOf = () => (scene.isWhole ? WHOLE[scene.thing ? "thing" : "picture"] : HAND);
+const nextOf = ({ material, runner_up: next }) => (material !== "unknown" && next ? `; next ${next}` : "");
+const sureness = (decision) => `${percent(decision.confidence)} sure, ${SOURCES[decision.source]}${nextOf(decision)}`;
+
+// Says what the hand does and how strongly that is felt now. Returns the words of the card beside the finger.
+export function showMotion(hand, speed, level) {
+  const decision = scene.decision();
+  const act = felt.gesture({ pressed: hand.pressed, touchedFor: performance.now() - hand.pressedAt, speed });
+  const motion = act === null ? AT_REST : [act, felt.strongly(level)].filter(Boolean).join(", ");
+  if (!decision) return { word: "…", source: "", decision: null, motion };
+  const like = act === null ? motion : `feels like ${felt.material(decision)}: ${motion}`;
+  setText(byId("feel-pattern"), like);
+  return { word: felt.headline(decision), source: sureness({ ...decision, runner_up: null }), decision, motion };
+}
+
+// Outlines these places on the picture.
+function outlinePlaces(places) {
+  const key = JSON.stringify(places.map(({ region, decision }) => [region, decision.material]));
+  if (byId("places").dataset.shown === key) return;
+  byId("places").dataset.shown = key;
+  byId("places").replaceChildren(...places.map(placeOf));
+}
+
+function placeOf({ region, decision: { material } }) {
+  const place = make("i", "", { className: "place" });
+  place.style.setProperty("--body", materialColour(material));
+  place.append(make("b", material === "unknown" ? "touch here" : `${material}: touch here`));
+  box(place, region);
+  return place;
+}
+
+function offerCorrection(decision) {
+  const { material, runner_up: next, object_id: id } = decision;
+  const likeliest = material === "unknown" ? (next ?? "wood") : material;
+  byId("correct-material").value = chosen && chosen.id === id ? chosen.material : likeliest;
+  showLikeliest(decision);
+}
+
+// Shows the three most likely materials as buttons: one press corrects the decision.
+function showLikeliest({ material, runner_up: next, evidence }) {
+  const seen = [...evidence].sort((one, other) => other.confidence - one.confidence).map((one) => one.material);
+  const names = [...new Set([material, next, ...seen])].filter((name) => name && name !== "unknown").slice(0, MAX_LIKELY);
+  const group = byId("likeliest");
+  if ([...group.children].map((button) => button.textContent).join() === names.join()) return;
+  group.replaceChildren(...names.map((name) => make("button", name, { type: "submit", value: name })));
+}
+
+function because(decision) {
+  const looks = decision.evidence.map(({ rung, material, confidence }) => `${rung}: ${material} ${percent(confidence)}`);
+  return [
+    ["evidence", looks.join("; ") || "none"],
+    ["felt as", felt.material(decision)],
+    ["warmth", warmth(decision)],
+    ["surface", `${degrees(decision.surface_c)} (${decision.surface_why || decision.surface_source})`],
+  ];
+}
+
+const warmth = ({ thermal_cue: isNoticed, setpoint_c: setpoint, contact_c: contact }) =>
+  isNoticed ? `${warmthWord(setpoint)}: ${degrees(contact)} under the hand` : "no noticeable warmth or cold";
+
+async function correct(event) {
+  event.preventDefault();
+  const material = event.submitter?.value || byId("correct-material").value;
+  byId("correct-material").value = material;
+  const answer = await scene.state(material);
+  setText(byId("corrected"), answer.type === "ok" ? `Corrected to ${material}. It feels like ${material} from now on.` : (answer.text ?? "The service did not answer."));
+  byId("keep").hidden = answer.type !== "ok";
+}
+
+async function keep() {
+  const answer = await scene.keep();
+  const material = byId("correct-material").value;
+  const lasting = `To keep it permanently, save a cut-out and run: hapticvlm gallery add my-${material} --like ${material} PICTURE`;
+  setText(byId("corrected"), answer.type === "decision" ? `Kept for this session, where it helps to recognise similar objects. ${lasting}` : (answer.text ?? "The service did not answer."));
+}
