@@ -25,6 +25,7 @@ export function begin(given) {
     chosen = { id: scene.decision()?.object_id, material: byId("correct-material").value };
   });
   byId("keep").addEventListener("click", keep);
+  byId("undo").addEventListener("click", undo);
 }
 
 export function offerMaterials(materials) {
@@ -37,7 +38,7 @@ export function clear() {
   setText(byId("object"), "");
   setText(byId("material"), "—");
   for (const id of ["sure", "corrected"]) setText(byId(id), "");
-  for (const id of ["feel-warmth", "feel-vibration", "keep"]) byId(id).hidden = true;
+  for (const id of ["feel-warmth", "feel-vibration", "keep", "undo"]) byId(id).hidden = true;
 }
 
 // Shows the decision about the patch under the hand; decisions about others are stored for later.
@@ -148,7 +149,15 @@ async function correct(event) {
   byId("correct-material").value = material;
   const answer = await scene.state(material);
   setText(byId("corrected"), answer.type === "ok" ? `Corrected to ${material}. It feels like ${material} from now on.` : (answer.text ?? "The service did not answer."));
-  byId("keep").hidden = answer.type !== "ok";
+  byId("keep").hidden = byId("undo").hidden = answer.type !== "ok";
+}
+
+async function undo() {
+  const answer = await scene.unstate();
+  setText(byId("corrected"), answer.type === "ok" ? "Taken back: it is recognised again." : (answer.text ?? "The service did not answer."));
+  if (answer.type !== "ok") return;
+  chosen = null;
+  byId("keep").hidden = byId("undo").hidden = true;
 }
 
 async function keep() {

@@ -10,6 +10,7 @@ import { hand, offerHand, setSize, speed } from "./try.hand.js";
 import * as light from "./try.light.js";
 import { touchOnce } from "./try.opening.js";
 import * as rumble from "./try.rumble.js";
+import * as saving from "./try.save.js";
 import { TryScene } from "./try.scene.js";
 import { offerSources } from "./try.source.js";
 
@@ -23,6 +24,7 @@ let picture = null;
 let size = { width: 0, height: 0 }; // of the picture on the page, px
 let level = 0; // of the vibration, of full scale
 let opens = true; // the page has not yet shown how to touch
+let wasPressed = false;
 let watching = null;
 let scene = null;
 
@@ -72,6 +74,7 @@ function showState(state) {
 function vibrate(view) {
   sound.take(view);
   if (!view.samples) return;
+  saving.take(view);
   level = Math.max(LEVEL_FALL * level, card.vibrate(view.samples, view.rate_hz));
   light.vibrate(level);
   showMotion();
@@ -97,6 +100,8 @@ function showHand() {
   const target = scene.target();
   light.follow(hand, target.region, scene.decision(), size);
   byId("region").hidden = scene.isWhole;
+  if (hand.pressed) saving.touch({ decision: scene.decision(), region: target.region, canvas: picture.canvas, isContact: !wasPressed, isSlide: speed() > 0 });
+  wasPressed = hand.pressed;
   byId("size").value = hand.size;
   showMotion();
 }
@@ -123,6 +128,7 @@ function draw() {
 }
 
 offerSound();
+saving.offerSave();
 card.begin();
 connect();
 answer.begin(scene);
@@ -137,6 +143,7 @@ offerSources((next) => {
   if (!next.live) {
     card.show(null);
     answer.clear();
+    saving.forget();
   }
   draw();
   show();

@@ -28,6 +28,7 @@ export class TryScene {
   #among = null;
   #isOutlining = true;
   #one = null; // id of the picture that was stated to be of one material
+  #stated = null; // target of the last statement
   #known = new Set(); // ids of targets whose pictures have all been answered
   #unscanned = []; // places of the picture that are still to be recognised, before anybody points
   #isScanning = false;
@@ -125,19 +126,35 @@ export class TryScene {
 
   take() { return this.#link.ask({ type: "set", ownership: "take" }); }
 
-  // States the material under the hand; resolves with the service's answer. Nothing touches it at the moment, so
-  // sending the picture once more requests the new decision.
+  // States the material under the hand; resolves with the service's answer.
   async state(material) {
     const target = this.target();
-    const answer = await this.#link.ask({ type: "scene", objects: [{ object_id: target.id, material }], replace: false });
+    const before = this.#one;
+    if (target.region === WHOLE) this.#one = target.id;
+    const answer = await this.#declare({ object_id: target.id, material }, target);
     if (answer.type === "ok") {
-      if (target.region === WHOLE) this.#one = target.id;
-      let looked = await this.#look(target, "live");
-      // A picture of another region may have superseded this one, which is then sent again.
-      while (looked.type === "skipped" && looked.reason === "superseded") looked = await this.#look(target, "live");
-      if (looked.type === "decision") this.#decided(looked);
+      this.#stated = target;
       this.#known.add(target.id);
-    }
+    } else this.#one = before;
+    return answer;
+  }
+
+  // Takes the last statement back, so that its target is recognised again.
+  async unstate() {
+    const target = this.#stated;
+    if (this.#one === target.id) this.#one = null;
+    this.#known.delete(target.id);
+    return this.#declare({ object_id: target.id }, target);
+  }
+
+  // Declares an object. Nothing touches it at the moment, so sending its picture once more requests the new decision.
+  async #declare(object, target) {
+    const answer = await this.#link.ask({ type: "scene", objects: [object], replace: false });
+    if (answer.type !== "ok") return answer;
+    let looked = await this.#look(target, "live");
+    // A picture of another region may have superseded this one, which is then sent again.
+    while (looked.type === "skipped" && looked.reason === "superseded") looked = await this.#look(target, "live");
+    if (looked.type === "decision") this.#decided(looked);
     return answer;
   }
 
