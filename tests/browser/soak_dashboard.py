@@ -111,6 +111,7 @@ def soak(
     page.on("websocket", lambda socket: socket.on("framereceived", count))
     page.add_init_script(TIMER)
     page.goto(address)
+    page.locator("#more > summary").click()  # the log is in it
     tools = page.context.new_cdp_session(page)
     page.wait_for_timeout(warm_up_s * 1000)
     page.evaluate("forgetFrames()")

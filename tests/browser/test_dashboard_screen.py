@@ -221,7 +221,7 @@ def test_what_is_said_of_the_vibration_holds_while_the_hand_does_something_else(
             else:
                 pytest.fail(f"nothing is felt of a {interaction}")
             page.mouse.up()
-        expect(page.locator("#verdict")).to_have_text("You chose it below.")
+        expect(page.locator("#verdict")).to_have_text("You chose it above.")
         expect(page.locator("#rungs")).to_contain_text("not needed")
         expect(page.locator("#owner")).to_contain_text("Nobody owns", timeout=LET_GO_S * 1000)
 
@@ -314,6 +314,23 @@ def say(page: Page, material: str) -> None:
     page.locator("#teach-material").select_option(material)
     page.get_by_role("button", name="Correct it").click()
     expect(page.locator("#teach-told")).to_contain_text(f"Corrected to {material}")
+
+
+def test_at_rest_it_offers_touches_and_a_pressed_one_stays_where_it_is(
+    service: Service, browser: Browser
+) -> None:
+    with dashboard(browser, service.page, SCREEN) as page:
+        expect(page.locator("#decision-card")).to_be_hidden()
+        expect(page.locator("#details")).to_be_hidden()
+        stroke = page.locator(".interaction[data-interaction=slide]")
+        place = stroke.bounding_box()
+        stroke.hover()
+        page.mouse.down()
+        expect(page.locator("#decision-card")).to_be_visible()
+        expect(page.locator("#welcome-card")).to_be_hidden()
+        assert stroke.bounding_box() == place
+        page.mouse.up()
+        expect(page.locator("#owner")).to_contain_text("Nobody owns", timeout=LET_GO_S * 1000)
 
 
 SHOW_ANOTHER = """async () => {
@@ -422,6 +439,8 @@ class room_of_surfaces(masked_frame):
 @pytest.mark.nightly
 def test_idle_it_says_how_to_connect(service: Service, browser: Browser) -> None:
     with dashboard(browser, service.page, SCREEN) as page:
+        expect(page.locator("#snippet")).to_be_hidden()
+        page.get_by_text("Connect a scene").click()
         expect(page.locator("#address")).to_have_text(service.url)
         expect(page.locator("#snippet")).to_contain_text(f'connect("{service.url}")')
         for engine in ("Unity", "Godot", "Browser"):
@@ -434,6 +453,7 @@ def test_idle_it_says_how_to_connect(service: Service, browser: Browser) -> None
 @pytest.mark.nightly
 def test_the_lines_to_begin_with_run_as_they_are_copied(browser: Browser, tmp_path: Path) -> None:
     with running() as service, dashboard(browser, service.page, SCREEN) as page:
+        page.get_by_text("Connect a scene").click()
         copied = tmp_path / "begin.py"
         copied.write_text(page.inner_text("#snippet"), encoding="utf-8")
         done = subprocess.run([sys.executable, copied], capture_output=True, text=True)
@@ -467,6 +487,7 @@ def test_a_camera_reads_the_address_off_the_page_that_the_network_may_open(
     with running(options) as service:
         port = service.page.rsplit(":", 1)[1].strip("/")
         with dashboard(browser, f"http://127.0.0.1:{port}/#token={token}", SCREEN) as page:
+            page.get_by_text("Connect a scene").click()
             code = page.locator("#qr")
             expect(code).to_be_visible()
             page.wait_for_load_state("networkidle")

@@ -327,7 +327,9 @@ def test_the_wooden_and_the_metal_half_of_one_picture_sound_different(browser, s
             page.evaluate(DROP, ["both.png", base64.b64encode(file.getvalue()).decode()])
         for material, x in (("wood", 0.25), ("metal", 0.75)):
             at(page, x, 0.5)
-            expect(page.locator("#material")).to_have_text(re.compile(rf"^(perhaps |between .*)?{material}\b"))
+            expect(page.locator("#material")).to_have_text(
+                re.compile(rf"^(perhaps |between .*)?{material}\b")
+            )
             page.evaluate("heard.length = 0")
             for _ in range(3):
                 page.mouse.down()
@@ -394,7 +396,8 @@ def test_a_persons_hand_ends_the_drawn_one(browser, service):
 def near(page: Page, selector: str, x: float, y: float) -> float:
     """Return how far an element is from a point of the picture, px."""
     box, pane = page.locator(selector).bounding_box(), page.locator("#picture").bounding_box()
-    assert box is not None and pane is not None
+    assert box is not None
+    assert pane is not None
     away_x, away_y = pane["x"] + x * pane["width"], pane["y"] + y * pane["height"]
     across = max(box["x"] - away_x, 0, away_x - box["x"] - box["width"])
     down = max(box["y"] - away_y, 0, away_y - box["y"] - box["height"])
@@ -407,7 +410,7 @@ def test_the_word_is_beside_the_finger_and_covers_nothing_under_it(browser, serv
             at(page, x, y)
             page.mouse.down()
             expect(page.locator("#card")).to_be_visible()
-            page.wait_for_function("document.getElementById('card').style.transform !== ''")
+            page.wait_for_function("() => document.getElementById('card').style.transform !== ''")
             assert 10 < near(page, "#card", x, y) < 140
             page.mouse.up()
 

@@ -1,4 +1,4 @@
-"""What is saved of a touch on `/try`: files that other tools read, and the same as `export` writes."""
+"""What is saved of a touch on `/try`: files for other tools, the same as `export` writes."""
 
 from __future__ import annotations
 

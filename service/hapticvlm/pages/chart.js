@@ -33,7 +33,20 @@ function yieldTo(actedAt) {
   if (actedAt > yieldsUntil + YIELDS_EACH_MS) yieldsUntil = actedAt + YIELD_MS;
 }
 
-// A canvas that is repainted on request (at most every `everyMs`), when its size changes and when the
+// Returns a function that runs `paint` at the next multiple of `everyMs`, however often it is called. What changes at
+// the same multiples shares a frame of the browser, which costs more than what is painted in it.
+export function inStep(paint, everyMs) {
+  let timer = null;
+  const run = () => {
+    timer = null;
+    paint();
+  };
+  return () => (timer ??= setTimeout(run, untilStep(everyMs)));
+}
+
+const untilStep = (everyMs) => everyMs - (performance.now() % everyMs);
+
+// A canvas that is repainted on request (at multiples of `everyMs`), when its size changes and when the
 // theme changes. paint(context, width, height) works in CSS pixels. The size comes from an observer and is
 // never read, because reading it would force the browser to lay out the page immediately.
 export class Chart {
@@ -42,7 +55,6 @@ export class Chart {
     this.paint = paint;
     this.everyMs = everyMs;
     this.size = null;
-    this.paintedAt = -Infinity;
     this.timer = null;
     this.inFrame = eachFrame(() => this.#draw());
     new ResizeObserver(([{ contentRect }]) => {
@@ -53,9 +65,9 @@ export class Chart {
   }
 
   change() {
-    const waitMs = this.paintedAt + (calm.matches ? CALM_MS : this.everyMs) - performance.now();
-    if (waitMs <= 0) this.inFrame();
-    else this.timer ??= setTimeout(() => this.inFrame(), waitMs);
+    const everyMs = calm.matches ? CALM_MS : this.everyMs;
+    if (!everyMs) this.inFrame();
+    else this.timer ??= setTimeout(() => this.inFrame(), untilStep(everyMs));
   }
 
   #draw() {
@@ -63,7 +75,6 @@ export class Chart {
     const yieldMs = yieldsUntil - performance.now();
     this.timer = yieldMs > 0 ? setTimeout(() => this.inFrame(), yieldMs) : null;
     if (this.timer) return;
-    this.paintedAt = performance.now();
     if (!this.size) return;
     const { width, height } = this.size;
     const scale = Math.min(devicePixelRatio, MAX_PIXELS);

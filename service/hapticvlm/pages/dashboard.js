@@ -1,11 +1,12 @@
 // Connects the dashboard to the service as an observer that can stop it, and wires the panels together.
+import { inStep } from "./chart.js";
 import * as connecting from "./connect.js";
 import * as decisions from "./decisions.js";
 import { byId, clock, setText } from "./dom.js";
 import * as faults from "./faults.js";
 import * as frame from "./frame.js";
 import { Link } from "./link.js";
-import { offerSound } from "./hear.js";
+import { offerSound, sound } from "./hear.js";
 import * as log from "./log.js";
 import * as plate from "./plate.js";
 import * as service from "./service.js";
@@ -17,12 +18,20 @@ import { offerThemes } from "./theme.js";
 import * as trial from "./trial.js";
 
 const STATUS_MS = 1000;
+const CALM_STATUS_MS = 3000; // while nothing is felt
+const FELT_MS = 12_000; // after the last touch, in which its charts run out
+const TELEMETRY_MS = 100;
+const SILENT = 1e-4; // of full scale
 const STATUS_PATIENCE_MS = 5000;
 const TOKEN_KEY = "hapticvlm-token"; // stored until this tab is closed
 const VIEWS = { frames: frame.take, waveform: speaker.waveform, log: log.take };
 
 let faultNames = "";
 let connected = "Connected.";
+let watched = "";
+let leases = 0;
+let newest = null; // telemetry
+let feltAt = performance.now(); // when something was felt last
 const url = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/`;
 const link = new Link(url, {
   onMessage: receive,
@@ -50,20 +59,36 @@ function welcome(message) {
   for (const panel of [plate, speaker, service, trial, teach]) panel.welcome(message);
   connected = `Connected to ${message.service.name} ${message.service.version}.`;
   setText(byId("link"), connected);
+  watched = "";
   watch();
 }
 
-// Requests frames and waveforms only while the page is visible.
+const isCalm = () => performance.now() - feltAt > FELT_MS;
+
+// Requests frames only while the page is visible, and the waveform, fifty pieces a second, only while something is felt
+// or heard. A new request begins a tenth of a second in the past, so that the onset is in it.
 function watch() {
-  link.ask({ type: "set", watch: document.hidden ? ["log"] : ["frames", "waveform", "log"] });
+  const views = document.hidden ? [] : isCalm() && !sound.isOn ? ["frames"] : ["frames", "waveform"];
+  if (views.join() === watched) return;
+  watched = views.join();
+  link.ask({ type: "set", watch: [...views, "log"] });
 }
 
+const showTelemetry = inStep(() => {
+  if (link.state !== "open") return;
+  plate.telemetry(newest);
+  speaker.telemetry(newest);
+}, TELEMETRY_MS);
+
 function telemetry(message) {
-  plate.telemetry(message);
-  speaker.telemetry(message);
+  newest = message;
+  showTelemetry();
+  if (message.leases || message.speaker_level > SILENT) feltAt = performance.now();
+  watch();
   const names = message.faults.join();
-  if (names !== faultNames) askStatus();
+  if (names !== faultNames || message.leases !== leases) askStatus();
   faultNames = names;
+  leases = message.leases;
 }
 
 function showState(state) {
@@ -90,6 +115,7 @@ async function askStatus() {
     service.show(status);
     teach.show(status);
     connecting.show(status);
+    decisions.rest(status);
     faults.show(status);
     stages.paint(status.speaker.command_wait_ms);
     showHeld(status, askedAt);
@@ -100,7 +126,7 @@ async function askStatus() {
 
 async function follow() {
   await askStatus();
-  setTimeout(follow, STATUS_MS);
+  setTimeout(follow, isCalm() && document.body.dataset.mode === "idle" ? CALM_STATUS_MS : STATUS_MS);
 }
 
 byId("token-form").addEventListener("submit", (event) => {
@@ -115,6 +141,7 @@ document.addEventListener("visibilitychange", () => {
 });
 offerThemes();
 offerSound();
+sound.addEventListener("change", watch);
 connecting.begin(url);
 teach.begin(link);
 trial.offerTouches(url, () => ({ token: link.token }));

@@ -6,9 +6,11 @@ import { materialColour } from "./feel.js";
 import * as frame from "./frame.js";
 import { glyph } from "./glyphs.js";
 import * as teach from "./teach.js";
+import { OBJECT } from "./trial.js";
 import { explain } from "./why.js";
 
 const MAX_OBJECTS = 24;
+const RESTS_MS = 30_000; // with nobody who owns the outputs
 const NEWS_MS = 2000; // between announcements to a screen reader
 
 const objects = new Map(); // key -> {decision, tile}, least recently decided first
@@ -16,6 +18,7 @@ let chosen = null; // null = the newest
 let newest = null; // key of the last decision about an object; a decision about a whole view does not replace it
 let announced = "";
 let announcedAt = -Infinity;
+let ownedAt = performance.now();
 let timer = null;
 const paintSoon = eachFrame(paint);
 frame.onFrame((key) => objects.has(key) && picture(key));
@@ -33,6 +36,17 @@ export function take(decision) {
   if (isNew) picture(key);
   announce();
   paintSoon();
+}
+
+// Brings the page to rest a while after the last owner has left; objects stay for the next one.
+export function rest({ owner }) {
+  if (owner || document.body.dataset.mode === "idle") ownedAt = performance.now();
+  else if (performance.now() - ownedAt > RESTS_MS) mode("idle");
+}
+
+// "idle": nothing is felt; "trial": a test touch of this page is; "live": a scene is.
+function mode(name) {
+  if (document.body.dataset.mode !== name) document.body.dataset.mode = name;
 }
 
 export function offerChoice() {
@@ -67,6 +81,7 @@ function forget(key) {
 
 function choose(key) {
   chosen = key;
+  ownedAt = performance.now();
   paint();
 }
 
@@ -76,8 +91,7 @@ function paint() {
   byId("newest").ariaPressed = String(chosen === null);
   if (!objects.has(shown)) return;
   const { decision } = objects.get(shown);
-  byId("welcome-card").hidden = true;
-  byId("decision-card").hidden = false;
+  mode(shown === OBJECT ? "trial" : "live");
   explain(decision, titleOf(decision));
   byId("frame-glyph").replaceChildren(glyph(decision));
   frame.show(shown, titleOf(decision), frame.hasFrame(shown) ? "" : reasonWithoutFrame(decision));

@@ -8,13 +8,16 @@ const SECONDS = 60;
 const PER_SECOND = 10;
 const LOWEST_C = 12; // the trips at 13 and 43 degC are in view
 const HIGHEST_C = 44;
-const REPAINT_MS = 190; // a minute is about 500 px wide, so it moves by less than two pixels
+const REPAINT_MS = 200; // a minute is about 500 px wide, so it moves by less than two pixels
+const STEADY_C = 0.3; // three pixels of the scale
 const AXIS = 30; // px for the labels
 const FOOT = 16;
 const [AT, MEASURED, SETPOINT] = [0, 1, 2];
 
 const history = new Ring(SECONDS * PER_SECOND, 3);
 let limits = { low: 18, high: 40 };
+let steady = {}; // the reading from which the plate has not moved since
+let steadyFor = 0; // readings
 let newest = { plate_c: null, setpoint_c: null };
 const chart = new Chart(byId("plate-chart"), paint, REPAINT_MS);
 const scale = new Chart(byId("plate-scale"), paintScale, REPAINT_MS);
@@ -36,13 +39,26 @@ export function telemetry(message) {
   setText(byId("sink"), degrees(message.sink_c));
   setText(byId("duty"), percent(message.duty));
   history.push(performance.now() / 1000, message.plate_c, message.setpoint_c);
+  if (!isNear(message, steady)) {
+    steady = message;
+    steadyFor = 0;
+  }
+  // A steady plate moves its chart only along, for which a picture a second is enough, until nothing else is shown.
+  const isSteady = steadyFor++ > PER_SECOND;
+  if (isSteady && (steadyFor > SECONDS * PER_SECOND || steadyFor % PER_SECOND)) return;
   chart.change();
-  scale.change();
+  if (!isSteady) scale.change();
+}
+
+// Returns whether two readings look alike on the scale.
+function isNear(one, other) {
+  return ["plate_c", "setpoint_c"].every((name) => one[name] === other[name] || Math.abs(one[name] - other[name]) < STEADY_C);
 }
 
 // Interrupts the lines while the service is not connected.
 export function gap() {
   newest = { plate_c: null, setpoint_c: null };
+  steady = {};
   history.push(performance.now() / 1000, null, null);
   setText(byId("plate"), degrees(null));
   setText(byId("plate-word"), "");

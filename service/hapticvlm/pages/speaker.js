@@ -1,6 +1,7 @@
 // Shows the palm speaker: its strength over the last seconds, the newest tenth of a second, and its spectrum.
 import { Chart, palette, rule, trace } from "./chart.js";
 import { byId, eachFrame, named, setText } from "./dom.js";
+import { strength } from "./felt.js";
 import { sound, speakerIs } from "./hear.js";
 import { Ring } from "./ring.js";
 import { BINS, HIGHEST_HZ, STEP_HZ, decibels, spectrum, strongestHz } from "./spectrum.js";
@@ -8,18 +9,18 @@ import { BINS, HIGHEST_HZ, STEP_HZ, decibels, spectrum, strongestHz } from "./sp
 const SHOWN_S = 0.1;
 const RIBBON_S = 8;
 const SLICE_S = 0.02; // of the ribbon
-const REPAINT_MS = 45;
+const REPAINT_MS = 100; // a ribbon of 8 s moves by about five pixels meanwhile
 const LOWEST_DB = -80;
 const SILENT = 1e-4; // of full scale
 const SCALES = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1];
-const DECAY = 0.97; // of the waveform's scale per picture, so that it does not jump
+const DECAY = 0.94; // of the waveform's scale per picture, so that it does not jump
 
 const ribbon = new Ring(RIBBON_S / SLICE_S, 1); // one peak per slice
 let samples = [];
 let rateHz = null;
 let next = null; // number of the next expected sample
 let slice = { peak: 0, left: 0 };
-let wasSilent = false;
+let silentFor = 0; // s
 let amplitudes = null; // spectrum of the samples, computed on demand
 let peak = 0;
 const history = new Chart(byId("ribbon-chart"), paintRibbon, REPAINT_MS);
@@ -35,24 +36,18 @@ export function welcome(message) {
 
 export function telemetry(message) {
   setText(byId("level"), message.speaker_level.toFixed(3));
-  setText(byId("level-word"), levelWord(message.speaker_level));
+  setText(byId("level-word"), strength(message.speaker_level));
   showStrongest();
 }
 
 export function waveform(view) {
   sound.take(view);
+  const isSilent = view.samples.every((sample) => Math.abs(sample) < SILENT);
+  silentFor = isSilent ? silentFor + view.samples.length / view.rate_hz : 0;
   receive(view);
-  history.change();
-  const isSilent = samples.every((sample) => Math.abs(sample) < SILENT);
-  if (!(isSilent && wasSilent)) for (const chart of [wave, lines]) chart.change();
-  wasSilent = isSilent;
-}
-
-// Our choice: a stroke over wood is gentle, over stone clear, and a strike is strong.
-function levelWord(level) {
-  if (level < SILENT) return "silent";
-  if (level < 0.05) return "gentle";
-  return level < 0.2 ? "clear" : "strong";
+  // A silent chart looks the same as before, so it is left alone.
+  if (silentFor < RIBBON_S + 1) history.change();
+  if (silentFor < 2 * SHOWN_S) for (const chart of [wave, lines]) chart.change();
 }
 
 // Clears the readings while the service is not connected.

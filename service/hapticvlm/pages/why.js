@@ -1,6 +1,7 @@
 // Explains one decision: the material, the evidence of each rung of the ladder, and the effect on the plate.
 import { byId, degrees, list, make, percent, setText } from "./dom.js";
 import { NEUTRAL_C, materialColour, warmthColour, warmthWord } from "./feel.js";
+import { material as feltMaterial } from "./felt.js";
 import { OBJECT as TEST_TOUCH } from "./trial.js";
 
 const RUNGS = ["scene", "name", "shader", "texture", "encoder", "vlm"];
@@ -47,7 +48,7 @@ export function explain(decision, title) {
 }
 
 export function verdict({ object_id, confidence, source, runner_up, cached, basis, felt }) {
-  if (object_id === TEST_TOUCH) return "You chose it below.";
+  if (object_id === TEST_TOUCH) return "You chose it above.";
   const next = runner_up ? `; next ${runner_up}` : "";
   const guess = basis === "least_error" ? `; felt as ${felt}` : "";
   const origin = cached ? "; from the cache" : "";
@@ -55,18 +56,18 @@ export function verdict({ object_id, confidence, source, runner_up, cached, basi
 }
 
 // Fills the two chips that say how it feels: warmth and vibration.
-function fillFeel({ contact_c, setpoint_c, thermal_cue, pattern, surface_c }) {
+function fillFeel(decision) {
+  const { contact_c, setpoint_c, thermal_cue, surface_c } = decision;
   const limited = contact_c != null && Math.abs(setpoint_c - contact_c) > MIN_DIFFERENCE_C ? `, the plate goes to ${degrees(setpoint_c)}` : "";
   const words = thermal_cue ? `feels ${warmthWord(setpoint_c)}: ${degrees(contact_c)} under the hand${limited}` : "no noticeable warmth or cold";
   byId("feel-warmth").style.setProperty("--now", warmthColour(thermal_cue ? setpoint_c : NEUTRAL_C));
   setText(byId("feel-warmth-words"), words);
   setText(byId("feel-surface"), `its surface is at ${degrees(surface_c)}`);
-  setText(byId("feel-pattern"), vibrates(pattern));
+  setText(byId("feel-pattern"), vibrates(decision));
 }
 
-// A decision is sent once, at the first touch. Its pattern contains the interaction of that touch, and the
-// hand may do something else by now, so only the material of the vibration is shown.
-const vibrates = (pattern) => (pattern ? `vibrates like ${pattern.slice(0, pattern.lastIndexOf(" "))}` : "not touched yet");
+// A decision is sent once, at the first touch, and the hand may do something else by now: only the material is named.
+const vibrates = (decision) => (decision.pattern ? `vibrates like ${feltMaterial(decision)}` : "not touched yet");
 
 function rungRow(index) {
   const rungs = byId("rungs");
