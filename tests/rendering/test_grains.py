@@ -34,8 +34,11 @@ def press(name: str, newtons: float, seconds: float, hold_s: float = 0.1, seed: 
 
 
 def begun(wave: Wave) -> int:
-    """Count the grains by where they begin: the loudest of 2 ms after less than a third of it."""
-    frames = wave[: wave.size // 96 * 96].reshape(-1, 96)
+    """Count the grains by where they begin: the loudest of 10 ms after less than a half of it.
+
+    A grain of 60 Hz has a lobe each 8 ms.
+    """
+    frames = wave[: wave.size // 480 * 480].reshape(-1, 480)
     loud = np.abs(frames).max(axis=1)
     is_loud = loud > 0.5 * loud.max() if loud.max() > 0.0 else loud > 1.0
     return int(np.count_nonzero(np.diff(is_loud.astype(int), prepend=0) == 1))
@@ -152,7 +155,7 @@ def test_what_is_not_sure_gives_way_more_gently() -> None:
 
 
 def test_a_recorded_press_is_played_as_it_was_recorded() -> None:
-    recorded = Pattern("rubber", "press", np.zeros(4800, np.float32))
+    recorded = Pattern("rubber", "press", np.zeros(4800, np.float32), MATERIALS["rubber"].vibration)
     voices = Voices(patterns=(recorded,))
     assert not felt(PRESS, RISING, voices).any()
 

@@ -702,10 +702,11 @@ class Draws {
 function impact(feel, facts, kind, {speed, force, seed}, rate) {
   const rules = feel.rules.impacts;
   const draws = new Draws(feel, seed);
-  const modes = facts.impact.modes.map((mode) => ({
-    frequency_hz: mode.frequency_hz * (0.985 + 0.03 * draws.next()),
+  const drawn = () => 2 * draws.next() - 1;
+  const modes = facts.impact.modes.map((mode, order) => ({
+    frequency_hz: mode.frequency_hz * (1 + rules.pitch_varies * drawn()),
     decay_per_s: mode.decay_per_s,
-    gain: mode.gain * (0.9 + 0.2 * draws.next()),
+    gain: mode.gain * (order ? 10 ** ((rules.place_db / 20) * drawn()) : 1 + rules.gain_varies * drawn()),
   }));
   const contact = Math.max(rules.contact_s[kind] * Math.max(speed, 0.05) ** -0.2 * (1 + force / rules.hard_n) ** -0.1, rules.shortest_s);
   const held = 0.7 + (0.6 * force) / (force + rules.loud_force_n);

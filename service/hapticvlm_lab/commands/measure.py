@@ -27,6 +27,7 @@ def add(commands: Commands) -> None:
     _add_speaker(kinds)
     _add_reliability(kinds)
     _add_shared_recogniser(kinds)
+    _kind(kinds, "touches", _touches, "how well a simulated palm tells the materials apart")
     marks = _kind(kinds, "marks", _marks, "the figures that the project has marks for")
     marks.add_argument("--write", action="store_true", help="write the table into docs/MEASURED.md")
 
@@ -183,6 +184,12 @@ def _invariants(options: argparse.Namespace) -> int:
         flood_seconds=options.flood_seconds,
         as_json=options.json,
     )
+
+
+def _touches(options: argparse.Namespace) -> int:
+    from hapticvlm_lab.bench.vibration.telling_apart import run
+
+    return run(as_json=options.json)
 
 
 def _marks(options: argparse.Namespace) -> int:

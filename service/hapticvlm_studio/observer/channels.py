@@ -34,7 +34,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
-from hapticvlm.perception import SPEAKER_RESONANCE_HZ, drive_threshold_db, threshold_db
+from hapticvlm.perception import (
+    FULL_SCALE_DB,
+    SPEAKER_RESONANCE_HZ,
+    drive_threshold_db,
+    threshold_db,
+)
 
 _Floats = NDArray[np.float64]
 
@@ -42,9 +47,6 @@ CHANNELS = ("P", "NP I", "NP II", "NP III")
 WINDOWS_S = ((0.0, 0.05), (0.05, 0.15), (0.15, 0.5), (0.5, math.inf))  # after the onset; our choice
 FRAME_S = 0.05  # s, of one spectrum: the shortest window
 
-# Level of a full-scale sine of 250 Hz above its threshold, dB, as in the psychohaptic model of MPEG
-# (ISO/IEC 23090-31). It is the only figure to change once the level of a speaker is measured.
-FULL_SCALE_DB = 45.0
 SUMMATION_S = 0.2  # s, of channel P; sources have 0.2 to 1 s (docs/physics.md 5)
 # One Weber step of amplitude at the thenar in dB, by channel: 20 log10(1.20) at 125 Hz and
 # 20 log10(1.58) at 10 Hz (Forta, Griffin and Morioka 2012). They did not measure NP II and NP III,

@@ -15,8 +15,9 @@ namespace HapticVLM.Baked
             for (int at = 0; at < modes.Length; at++)
             {
                 modes[at] = facts.Modes[at];
-                modes[at].FrequencyHz *= 0.985 + 0.03 * draws.Next();
-                modes[at].Gain *= 0.9 + 0.2 * draws.Next();
+                modes[at].FrequencyHz *= 1.0 + rules.Number("pitch_varies") * (2.0 * draws.Next() - 1.0);
+                double gain = 2.0 * draws.Next() - 1.0;
+                modes[at].Gain *= at > 0 ? Math.Pow(10.0, rules.Number("place_db") / 20.0 * gain) : 1.0 + rules.Number("gain_varies") * gain;
             }
             double force = command.Force, loudN = rules.Number("loud_force_n");
             double contact = rules.Part("contact_s").Number(kind) * Math.Pow(Math.Max(command.Speed, 0.05), -0.2) * Math.Pow(1.0 + force / rules.Number("hard_n"), -0.1);

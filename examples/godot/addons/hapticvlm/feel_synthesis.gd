@@ -22,8 +22,11 @@ static func impact(
 	var draws := FeelVoices.Draws.new(feel, command.seed)
 	var modes: Array[Dictionary] = []
 	for mode: Dictionary in facts.impact.modes:
-		var frequency: float = mode.frequency_hz * (0.985 + 0.03 * draws.next())
-		var gain: float = mode.gain * (0.9 + 0.2 * draws.next())
+		var pitch: float = 2.0 * draws.next() - 1.0
+		var frequency: float = mode.frequency_hz * (1.0 + rules.pitch_varies * pitch)
+		var drawn: float = 2.0 * draws.next() - 1.0
+		var placed: float = pow(10.0, rules.place_db / 20.0 * drawn)
+		var gain: float = mode.gain * (placed if modes else 1.0 + rules.gain_varies * drawn)
 		modes.append({"frequency_hz": frequency, "decay_per_s": mode.decay_per_s, "gain": gain})
 	var force: float = command.force
 	var slow := pow(maxf(command.speed, 0.05), -0.2)

@@ -16,6 +16,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from hapticvlm.perception import FULL_SCALE_DB
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 
 MAX_DB = 12.0  # either way; more would only drive the amplifier into its limiter
@@ -63,10 +64,15 @@ class Correction:
 
 @dataclass(frozen=True, slots=True)
 class Playback:
-    """Sample rate that waveforms are created for, and the correction for the speaker."""
+    """Sample rate that waveforms are created for, and what is known of speaker and hand.
+
+    `full_scale_db` is how far a full-scale sine at REFERENCE_HZ lies above the palm's threshold. It
+    is None for a controller, whose levels have a scale of their own (controller_scale.py).
+    """
 
     rate_hz: int = RATE_HZ
     correction: Correction = Correction()
+    full_scale_db: float | None = FULL_SCALE_DB
 
 
 NOMINAL = Playback()

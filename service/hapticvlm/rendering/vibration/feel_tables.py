@@ -134,7 +134,11 @@ class FeelOfMaterial(msgspec.Struct, frozen=True):
 
 
 class ImpactRules(msgspec.Struct, frozen=True):
-    """The figures of impacts.py. `contact_s` and `damping` are by kind of impact."""
+    """The figures of impacts.py. `contact_s` and `damping` are by kind of impact.
+
+    A seed varies all frequencies by the share `pitch_varies`, the gain of the first mode by the
+    share `gain_varies` and those of the others by `place_db`, each either way.
+    """
 
     contact_s: dict[str, float]
     damping: dict[str, float]
@@ -144,6 +148,9 @@ class ImpactRules(msgspec.Struct, frozen=True):
     loud_force_n: float
     longest_s: float
     end_fade_s: float
+    pitch_varies: float
+    gain_varies: float
+    place_db: float
     log_contact_s: Values
 
 
@@ -318,10 +325,9 @@ def _of_material(facts: Vibration) -> FeelOfMaterial:
 
 def _impact(facts: Vibration) -> ImpactTable:
     modes = tuple(ModeTable(m.frequency_hz, m.decay_per_s, m.gain) for m in facts.modes)
-    hardness = impacts.hardness(facts)
     levels = {}
     for kind in IMPACTS:
-        full = impacts.full_strength(kind) * hardness
+        full = impacts.full_strength(kind) * impacts.hardness(facts)
         gains = impacts.log_gains(facts, impacts.DAMPING[kind])
         levels[kind] = _rounded(gains + math.log(full))
     return ImpactTable(modes, levels)
@@ -353,6 +359,9 @@ def _impact_rules() -> ImpactRules:
         impacts.LOUD_FORCE_N,
         impacts.LONGEST_IMPACT_S,
         impacts.END_FADE_S,
+        impacts.PITCH_VARIES,
+        impacts.GAIN_VARIES,
+        impacts.PLACE_DB,
         _rounded(np.log(impacts.LENGTHS_S)),
     )
 

@@ -20,6 +20,17 @@ strong to the palm at every pulse length, and then follow their hardness: a mass
 at speed v is stopped with an acceleration of 2 pi f v, where f is the frequency of the first mode.
 That would be 21 dB from rubber to glass; the exponent HARDNESS compresses it to 16 dB.
 
+The palm. On a palm speaker the level grows as the square root of the strength that speed and force
+give, so that the range of a hand fits between the threshold of the palm and the end of the speaker.
+No impact is too weak to be felt: at LEAST_MPS and LEAST_N the softest material lies LEAST_DB above
+the threshold (`least_level`). That least level is added as a power, so it hardly changes a material
+that is felt anyway, and it grows with the speed as everything else does. Controllers have a scale
+of their own (controller_scale.py) and get the level as it is.
+
+No two impacts are equal. A hand never strikes the same place twice, and a mode is excited by how
+far it moves at the place of the blow. So the seed varies the gains of the higher modes by up to
+PLACE_DB either way, and pitch and strength of the first one by little.
+
 The band. Modes above about 500 Hz, or quickly damped ones above 300 Hz, ring beyond the end of the
 band, however softly they are struck. A user's material with such modes is filtered. The filter is
 causal and delays the impact by about a millisecond, so only materials that need it are filtered;
@@ -37,7 +48,7 @@ from numpy.typing import NDArray
 from hapticvlm.materials import Mode, Vibration
 from hapticvlm.rendering.vibration.cache import CACHE
 from hapticvlm.rendering.vibration.equaliser import NOMINAL, Playback
-from hapticvlm.rendering.vibration.perceived_level import perceived_amplitude
+from hapticvlm.rendering.vibration.perceived_level import perceived_amplitude, sensation_db
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 
 BAND_END_HZ = 1050.0
@@ -61,6 +72,13 @@ DAMPING = {"tap": 1.0, "strike": 1.0, "press": 3.0}  # a pressing hand stays and
 LEVEL = {"tap": 0.6, "strike": 1.0, "press": 0.5}
 HARDNESS = 0.75  # exponent of the first mode's frequency (physics.md 4.3)
 HARDEST_HZ = 350.0  # first mode of a material with full level
+COMPRESSION = 0.5  # exponent of the strength on a palm speaker
+LEAST_DB = 7.5  # above the threshold: every impact at this motion; seeds take up to 1.5 dB of it
+LEAST_MPS = 0.1
+LEAST_N = 1.0
+PITCH_VARIES = 0.015  # share by which a seed varies all frequencies, either way
+GAIN_VARIES = 0.1  # share by which it varies the gain of the first mode
+PLACE_DB = 6.0  # by which it varies the gains of the others
 STRIKE_AMPLITUDE = 5.9  # at it the hardest strike of glass, which needs most drive, peaks at 0.9
 LOUD_SPEED_MPS = 0.5  # an impact reaches 63 % of its level here
 LOUD_FORCE_N = 3.0  # the same for a press
@@ -78,20 +96,13 @@ def impact(
 ) -> NDArray[np.float32]:
     """Return the waveform of one impact, (N,) float32 in [-1, 1], which begins and ends at 0.
 
-    The seed varies frequencies by 1.5 % and gains by 10 %, as no two real impacts are the same.
+    The seed varies the modes, as no two real impacts are the same.
     """
-    vary = np.random.default_rng(seed).uniform
-    modes = tuple(
-        Mode(
-            mode.frequency_hz * vary(0.985, 1.015),
-            mode.decay_per_s,
-            mode.gain * vary(0.9, 1.1),
-        )
-        for mode in vibration.modes
-    )
+    modes = _varied(vibration.modes, np.random.default_rng(seed))
     contact_s = _contact_s(interaction, motion)
-    level = LEVEL[interaction] * strength(interaction, motion)
-    level *= _gain(vibration, interaction, contact_s) * hardness(vibration)
+    level = level_of(vibration, interaction, motion, playback.full_scale_db)
+    gains = log_gains(vibration, DAMPING[interaction])
+    level *= math.exp(np.interp(math.log(contact_s), np.log(LENGTHS_S), gains))
     damping = DAMPING[interaction]
     limits = leaves_band(vibration, damping)
     wave = level * struck(modes, contact_s, damping, playback.rate_hz, limits=limits)
@@ -112,6 +123,40 @@ def strength(interaction: str, motion: Motion) -> float:
 def hardness(vibration: Vibration) -> float:
     """Perceived strength of an impact on this, as a share (0..1) of that on the hardest."""
     return float(min(vibration.modes[0].frequency_hz / HARDEST_HZ, 1.0) ** HARDNESS)
+
+
+def level_of(
+    vibration: Vibration, interaction: str, motion: Motion, full_scale_db: float | None
+) -> float:
+    """Return the level of an impact, in units of `perceived_amplitude`.
+
+    `full_scale_db` is that of `equaliser.Playback`.
+    """
+    plain = full_strength(interaction) * hardness(vibration)
+    if full_scale_db is None:
+        return plain * strength(interaction, motion)
+    least = least_level(vibration, interaction) * 10.0 ** (-full_scale_db / 20.0)
+    return math.hypot(plain, least) * strength(interaction, motion) ** COMPRESSION
+
+
+@lru_cache(maxsize=256)
+def least_level(vibration: Vibration, interaction: str) -> float:
+    """Return the level of the strongest impact at which the least one is felt.
+
+    It is that of a speaker whose full scale is at the threshold of the palm.
+    """
+    motion = Motion(LEAST_MPS, LEAST_N)
+    damping = DAMPING[interaction]
+
+    def least() -> _Floats:
+        limits = leaves_band(vibration, damping)
+        contact_s = _contact_s(interaction, motion)
+        wave = struck(vibration.modes, contact_s, damping, RATE_HZ, limits=limits)
+        needed_db = LEAST_DB - sensation_db(wave, 0.0)
+        return np.array([10.0 ** (needed_db / 20.0) * perceived_amplitude(wave)])
+
+    name = f"least {interaction} {vibration!r}"
+    return float(CACHE.get(name, least)[0] / strength(interaction, motion) ** COMPRESSION)
 
 
 def full_strength(interaction: str) -> float:
@@ -210,10 +255,20 @@ def _contact_s(interaction: str, motion: Motion) -> float:
     return max(CONTACT_S[interaction] * slow * hard, SHORTEST_S)
 
 
-def _gain(vibration: Vibration, interaction: str, contact_s: float) -> float:
-    """Return the gain that makes all materials equally strong to the palm at this pulse length."""
-    gains = log_gains(vibration, DAMPING[interaction])
-    return STRIKE_AMPLITUDE * math.exp(np.interp(math.log(contact_s), np.log(LENGTHS_S), gains))
+def _varied(modes: tuple[Mode, ...], rng: np.random.Generator) -> tuple[Mode, ...]:
+    """Return the modes as one blow excites them."""
+    varied = []
+    for order, mode in enumerate(modes):
+        pitch, gain = 2.0 * rng.random() - 1.0, 2.0 * rng.random() - 1.0
+        factor = 10.0 ** (PLACE_DB / 20.0 * gain) if order else 1.0 + GAIN_VARIES * gain
+        varied.append(
+            Mode(
+                mode.frequency_hz * (1.0 + PITCH_VARIES * pitch),
+                mode.decay_per_s,
+                mode.gain * factor,
+            )
+        )
+    return tuple(varied)
 
 
 @lru_cache(maxsize=256)

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from hapticvlm.errors import HapticVLMError
 from hapticvlm.materials import MATERIALS, Material, Vibration
 from hapticvlm.rendering.vibration import impacts, textures
-from hapticvlm.rendering.vibration.equaliser import Correction
+from hapticvlm.rendering.vibration.equaliser import NOMINAL, Correction, Playback
 from hapticvlm.rendering.vibration.perceived_level import perceived_amplitude
 from hapticvlm.rendering.vibration.smoothing import SmoothedValue
 from hapticvlm.rendering.vibration.vibration import IMPACTS, INTERACTIONS, RATE_HZ, Motion
@@ -78,12 +78,14 @@ PRESETS = (
 class Pattern:
     """A recording that replaces (material, interaction); `samples` is (N,) float32 at RATE_HZ.
 
-    `lead_s` is the time before the onset of an impact that was cut, in s.
+    `replaced` is the vibration of that material, and `lead_s` the time before the onset of an impact
+    that was cut, in s.
     """
 
     material: str
     interaction: str
     samples: NDArray[np.float32]
+    replaced: Vibration
     lead_s: float = 0.0
 
     @property
@@ -91,10 +93,12 @@ class Pattern:
         """Material and interaction that it replaces."""
         return self.material, self.interaction
 
-    def impact(self, motion: Motion) -> NDArray[np.float32]:
-        """Waveform (N,) float32 of one impact with this motion."""
-        strength = impacts.strength(self.interaction, motion)
-        return np.asarray(self.samples * np.float32(strength))
+    def impact(self, motion: Motion, playback: Playback = NOMINAL) -> NDArray[np.float32]:
+        """Waveform (N,) float32 of one impact with this motion, within [-1, 1]."""
+        full = _full_level(self.replaced, self.interaction)
+        level = impacts.level_of(self.replaced, self.interaction, motion, playback.full_scale_db)
+        wave = self.samples * np.float32(level / full)
+        return np.asarray(wave / max(float(np.abs(wave).max()), 1.0))
 
 
 class PatternTexture:
@@ -167,7 +171,8 @@ def pattern(
     else:
         wave = _joined(wave)
     wave *= _level(wave, interaction, table[material].vibration)
-    return Pattern(material, interaction, np.asarray(wave, dtype=np.float32), lead_s)
+    replaced = table[material].vibration
+    return Pattern(material, interaction, np.asarray(wave, dtype=np.float32), replaced, lead_s)
 
 
 def resampled(wave: _Floats, rate_hz: int) -> _Floats:
@@ -271,9 +276,12 @@ def _joined(wave: _Floats) -> _Floats:
 def _level(wave: _Floats, interaction: str, replaced: Vibration) -> float:
     """Return the gain that makes it as strong as the replaced pattern, if its peaks allow."""
     if interaction in IMPACTS:
-        full = impacts.full_strength(interaction) * impacts.hardness(replaced)
-        gain = full / perceived_amplitude(wave)
+        gain = _full_level(replaced, interaction) / perceived_amplitude(wave)
     else:
         full = textures.RMS * (1.0 if interaction == "swing" else replaced.roughness)
         gain = full * float(np.sqrt(wave.size)) / perceived_amplitude(wave)
     return float(min(gain, _PEAK / np.abs(wave).max()))
+
+
+def _full_level(replaced: Vibration, interaction: str) -> float:
+    return impacts.full_strength(interaction) * impacts.hardness(replaced)

@@ -11,11 +11,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.perception import drive_threshold_db
+from hapticvlm.perception import FULL_SCALE_DB, drive_threshold_db
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 
 MAX_BOOST = 10.0 ** (12.0 / 20.0)  # more would only drive the amplifier into its limiter
 GRID_HZ = np.geomspace(20.0, 400.0, 40)  # centre frequencies at which textures are levelled
+SUMMATION_S = 0.1  # of an event, over which its level above the threshold is a mean; our choice
+THIRD_OCTAVES_HZ = tuple((25.0 * 2.0 ** (np.arange(18) / 3.0)).tolist())  # and the end of the last
 
 
 def perceived_amplitude(wave: NDArray[np.float64]) -> float:
@@ -23,6 +25,22 @@ def perceived_amplitude(wave: NDArray[np.float64]) -> float:
     power = np.abs(np.fft.rfft(wave)) ** 2
     hertz = np.arange(float(power.size)) * (RATE_HZ / wave.size)
     return float(np.sqrt(2.0 * np.sum(power * _sensitivity(hertz)) / wave.size))
+
+
+def sensation_db(wave: NDArray[np.float64], full_scale_db: float = FULL_SCALE_DB) -> float:
+    """Return how far an event (N,) at RATE_HZ lies above the threshold of the palm, dB.
+
+    It is the level of its strongest third octave, over the SUMMATION_S for which a palm adds up a
+    vibration. A full-scale sine of 250 Hz is `full_scale_db` above the threshold.
+    """
+    size = round(SUMMATION_S * RATE_HZ)
+    power = np.abs(np.fft.rfft(wave[:size], size)) ** 2
+    edges = np.round(np.array(THIRD_OCTAVES_HZ) * (SUMMATION_S * 2.0 ** (-1.0 / 6.0))).astype(int)
+    bands = np.add.reduceat(power[: edges[-1]], edges[:-1])
+    # A sine of amplitude 1 has power size^2 / 4 in its line.
+    drive_db = 10.0 * np.log10(4.0 * bands / size**2 + 1e-20)
+    threshold_db = drive_threshold_db(np.array(THIRD_OCTAVES_HZ[:-1]))
+    return float(full_scale_db + (drive_db - threshold_db).max())
 
 
 def drive_needed(cycles: NDArray[np.float64], power: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -41,6 +41,7 @@ MIN_IMPACT_S = 0.0125  # for which an impact lasts at least, so that a controlle
 MIN_AMPLITUDE = 1e-3  # below it a plan is silence
 LOWEST_HZ = 20.0
 HIGHEST_HZ = 1000.0
+PLAYBACK = Playback(PLAN_HZ, full_scale_db=None)
 STALE_S = 0.5  # a longer gap is not rendered, since every impact and fade ends within it
 
 _Wave = NDArray[np.float32]
@@ -81,7 +82,7 @@ class VibrationPlanner:
         resampled = [_at_plan_rate(pattern) for pattern in patterns]
         self._table = table
         self.gain = gain
-        self._voices = Voices(1.0, table, Playback(PLAN_HZ), resampled)
+        self._voices = Voices(1.0, table, PLAYBACK, resampled)
         self._rendered_until: float | None = None
         self._renewal: Command | None = None
         self._expires_at = -math.inf

@@ -227,7 +227,7 @@ class Voices:
     def _impact(self, key: tuple[str, str], command: Command) -> NDArray[np.float32]:
         pattern = self._patterns.get(key)
         if pattern is not None:
-            return pattern.impact(command.motion)
+            return pattern.impact(command.motion, self._playback)
         facts = self._table[key[0]].vibration
         return impact(facts, key[1], command.motion, command.seed, self._playback)
 
