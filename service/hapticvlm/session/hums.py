@@ -5,13 +5,15 @@ A hand on an object that it stands on, or on another one that stands there too, 
 hand without such a path to it feels nothing: vibration does not pass through air here. The path
 from the source to the hand costs
 
-    JOINT_DB for each contact between two objects, 10 log10(r / NEAR_M), as a wave in a plate
-    spreads, and 8.69 pi f loss r / SPEED_MPS, as the material damps it (loss = decay / (pi f) of
-    its first mode),
+    JOINT_DB for each contact between two objects, more on a thick object and less on a thin one:
+    the force of the source moves a plate by 1 / thickness^2 (its mobility), relative to USUAL_M;
+    10 log10(r / NEAR_M), as a wave in a plate spreads;
+    8.69 pi f loss r / SPEED_MPS, as the material damps it (loss = decay / (pi f) of its first mode),
 
 with r = CROSSED_M for each object on the path but the source: where others stand on it is unknown.
-The law's form is that of bending waves in a plate; all four figures are our choice (docs/physics.md
-4.7). A hum more than DEEPEST_DB down is left out.
+The law's form is that of bending waves in a plate; its figures are our choice, such that a machine
+that is felt through a kitchen table is felt here (docs/physics.md 4.7). A hum under the palm's
+threshold is left out, since nobody would feel it.
 """
 
 from __future__ import annotations
@@ -24,11 +26,13 @@ from hapticvlm.materials import Vibration
 from hapticvlm.messages import SceneObject
 from hapticvlm.rendering.vibration.hum import Hum
 
-JOINT_DB = 12.0
+JOINT_DB = 4.0
+USUAL_M = 0.02  # of a table top; of an object whose thickness is not known
+THICKER_DB = (-6.0, 12.0)  # limits of what a thickness changes: no object is a plate throughout
 NEAR_M = 0.05
-CROSSED_M = 1.0
+CROSSED_M = 0.4
 SPEED_MPS = 500.0
-DEEPEST_DB = 60.0
+_MOST_CROSSED = 4  # objects: even the strongest hum is not felt through more
 RICHNESS = 0.3  # of what a scene states: it gives no harmonics
 _MAX_OBJECTS = 256  # asked for one hand, so that a crowded table holds up no touch
 
@@ -87,11 +91,12 @@ class Hums:
             hum = _hum_of(facts_of(source))
             if hum is None:
                 continue
-            loss_db = _loss_db(path, hum.frequency_hz, material_of)
-            level = hum.level * 10.0 ** (-loss_db / 20.0)
-            is_felt = loss_db <= DEEPEST_DB and level > 0.0
-            if is_felt and (strongest is None or level > strongest.level):
-                strongest = Hum(hum.frequency_hz, level, hum.richness)
+            loss_db = _loss_db(path, hum.frequency_hz, facts_of, material_of)
+            passed = Hum(hum.frequency_hz, hum.level * 10.0 ** (-loss_db / 20.0), hum.richness)
+            if passed.sensation_db() < 0.0:
+                continue
+            if strongest is None or passed.level > strongest.level:
+                strongest = passed
         return strongest
 
     def _paths(self, object_id: str) -> dict[str, tuple[str, ...]]:
@@ -105,7 +110,7 @@ class Hums:
                     if other not in paths and len(paths) < _MAX_OBJECTS:
                         paths[other] = (*paths[name], name)
                         reached.append(other)
-            edge = [name for name in reached if len(paths[name]) * JOINT_DB < DEEPEST_DB]
+            edge = [name for name in reached if len(paths[name]) < _MOST_CROSSED]
         return paths
 
 
@@ -120,12 +125,23 @@ def _hum_of(given: SceneObject | None) -> Hum | None:
     return None if named is None else Hum(named.frequency_hz, named.level, named.richness)
 
 
-def _loss_db(path: tuple[str, ...], frequency_hz: float, material_of: MaterialOf) -> float:
+def _loss_db(
+    path: tuple[str, ...], frequency_hz: float, facts_of: FactsOf, material_of: MaterialOf
+) -> float:
     if not path:
         return 0.0
     crossed_m = CROSSED_M * len(path)
+    joints_db = sum(JOINT_DB + _thicker_db(facts_of(name)) for name in path)
     damped_db = sum(_damped_db_per_m(material_of(name), frequency_hz) for name in path) * CROSSED_M
-    return JOINT_DB * len(path) + 10.0 * math.log10(crossed_m / NEAR_M) + damped_db
+    return joints_db + 10.0 * math.log10(crossed_m / NEAR_M) + damped_db
+
+
+def _thicker_db(facts: SceneObject | None) -> float:
+    """Return by how much less this object moves than one of USUAL_M, dB."""
+    if facts is None or facts.thickness_m is None:
+        return 0.0
+    least_db, most_db = THICKER_DB
+    return min(max(40.0 * math.log10(facts.thickness_m / USUAL_M), least_db), most_db)
 
 
 def _damped_db_per_m(vibration: Vibration | None, frequency_hz: float) -> float:

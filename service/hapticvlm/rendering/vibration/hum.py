@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.perception import drive_threshold_db
+from hapticvlm.perception import FULL_SCALE_DB, drive_threshold_db
 from hapticvlm.rendering.vibration.equaliser import NOMINAL, Playback
 from hapticvlm.rendering.vibration.smoothing import SmoothedValue
 from hapticvlm.rendering.vibration.textures import HIGHEST_HZ, RMS
@@ -33,6 +33,15 @@ class Hum:
     frequency_hz: float
     level: float
     richness: float = 0.3
+
+    def sensation_db(self, full_scale_db: float = FULL_SCALE_DB) -> float:
+        """Return how far it lies above the palm's threshold, dB; -inf for level 0.
+
+        A hum feels as strong as a sine of 250 Hz with the rms `level` times RMS, and a full-scale
+        sine of 250 Hz is `full_scale_db` above the threshold.
+        """
+        amplitude = math.sqrt(2.0) * RMS * self.level
+        return full_scale_db + 20.0 * math.log10(amplitude) if amplitude > 0.0 else -math.inf
 
 
 class Tone:

@@ -42,11 +42,11 @@ STEP = 80  # samples between two touches of a scene, 20 ms
 EIGHT = ("wood", "glass", "fabric", "metal", "plastic", "stone", "leather", "rubber")
 SEEDS = 10
 REPEATS = 10  # of each waveform, each with noise of its own
-# A difference of 1.6 dB is just noticed at the thenar if nothing else differs (physics.md 4.2). Up to
-# 48 levels are compared by an ideal observer here, so each is noisier. The value is our choice: with
-# it this observer named as many touches right as another one, made independently of it (33, 69, 80
-# and 66 % of strikes of 0.1 and 0.5 m/s, slides and carves of commit 3cb57bbf; this one 30, 69, 80
-# and 65).
+# A difference of 1.6 dB is just noticed at the thenar if nothing else differs (physics.md 4.2). Up
+# to 48 levels are compared by an ideal observer here, so each is noisier. The value is our choice:
+# with it this observer named as many touches right as another one, made independently of it (33,
+# 69, 80 and 66 % of strikes of 0.1 and 0.5 m/s, slides and carves of commit 3cb57bbf; this one 30,
+# 69, 80 and 65).
 NOISE_DB = 6.0
 SHRINK = 0.1  # of the covariance towards a sphere
 BANDS_HZ = 20.0 * 2.0 ** (np.arange(16) / 3.0)
