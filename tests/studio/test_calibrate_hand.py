@@ -87,6 +87,8 @@ def test_what_a_hand_feels_less_of_is_driven_harder(tmp_path):
     assert told["simulated"] is True
     found = read_response(tmp_path / "hand.toml")
     assert found.simulated
+    assert found.full_scale_db == pytest.approx(-threshold.SIMULATED_THRESHOLDS_DB[2], abs=3.0)
+    assert found.playback().full_scale_db == found.full_scale_db
     gains = found.correction()
     planted_db = np.array(threshold.SIMULATED_THRESHOLDS_DB) - NOMINAL_DB
     wanted_db = planted_db - planted_db[2]

@@ -10,6 +10,7 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import cast
 
@@ -22,7 +23,7 @@ from pace import PACE
 from hapticvlm.commands.main import main
 from hapticvlm.devices.speaker.speaker_files import SpeakerResponse, read_response, write_response
 from hapticvlm.materials import MATERIALS
-from hapticvlm.rendering.vibration.equaliser import Playback
+from hapticvlm.rendering.vibration.equaliser import NOMINAL, Playback
 from hapticvlm.rendering.vibration.impacts import impact
 from hapticvlm.rendering.vibration.textures import Texture
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
@@ -97,6 +98,10 @@ def test_the_file_says_what_was_measured(tmp_path: Path) -> None:
     given = SpeakerResponse((20.0, 250.0, 1000.0), (-30.0, 0.0, 4.0), simulated=True)
     write_response(path, given)
     assert read_response(path) == given
+    assert read_response(path).playback().full_scale_db == NOMINAL.full_scale_db
+    of_a_hand = replace(given, full_scale_db=38.5)
+    write_response(path, of_a_hand)
+    assert read_response(path) == of_a_hand
 
 
 @pytest.mark.parametrize(
@@ -110,6 +115,10 @@ def test_the_file_says_what_was_measured(tmp_path: Path) -> None:
         ("frequency_hz = [20, 200]\nresponse_db = [0, 1]", "must include 250 Hz"),
         ("frequency_hz = [20, 300]\nresponse_db = [0, nan]", "is not in"),
         ("frequency_hz = [20, 300]\nresponse_db = [0, 'x']", "is not a number"),
+        (
+            "frequency_hz = [20, 300]\nresponse_db = [0, 1]\nfull_scale_db = 200",
+            "full_scale_db: 200 is not in",
+        ),
     ],
 )
 def test_a_wrong_file_is_refused_with_the_field(tmp_path: Path, text: str, said: str) -> None:

@@ -105,9 +105,8 @@ def add_recordings(parser: Options) -> None:
 def voices(options: argparse.Namespace, table: Mapping[str, Material]) -> Voices:
     """Return the mixer that the options describe. Raises OSError, ValueError."""
     from hapticvlm.devices.speaker.speaker_files import read_speaker_files
-    from hapticvlm.rendering.vibration.equaliser import Playback
     from hapticvlm.rendering.vibration.voices import Voices
 
     files = (options.speaker_response, options.patterns)
-    correction, patterns = read_speaker_files(*files, table)
-    return Voices(1.0, table, Playback(correction=correction), patterns)
+    playback, patterns = read_speaker_files(*files, table)
+    return Voices(1.0, table, playback, patterns)

@@ -107,7 +107,7 @@ def _recorder(options: ServeOptions) -> Recorder | None:
 
 def _audio(options: ServeOptions, table: Mapping[str, Material]) -> AudioSettings:
     files = (options.speaker_response, options.patterns)
-    correction, patterns = read_speaker_files(*files, table)
+    playback, patterns = read_speaker_files(*files, table)
     return AudioSettings(
         options.speaker,
         options.block,
@@ -116,7 +116,7 @@ def _audio(options: ServeOptions, table: Mapping[str, Material]) -> AudioSetting
         level=options.level,
         materials=tuple(table.values()),
         patterns=patterns,
-        correction=correction,
+        playback=playback,
         channels=_channels(options),
         voice=options.voice,
     )

@@ -8,7 +8,7 @@ from the source to the hand costs
     JOINT_DB for each contact between two objects, more on a thick object and less on a thin one:
     the force of the source moves a plate by 1 / thickness^2 (its mobility), relative to USUAL_M;
     10 log10(r / NEAR_M), as a wave in a plate spreads;
-    8.69 pi f loss r / SPEED_MPS, as the material damps it (loss = decay / (pi f) of its first mode),
+    8.69 pi f loss r / SPEED_MPS, as the material damps it (loss = decay / (pi f), first mode),
 
 with r = CROSSED_M for each object on the path but the source: where others stand on it is unknown.
 The law's form is that of bending waves in a plate; its figures are our choice, such that a machine

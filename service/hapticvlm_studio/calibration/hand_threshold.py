@@ -181,13 +181,16 @@ def as_response(estimates: Sequence[Estimate], *, simulated: bool) -> SpeakerRes
 
     A threshold that is 5 dB above the nominal one means that this pair gives 5 dB less. Only the
     shape matters to a correction, so the response is 0 dB at 250 Hz (interpolated over log
-    frequency).
+    frequency). The threshold there says how far full scale lies above it.
     """
     frequency_hz = np.array([estimate.frequency_hz for estimate in estimates])
     threshold_db = np.array([estimate.threshold_db for estimate in estimates])
     response_db = drive_threshold_db(frequency_hz) - threshold_db
     response_db -= np.interp(math.log(250.0), np.log(frequency_hz), response_db)
-    return SpeakerResponse(tuple(frequency_hz.tolist()), tuple(response_db.tolist()), simulated)
+    full_scale_db = -float(np.interp(math.log(250.0), np.log(frequency_hz), threshold_db))
+    return SpeakerResponse(
+        tuple(frequency_hz.tolist()), tuple(response_db.tolist()), simulated, full_scale_db
+    )
 
 
 class SimulatedHand:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from hapticvlm.devices.speaker.channels import Channels
 from hapticvlm.devices.speaker.ring import EngineStatus, Order, Release, RestAll, Ring
 from hapticvlm.materials import MATERIALS, Material
-from hapticvlm.rendering.vibration.equaliser import NOMINAL, Correction, Playback
+from hapticvlm.rendering.vibration.equaliser import NOMINAL, Playback
 from hapticvlm.rendering.vibration.patterns import Pattern
 from hapticvlm.rendering.vibration.sound_voice import SoundBlocks
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, VOICES
@@ -37,7 +37,7 @@ class AudioSettings:
     samples per callback. `gain` (0..1) is the scene's, which it may change later; `level` (0..1) is
     the share of full scale that reaches the output at most, whatever the gain. `materials` are
     those that can be rendered, in the order in which the ring numbers them. `patterns` are
-    recordings that replace some of them, and `correction` compensates a measured speaker.
+    recordings that replace some of them, and `playback` has what is known of speaker and hand.
     `channels` maps the hands to channels; None means that both share one speaker. `voice` is "true"
     for a palm speaker, or "sound" for one that people hear; pages receive the true one anyway.
     """
@@ -50,7 +50,7 @@ class AudioSettings:
     level: float = 1.0
     materials: tuple[Material, ...] = tuple(MATERIALS.values())
     patterns: tuple[Pattern, ...] = ()
-    correction: Correction = NOMINAL.correction
+    playback: Playback = NOMINAL
     channels: Channels | None = None
     voice: str = VOICES[0]
 
@@ -62,9 +62,8 @@ class AudioSettings:
     def voices(self) -> tuple[Voices, ...]:
         """Create one mixer for both hands, or one for each hand."""
         table = {material.name: material for material in self.materials}
-        playback = Playback(correction=self.correction)
         return tuple(
-            Voices(self.gain, table, playback, self.patterns, fills_caches=number == 0)
+            Voices(self.gain, table, self.playback, self.patterns, fills_caches=number == 0)
             for number in range(self.columns)
         )
 

@@ -19,8 +19,10 @@ from hapticvlm.rendering.vibration.equaliser import (
     HIGH_HZ,
     LOW_HZ,
     MAX_DB,
+    NOMINAL,
     REFERENCE_HZ,
     Correction,
+    Playback,
     correction,
 )
 from hapticvlm.rendering.vibration.patterns import (
@@ -36,7 +38,8 @@ MAX_FILES = 200
 ENDINGS = (".wav", ".flac", ".aif", ".aiff", ".ogg", ".mp3", ".w64", ".caf")
 MAX_RESPONSE_DB = 120.0
 _TOLD_LEAD_S = 0.01
-FIELDS = ("simulated", "frequency_hz", "response_db")
+FULL_SCALES_DB = (5.0, 95.0)
+FIELDS = ("simulated", "frequency_hz", "response_db", "full_scale_db")
 
 logger = logging.getLogger(__name__)
 
@@ -45,21 +48,29 @@ logger = logging.getLogger(__name__)
 class SpeakerResponse:
     """Acceleration of a speaker per drive, in dB relative to REFERENCE_HZ, at rising frequencies.
 
-    `simulated` says that it was measured on a simulated speaker.
+    `simulated` says that it was measured on a simulated speaker. `full_scale_db` is how far a
+    full-scale sine of REFERENCE_HZ lies above the threshold of the hand; None if no hand was asked.
     """
 
     frequency_hz: tuple[float, ...]
     response_db: tuple[float, ...]
     simulated: bool = False
+    full_scale_db: float | None = None
 
     def correction(self) -> Correction:
         """Return the correction that makes this speaker's response flat."""
         return correction(self.frequency_hz, self.response_db)
 
+    def playback(self) -> Playback:
+        """Return how waveforms are made for this speaker and hand."""
+        if self.full_scale_db is None:
+            return Playback(correction=self.correction())
+        return Playback(correction=self.correction(), full_scale_db=self.full_scale_db)
+
 
 def write_response(path: Path, response: SpeakerResponse) -> None:
     """Write a response file. Raises OSError."""
-    lines = (
+    lines = [
         "# Acceleration of a speaker per drive, by `hapticvlm calibrate speaker`, or how a hand",
         "# feels it compared with the expected thresholds, by `calibrate hand`; dB relative to",
         f"# {REFERENCE_HZ:g} Hz. `serve --speaker-response` corrects {LOW_HZ:g}-{HIGH_HZ:g} Hz by",
@@ -67,7 +78,13 @@ def write_response(path: Path, response: SpeakerResponse) -> None:
         f"simulated = {str(response.simulated).lower()}",
         f"frequency_hz = {[round(hz, 2) for hz in response.frequency_hz]}",
         f"response_db = {[round(db, 2) for db in response.response_db]}",
-    )
+    ]
+    if response.full_scale_db is not None:
+        lines += [
+            f"# Full scale at {REFERENCE_HZ:g} Hz above the threshold of the hand: weak blows are",
+            "# raised until they are felt.",
+            f"full_scale_db = {response.full_scale_db:.1f}",
+        ]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
@@ -90,18 +107,23 @@ def read_response(path: Path) -> SpeakerResponse:
         raise ValueError(f"{path}: frequency_hz must rise; sort it and remove duplicates")
     if not hertz[0] <= REFERENCE_HZ <= hertz[-1]:
         raise ValueError(f"{path}: frequency_hz must include {REFERENCE_HZ:g} Hz in its range")
-    return SpeakerResponse(hertz, levels_db, bool(document.get("simulated", False)))
+    full_scale_db = None
+    if "full_scale_db" in document:
+        full_scale_db = _number(path, "full_scale_db", document["full_scale_db"], FULL_SCALES_DB)
+    return SpeakerResponse(hertz, levels_db, bool(document.get("simulated", False)), full_scale_db)
 
 
 def read_speaker_files(
     response: Path | None, patterns: Path | None, table: Mapping[str, Material]
-) -> tuple[Correction, tuple[Pattern, ...]]:
+) -> tuple[Playback, tuple[Pattern, ...]]:
     """Read the response and the patterns, if given; recordings are corrected by the response.
 
     Raises OSError, ValueError.
     """
-    correction = Correction() if response is None else read_response(response).correction()
-    return correction, () if patterns is None else read_patterns(patterns, table, correction)
+    playback = NOMINAL if response is None else read_response(response).playback()
+    if patterns is None:
+        return playback, ()
+    return playback, read_patterns(patterns, table, playback.correction)
 
 
 def read_patterns(
@@ -145,12 +167,15 @@ def _numbers(
     values = document.get(field)
     if not isinstance(values, list) or not 2 <= len(values) <= MAX_POINTS:
         raise ValueError(f"{path}: {field}: needs a list of 2 to {MAX_POINTS} numbers")
-    for value in values:
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            raise ValueError(f"{path}: {field}: {str(value)[:40]!r} is not a number")
-        if not math.isfinite(value) or not limits[0] <= value <= limits[1]:
-            raise ValueError(f"{path}: {field}: {value} is not in {limits[0]:g}..{limits[1]:g}")
-    return tuple(float(value) for value in values)
+    return tuple(_number(path, field, value, limits) for value in values)
+
+
+def _number(path: Path, field: str, value: object, limits: tuple[float, float]) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise ValueError(f"{path}: {field}: {str(value)[:40]!r} is not a number")
+    if not math.isfinite(value) or not limits[0] <= value <= limits[1]:
+        raise ValueError(f"{path}: {field}: {value} is not in {limits[0]:g}..{limits[1]:g}")
+    return float(value)
 
 
 def _read(path: Path, table: Mapping[str, Material], correction: Correction) -> Pattern:

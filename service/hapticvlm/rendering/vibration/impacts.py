@@ -136,7 +136,7 @@ def level_of(
     if full_scale_db is None:
         return plain * strength(interaction, motion)
     least = least_level(vibration, interaction) * 10.0 ** (-full_scale_db / 20.0)
-    return math.hypot(plain, least) * strength(interaction, motion) ** COMPRESSION
+    return float(math.hypot(plain, least) * strength(interaction, motion) ** COMPRESSION)
 
 
 @lru_cache(maxsize=256)

@@ -78,8 +78,8 @@ PRESETS = (
 class Pattern:
     """A recording that replaces (material, interaction); `samples` is (N,) float32 at RATE_HZ.
 
-    `replaced` is the vibration of that material, and `lead_s` the time before the onset of an impact
-    that was cut, in s.
+    `replaced` is the vibration of that material, and `lead_s` the time that was cut before the
+    onset of an impact, in s.
     """
 
     material: str
