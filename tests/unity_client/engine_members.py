@@ -46,7 +46,7 @@ def used(build: mono.Build) -> list[str]:
         mono.sources(mono.PACKAGE / "Runtime" / "Unity"),
         mono.QUIET,
         "-d:UNITY_2022_3_OR_NEWER",
-        using=("HapticVLM.Core.dll", "UnityEngine.dll"),
+        using=("HapticVLM.Core.dll", "HapticVLM.Baked.dll", "UnityEngine.dll"),
     )
     assemblies = [build.folder / f"HapticVLM.{part}.dll" for part in ("Unity", "Editor")]
     # One process per assembly, because two of the same name cannot be loaded together.

@@ -61,6 +61,7 @@ class Build:
             capture_output=True,
             text=True,
             timeout=timeout,
+            env=os.environ | {"UNITY_RESOURCES": str(PACKAGE / "Runtime" / "Baked" / "Resources")},
             check=False,
         )
         assert done.returncode == 0, done.stdout + done.stderr
@@ -76,7 +77,7 @@ PACKAGED = (
     (
         "HapticVLM.Unity.dll",
         (PACKAGE / "Runtime" / "Unity",),
-        ("HapticVLM.Core.dll", "UnityEngine.dll"),
+        ("HapticVLM.Core.dll", "HapticVLM.Baked.dll", "UnityEngine.dll"),
     ),
 )
 # Parts that compile only in projects with these packages.
@@ -102,7 +103,13 @@ STREAMS = (
         "HapticVLM.Meta.dll",
     ),
 )
-ENGINE = ("HapticVLM.Core.dll", "HapticVLM.Unity.dll", "UnityEngine.dll", "UnityEditor.dll")
+ENGINE = (
+    "HapticVLM.Core.dll",
+    "HapticVLM.Baked.dll",
+    "HapticVLM.Unity.dll",
+    "UnityEngine.dll",
+    "UnityEditor.dll",
+)
 PROGRAMS = (
     ("HapticVLM.Editor.dll", (PACKAGE / "Editor",), ENGINE),
     # Includes the core's sources, because it uses their internal types.

@@ -44,7 +44,7 @@ def figure(output, name):
 
 def test_the_package_compiles_for_2021_3_and_for_2022_3_and_later(build):
     files = mono.sources(mono.PACKAGE / "Runtime" / "Unity")
-    using = ("HapticVLM.Core.dll", "UnityEngine.dll")
+    using = ("HapticVLM.Core.dll", "HapticVLM.Baked.dll", "UnityEngine.dll")
     defined = "-d:UNITY_2022_3_OR_NEWER"
     build.compile("newer/HapticVLM.Unity.dll", files, mono.QUIET, defined, using=using)
 

@@ -17,8 +17,9 @@ def play(build, service):
 
 
 def console(output):
-    """The lines of the engine's console."""
-    return re.findall(r"^(?:log|warning|error|exception): .*$", output, re.MULTILINE)
+    """The lines of the engine's console, without those that say what is felt meanwhile."""
+    lines = re.findall(r"^(?:log|warning|error|exception): .*$", output, re.MULTILINE)
+    return [line for line in lines if "felt from the" not in line]
 
 
 def test_a_missing_service_is_reported_once_with_its_cure(play):

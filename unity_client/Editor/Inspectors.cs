@@ -20,7 +20,9 @@ namespace HapticVLM.Editor
             DrawDefaultInspector();
             if (!Application.isPlaying) return;
             var client = (HapticClient)target;
-            EditorGUILayout.HelpBox(client.Status, client.IsOwner ? MessageType.Info : MessageType.Warning);
+            bool isBaked = client.FeltBy == FeltMode.Baked;
+            EditorGUILayout.LabelField("Felt from", isBaked ? "the bake" : "the service");
+            EditorGUILayout.HelpBox(client.Status, client.IsOwner || isBaked ? MessageType.Info : MessageType.Warning);
         }
 
         public override bool RequiresConstantRepaint()

@@ -25,7 +25,8 @@ IMPORTERS = {
     ".cs": "MonoImporter:\n  externalObjects: {}\n  serializedVersion: 2\n  defaultReferences: []\n"
     "  executionOrder: 0\n  icon: {instanceID: 0}\n",
     ".asmdef": "AssemblyDefinitionImporter:\n  externalObjects: {}\n",
-    ".json": "PackageManifestImporter:\n  externalObjects: {}\n",
+    ".json": "TextScriptImporter:\n  externalObjects: {}\n",
+    "package.json": "PackageManifestImporter:\n  externalObjects: {}\n",
     ".unity": "DefaultImporter:\n  externalObjects: {}\n",
     ".prefab": "PrefabImporter:\n  externalObjects: {}\n",
     ".md": "TextScriptImporter:\n  externalObjects: {}\n",
@@ -65,7 +66,7 @@ def meta(asset: Path) -> str:
     head = f"fileFormatVersion: 2\nguid: {guid(asset)}\n"
     if asset.is_dir():
         return f"{head}folderAsset: yes\nDefaultImporter:\n  externalObjects: {{}}\n{TAIL}"
-    return head + IMPORTERS[asset.suffix] + TAIL
+    return head + IMPORTERS.get(asset.name, IMPORTERS[asset.suffix]) + TAIL
 
 
 def guid(asset: Path) -> str:

@@ -39,6 +39,8 @@ public static class Components
             case "controllers": Hands.Run(arguments[1], false); break;
             case "controllers-beside-a-palm-speaker": Hands.Run(arguments[1], true); break;
             case "feel": Hands.Feel(arguments[1]); break;
+            case "bake-scene": BakeRooms.Run(arguments[1], arguments[2]); break;
+            case "switch": FeltSwitch.Run(int.Parse(arguments[1])); break;
             default: return Others(arguments[0], arguments[1]);
         }
         return Finish();
@@ -52,6 +54,7 @@ public static class Components
         Owners.Run(program, url);
         Rooms.Run(program, url);
         SurfaceRooms.Run(program, url);
+        FeltRooms.Run(program, url);
         EditMode.Run(program, url);
         return Finish();
     }

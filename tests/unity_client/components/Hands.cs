@@ -27,7 +27,7 @@ public static class Hands
         {
             Player.Tick(1f / 72f);
             most = System.Math.Max(most, haptics.Amplitude);
-            if (client.State == LinkState.Ready) silence = haptics.Silence ?? silence;
+            if (client.State == LinkState.Ready && client.FeltBy == FeltMode.Service) silence = haptics.Silence ?? silence;
             bool isNow = Controllers.Vibrates(XRNode.RightHand);
             if (isNow != was) Components.Say((isNow ? "on " : "off ") + Clock.Now.ToString("f4", CultureInfo.InvariantCulture));
             was = isNow;

@@ -33,11 +33,30 @@ namespace UnityEditor
 
         public static readonly List<string> Recorded = new List<string>();
 
+        public delegate void UndoRedoCallback();
+
+        public static UndoRedoCallback undoRedoPerformed;
+
+        // What a person undoes: the fields of the object that was recorded last return to what they were.
+        static UnityEngine.Object last;
+        static string before;
+
+        public static void Revert()
+        {
+            Fields.Restore(last, before);
+            if (undoRedoPerformed != null) undoRedoPerformed();
+        }
+
         public static void SetCurrentGroupName(string name) { }
         public static int GetCurrentGroup() { return 0; }
         public static void CollapseUndoOperations(int groupIndex) { }
         public static void RegisterCreatedObjectUndo(UnityEngine.Object objectToUndo, string name) { Made.Add(objectToUndo); }
-        public static void RecordObject(UnityEngine.Object objectToUndo, string name) { Recorded.Add(name); }
+        public static void RecordObject(UnityEngine.Object objectToUndo, string name)
+        {
+            Recorded.Add(name);
+            last = objectToUndo;
+            before = Fields.Save(objectToUndo);
+        }
 
         public static T AddComponent<T>(GameObject gameObject) where T : Component, new()
         {
@@ -51,6 +70,64 @@ namespace UnityEditor
             foreach (UnityEngine.Object made in Made) Player.Destroy(made);
             Made.Clear();
         }
+    }
+
+    // Serialised fields as text: strings, and lists of serialisable classes of strings and numbers.
+    static class Fields
+    {
+        const System.Reflection.BindingFlags Inner = System.Reflection.BindingFlags.Instance | System.Reflection.BindingFlags.NonPublic;
+
+        public static string Save(UnityEngine.Object of)
+        {
+            var lines = new List<string>();
+            foreach (System.Collections.IList list in Lists(of))
+            {
+                foreach (object item in list)
+                    foreach (System.Reflection.FieldInfo field in item.GetType().GetFields()) if (!field.IsLiteral) lines.Add(Convert.ToString(field.GetValue(item), System.Globalization.CultureInfo.InvariantCulture));
+            }
+            return string.Join("\n", lines.ToArray());
+        }
+
+        public static void Restore(UnityEngine.Object of, string text)
+        {
+            string[] lines = text.Split('\n');
+            int at = 0;
+            foreach (System.Collections.IList list in Lists(of))
+            {
+                foreach (object item in list)
+                    foreach (System.Reflection.FieldInfo field in item.GetType().GetFields())
+                        if (!field.IsLiteral) field.SetValue(item, Convert.ChangeType(lines[at++], field.FieldType, System.Globalization.CultureInfo.InvariantCulture));
+            }
+        }
+
+        static IEnumerable<System.Collections.IList> Lists(UnityEngine.Object of)
+        {
+            foreach (System.Reflection.FieldInfo field in of.GetType().GetFields(Inner))
+            {
+                var list = Attribute.IsDefined(field, typeof(SerializeField)) ? field.GetValue(of) as System.Collections.IList : null;
+                if (list != null && !(list is Array)) yield return list;
+            }
+        }
+    }
+
+    public static class AssetDatabase
+    {
+        public static readonly List<string> Imported = new List<string>();
+
+        public static void ImportAsset(string path) { Imported.Add(path); }
+
+        public static T LoadAssetAtPath<T>(string assetPath) where T : UnityEngine.Object
+        {
+            return (T)(object)new TextAsset(System.IO.File.ReadAllText(assetPath));
+        }
+    }
+
+    public static class EditorPrefs
+    {
+        static readonly Dictionary<string, string> Kept = new Dictionary<string, string>();
+
+        public static string GetString(string key, string defaultValue) { return Kept.ContainsKey(key) ? Kept[key] : defaultValue; }
+        public static void SetString(string key, string value) { Kept[key] = value; }
     }
 
     public static class Selection
@@ -144,7 +221,14 @@ namespace UnityEditor
     {
         public static int Repaints;
 
-        public static T GetWindow<T>(string title) where T : EditorWindow { return Activator.CreateInstance<T>(); }
+        public static EditorWindow Last;
+
+        public static T GetWindow<T>(string title) where T : EditorWindow
+        {
+            var window = Activator.CreateInstance<T>();
+            Last = window;
+            return window;
+        }
         public void Repaint() { Repaints++; }
     }
 

@@ -56,6 +56,23 @@ namespace UnityEngine
         }
     }
 
+    public class TextAsset : Object
+    {
+        public string text { get; }
+
+        public TextAsset(string text) { this.text = text; }
+    }
+
+    // What ships in the Resources folders of the package; the test programs name the folder.
+    public static class Resources
+    {
+        public static T Load<T>(string path) where T : Object
+        {
+            string file = Environment.GetEnvironmentVariable("UNITY_RESOURCES") + "/" + path + ".json";
+            return System.IO.File.Exists(file) ? (T)(object)new TextAsset(System.IO.File.ReadAllText(file)) : null;
+        }
+    }
+
     public class Component : Object
     {
         public GameObject gameObject { get; internal set; }

@@ -2,7 +2,10 @@ namespace UnityEngine.SceneManagement
 {
     public struct Scene
     {
+        public static string File = "";
+
         public bool isLoaded { get { return true; } }
+        public string path { get { return File; } }
 
         public GameObject[] GetRootGameObjects()
         {

@@ -37,6 +37,15 @@ namespace HapticVLM.Baked
             get { return materials.Keys; }
         }
 
+        /// <summary>Adds the materials of another file that are missing in this one.</summary>
+        public void Complete(Feel with)
+        {
+            foreach (KeyValuePair<string, FeltMaterial> each in with.materials)
+            {
+                if (!materials.ContainsKey(each.Key)) materials[each.Key] = each.Value;
+            }
+        }
+
         /// <summary>Opens the contents of `feel.json`. Throws FormatException, which names the field.</summary>
         public static Feel Open(string json)
         {
@@ -83,6 +92,12 @@ namespace HapticVLM.Baked
             return Read<double>(name);
         }
 
+        public bool Has(string name)
+        {
+            object value;
+            return fields.TryGetValue(name, out value) && value != null;
+        }
+
         public double? Optional(string name)
         {
             object value;
@@ -92,6 +107,11 @@ namespace HapticVLM.Baked
         public string Text(string name)
         {
             return Read<string>(name);
+        }
+
+        public List<object> List(string name)
+        {
+            return Read<List<object>>(name);
         }
 
         public double[] Numbers(string name)

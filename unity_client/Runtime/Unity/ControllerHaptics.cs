@@ -5,7 +5,7 @@ using UnityEngine;
 namespace HapticVLM
 {
     /// <summary>
-    /// Plays the vibration of one hand on its controller. The service computes the vibration; this
+    /// Plays the vibration of one hand on its controller. The service computes the vibration, or a bake; this
     /// component requests it and plays it frame by frame. Controllers cannot produce warmth or cold.
     /// </summary>
     [DefaultExecutionOrder(-90), AddComponentMenu("HapticVLM/Controller Haptics")]
@@ -20,7 +20,7 @@ namespace HapticVLM
         [SerializeField]
         HandSide hand = HandSide.Right;
 
-        [SerializeField, Range(0f, MaxGain), Tooltip("Factor applied to the vibration from the service; the result never exceeds the controller's maximum.")]
+        [SerializeField, Range(0f, MaxGain), Tooltip("Factor applied to the vibration; the result never exceeds the controller's maximum.")]
         float gain = 1f;
 
         [SerializeField, Range(0f, 0.5f), Tooltip("The weakest vibration that can be felt on this controller. Weaker values are raised above it. Measure it with Try It in play mode.")]
@@ -70,9 +70,10 @@ namespace HapticVLM
             get
             {
                 if (client == null) return "the scene has no active Haptic Client: choose GameObject > HapticVLM > Set Up Scene";
-                if (client.State != LinkState.Ready) return client.Status;
-                if (!client.IsOwner) return "another scene owns the outputs";
                 if (gain <= 0f) return "Gain is 0";
+                if (client.State == LinkState.Ready && !client.IsOwner) return "another scene owns the outputs";
+                if (client.IsBaked(Side)) return client.BakedSilence;
+                if (client.State != LinkState.Ready) return client.Status;
                 if (IsSpeakerFelt) return "the service plays on the speaker '" + client.Connection.Welcome.Devices.Speaker.Name
                     + "' and Silent With Speaker is ticked: untick it unless this hand rests on a palm speaker";
                 return null;
@@ -152,12 +153,12 @@ namespace HapticVLM
 
         bool IsWanted
         {
-            get { return client != null && client.IsOwner && !IsSpeakerFelt; }
+            get { return client != null && client.IsFelt(Side) && !IsSpeakerFelt; }
         }
 
         bool IsSpeakerFelt
         {
-            get { return silentWithSpeaker && !client.Connection.Welcome.Devices.Speaker.Simulated; }
+            get { return silentWithSpeaker && client.IsOwner && !client.Connection.Welcome.Devices.Speaker.Simulated; }
         }
 
         void Use(IHapticOutput next)

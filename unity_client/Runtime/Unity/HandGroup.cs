@@ -7,7 +7,7 @@ namespace HapticVLM
     /// <summary>All Haptic Hands of one side, which produce one touch together.</summary>
     internal sealed class HandGroup
     {
-        const double RenewalsPerS = 20.0; // a lease lasts 250 ms
+        const double RenewalsPerS = 40.0; // a lease lasts 250 ms; a bake takes over 60 ms after the first unanswered touch
 
         static readonly HandGroup Left = new HandGroup(HandName.Left), Right = new HandGroup(HandName.Right);
 

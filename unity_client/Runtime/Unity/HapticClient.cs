@@ -59,7 +59,14 @@ namespace HapticVLM
         public HapticConnection Connection { get { return connection; } }
 
         /// <summary>The state of the link, with the remedy if it is down, as text for a person.</summary>
-        public string Status { get { return Active == this ? log.Status(connection, url) : Waiting; } }
+        public string Status
+        {
+            get
+            {
+                if (Active != this) return Waiting;
+                return mode == FeltMode.Baked || !Platform.CanConnect ? "felt from the bake; nothing connects" : log.Status(connection, url);
+            }
+        }
 
         /// <summary>Whether this scene owns the outputs and is felt.</summary>
         public bool IsOwner { get { return connection != null && connection.IsOwner; } }
@@ -70,6 +77,7 @@ namespace HapticVLM
         public void Stop()
         {
             ControllerHaptics.SilenceAll();
+            if (felt != null) felt.Stop(Clock.Now);
             if (connection == null) return;
             connection.Stop(Scope.All);
             isStopPending = IsOwner && (ControllerHaptics.FormOf(HandSide.Left) ?? ControllerHaptics.FormOf(HandSide.Right)) != null;
@@ -82,7 +90,7 @@ namespace HapticVLM
             token = withToken;
             isOverridden = true;
             Disconnect();
-            if (isActiveAndEnabled && Active == this) Connect();
+            if (isActiveAndEnabled && Active == this && mode != FeltMode.Baked) Connect();
         }
 
         /// <summary>Ends all threads at once; the editor calls this before a script reload.</summary>
@@ -96,6 +104,7 @@ namespace HapticVLM
         internal void Put(HapticObject target)
         {
             objects[target.ObjectId] = target;
+            surfaces.Change(target.ObjectId);
             if (connection == null) return;
             UnknownMaterials.Warn(target, connection);
             connection.Outbox.Scene.Put(target.Describe());
@@ -107,6 +116,7 @@ namespace HapticVLM
             HapticObject known;
             if (!objects.TryGetValue(target.ObjectId, out known) || !ReferenceEquals(known, target)) return;
             objects.Remove(target.ObjectId);
+            surfaces.Remove(target.ObjectId);
             if (connection == null) return;
             connection.Outbox.Scene.Remove(target.ObjectId);
             connection.Outbox.Wake();
@@ -122,7 +132,7 @@ namespace HapticVLM
         {
             All.Add(this);
             SceneManager.sceneLoaded += OnSceneLoaded;
-            if (Active == this) Connect();
+            if (Active == this) Begin();
             else if (!Active.keepBetweenScenes) Debug.LogWarning("HapticVLM: " + Waiting + ".", this);
         }
 
@@ -139,7 +149,8 @@ namespace HapticVLM
             All.Remove(this);
             SceneManager.sceneLoaded -= OnSceneLoaded;
             Disconnect();
-            if (wasActive && Active != null) Active.Connect();
+            EndFelt();
+            if (wasActive && Active != null) Active.Begin();
         }
 
         string Waiting
@@ -150,7 +161,7 @@ namespace HapticVLM
         void OnApplicationPause(bool isPaused)
         {
             if (isPaused) Disconnect();
-            else if (isActiveAndEnabled && Active == this && connection == null) Connect();
+            else if (isActiveAndEnabled && Active == this && connection == null && mode != FeltMode.Baked) Connect();
         }
 
         void OnSceneLoaded(UnityEngine.SceneManagement.Scene scene, LoadSceneMode mode)
@@ -160,24 +171,38 @@ namespace HapticVLM
 
         void OnValidate()
         {
+            FollowMode();
+            if (felt != null) felt.Gain = vibrationGain;
             if (connection != null) SendSettings();
         }
 
         void Update()
         {
             FramePipe.Sweep();
-            if (connection == null) return;
-            log.Follow(connection, url, this);
-            connection.Pump();
-            textures.Step(connection);
+            if (felt == null) return;
+            if (connection != null)
+            {
+                log.Follow(connection, url, this);
+                connection.Pump();
+                textures.Step(connection);
+            }
             HandGroup.TickThoseWithoutFingers(connection);
+            TickFelt();
+        }
+
+        /// <summary>Becomes the client that connects.</summary>
+        void Begin()
+        {
+            BeginFelt();
+            if (mode != FeltMode.Baked) Connect();
         }
 
         void Connect()
         {
+#if !HAPTICVLM_NO_NETWORK // nothing else makes a connection, so that a build without it has no sockets
             if (!Platform.CanConnect)
             {
-                Debug.LogWarning("HapticVLM: a WebGL player has no sockets and no threads, so haptics are off.", this);
+                Debug.LogWarning("HapticVLM: a WebGL player has no sockets and no threads, so only a bake is felt.", this);
                 return;
             }
             if (!isOverridden) url = ServiceAddress.Url(url);
@@ -197,6 +222,7 @@ namespace HapticVLM
             objects.Clear();
             for (int i = 0; i < HapticObject.All.Count; i++) Put(HapticObject.All[i]);
             connection.Open();
+#endif
         }
 
         static string Name()
@@ -215,10 +241,16 @@ namespace HapticVLM
 
         void SendSettings()
         {
-            connection.Outbox.Scene.SetAmbient(statesAmbient ? ambientC : (double?)null);
-            connection.Outbox.Scene.SetMaterials(materials);
+            Describe(connection.Outbox.Scene);
             connection.Outbox.SetGains(vibrationGain, thermalGain);
             RequestVibration();
+        }
+
+        /// <summary>States what holds for the whole scene.</summary>
+        internal void Describe(SceneRegistry registry)
+        {
+            registry.SetAmbient(statesAmbient ? ambientC : (double?)null);
+            registry.SetMaterials(materials);
         }
 
         internal void RequestVibration()

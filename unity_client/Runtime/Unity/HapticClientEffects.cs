@@ -10,9 +10,11 @@ namespace HapticVLM
         /// </summary>
         public bool Play(string material, HandGesture gesture, HandSide hand, float speedMps = 0.5f, float forceN = 2f, float seconds = 0.25f)
         {
-            if (!IsOwner || !UnknownMaterials.Check(material, connection, this)) return false;
+            bool isBaked = IsBaked(hand);
+            if (!isBaked && (!IsOwner || !UnknownMaterials.Check(material, connection, this))) return false;
             string id = WireText.Within("effect " + material, SceneObject.ObjectIdMaxLength);
-            connection.Outbox.Scene.Put(new SceneObject { ObjectId = id, Material = material });
+            surfaces.Play(id, material);
+            if (connection != null) connection.Outbox.Scene.Put(new SceneObject { ObjectId = id, Material = material });
             Interaction interaction = HandGestures.OnWire(gesture) ?? Interaction.Tap;
             var effect = new HandEffect { ObjectId = id, Interaction = interaction, SpeedMps = speedMps, ForceN = forceN, Until = Clock.Now + seconds };
             HandGroup.Of(hand).Touches.Play(effect, connection);

@@ -13,7 +13,7 @@ namespace HapticVLM
         /// <summary>This scene gained or lost the outputs; one scene owns the outputs of a service at a time.</summary>
         public event Action<bool> OwnershipChanged;
 
-        /// <summary>The vibration of one hand from now on; raised if a Controller Haptics requested it.</summary>
+        /// <summary>The vibration of one hand from now on, of the service or the bake; raised if a Controller Haptics requested it.</summary>
         public event Action<Vibration> Vibrated;
 
         /// <summary>The service refused a message; the console has the text, too, once.</summary>
@@ -37,6 +37,7 @@ namespace HapticVLM
 
         void OnDecided(Decision decision)
         {
+            surfaces.Decide(decision);
             HapticObject target;
             if (decision.ObjectId != null && objects.TryGetValue(decision.ObjectId, out target)) target.Take(decision);
             if (Decided != null) Decided(decision);
@@ -53,7 +54,7 @@ namespace HapticVLM
         {
             if (isStopPending && vibration.Stopped != true) return; // it was in transit when the stop was sent
             isStopPending = false;
-            if (Vibrated != null) Vibrated(vibration);
+            felt.Serve(vibration);
         }
 
         void OnRefused(Error error)
@@ -76,7 +77,7 @@ namespace HapticVLM
         void OnStateChanged(LinkState state)
         {
             if (state == LinkState.Ready) UnknownMaterials.Warn(objects.Values, connection);
-            else ControllerHaptics.SilenceAll();
+            else if (mode == FeltMode.Service || (mode == FeltMode.Auto && state == LinkState.Closed)) ControllerHaptics.SilenceAll(); // else the bake goes on
             isStopPending = false;
             if (LinkChanged != null) LinkChanged(state);
             onLinkChanged.Invoke(state);
@@ -84,7 +85,7 @@ namespace HapticVLM
 
         void OnOwnershipChanged(bool isOwner)
         {
-            if (!isOwner) ControllerHaptics.SilenceAll();
+            if (!isOwner && (mode == FeltMode.Service || State == LinkState.Ready)) ControllerHaptics.SilenceAll();
             isStopPending = false; // only the owner receives the answer to a stop
             log.Owned(isOwner, this);
             if (OwnershipChanged != null) OwnershipChanged(isOwner);

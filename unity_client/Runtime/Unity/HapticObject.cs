@@ -85,6 +85,9 @@ namespace HapticVLM
             }
         }
 
+        /// <summary>Whether a script stated the material, which therefore overrides a bake.</summary>
+        internal bool IsStatedByScript { get; private set; }
+
         bool IsChosen { get { return !string.IsNullOrEmpty(material) && material.Trim().Length > 0; } }
 
         /// <summary>The material found by a scan and saved with the scene; empty if there is none.</summary>
@@ -124,6 +127,7 @@ namespace HapticVLM
         public void State(string newMaterial, float? newTemperatureC = null)
         {
             material = newMaterial ?? "";
+            IsStatedByScript = material.Length > 0;
             statesTemperature = newTemperatureC != null;
             temperatureC = newTemperatureC ?? temperatureC;
             if (isActiveAndEnabled && HapticClient.Active != null) HapticClient.Active.Put(this);
@@ -172,6 +176,12 @@ namespace HapticVLM
         internal int? SurfaceAt(Collider collider, Vector3 position)
         {
             return surfaces == null ? null : surfaces.At(collider, position);
+        }
+
+        /// <summary>Returns the name of the material of a surface as it was described last, or null.</summary>
+        internal string SurfaceName(int surface)
+        {
+            return surfaces == null || surfaces.Count < 2 || surface >= surfaces.Count ? null : surfaces.MaterialOf(surface).name;
         }
 
         /// <summary>States the hash of this map for each surface that has it.</summary>

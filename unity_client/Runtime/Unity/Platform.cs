@@ -5,8 +5,21 @@ namespace HapticVLM
     /// <summary>Differences between the platforms on which a scene runs.</summary>
     internal static class Platform
     {
-        /// <summary>Whether the platform has threads and sockets; a WebGL player does not.</summary>
+        /// <summary>Whether there is a network part: a WebGL player has no sockets, and HAPTICVLM_NO_NETWORK builds without it.</summary>
         public static bool CanConnect
+        {
+            get
+            {
+#if HAPTICVLM_NO_NETWORK
+                return false;
+#else
+                return HasThreads;
+#endif
+            }
+        }
+
+        /// <summary>Whether the platform has threads; a WebGL player does not.</summary>
+        public static bool HasThreads
         {
             get
             {

@@ -12,12 +12,17 @@ namespace HapticVLM
     internal sealed class StateLog
     {
         const int MaxRefusals = 32;
+        const double SteadyS = 2.0; // so that the start of a connection is no change
         const string NotFelt = "This scene is felt as soon as the other scene is closed, or when a hand touches something here after the other was idle for 30 s.";
 
         readonly HashSet<string> refused = new HashSet<string>();
         string reported;
         int openings;
         bool isReportedOwner;
+        FeltMode reportedBy = FeltMode.Auto; // none yet
+        FeltMode feltBy = FeltMode.Auto;
+        double feltSince;
+        bool isUnopenedReported;
 
         public void Restart()
         {
@@ -50,6 +55,26 @@ namespace HapticVLM
             isReportedOwner = isOwner;
             if (isOwner) Debug.Log("HapticVLM: this scene owns the outputs now and is felt.", client);
             else if (client.State == LinkState.Ready) Debug.LogWarning("HapticVLM: another scene took the outputs. " + NotFelt, client);
+        }
+
+        /// <summary>Logs each change between the service and the bake. Called once per frame.</summary>
+        public void FeltBy(FeltMode by, FeltMode mode, HapticClient client)
+        {
+            double now = Clock.Now;
+            if (by != feltBy) feltSince = now;
+            feltBy = by;
+            if (by == reportedBy || now - feltSince < SteadyS) return;
+            bool isFirst = reportedBy == FeltMode.Auto;
+            reportedBy = by;
+            if (isFirst && by == FeltMode.Service) return; // as the line on the connection says
+            string why = mode == FeltMode.Auto && by == FeltMode.Baked ? ", because no service answers" : "";
+            Debug.Log("HapticVLM: felt from the " + (by == FeltMode.Baked ? "bake" : "service") + " now" + why + ".", client);
+        }
+
+        public void Unopened(Exception error, HapticClient client)
+        {
+            if (!isUnopenedReported) Debug.LogError("HapticVLM: the bake cannot be read: " + error.Message, client);
+            isUnopenedReported = true;
         }
 
         public void Refused(string text, HapticClient client)

@@ -17,7 +17,7 @@ namespace HapticVLM
         const float FirstAfterS = 2f; // of a scene or a connection
         const float HashEveryS = 0.1f;
         const float SendEveryS = 0.3f;
-        const int MaxFailures = 3; // a lost graphics device fails every reading until it is back
+        const int MaxFailures = 3; // of one map; a lost graphics device fails every reading until it is back
 
         readonly Queue<TextureMap> wanted = new Queue<TextureMap>();
         FramePipe pipe;
@@ -26,6 +26,7 @@ namespace HapticVLM
         int sentBefore;
         float dueAt;
         int session;
+        bool isToldOfReadback;
 
         /// <summary>Leaves the next seconds to the scene.</summary>
         public void Rest()
@@ -53,7 +54,7 @@ namespace HapticVLM
             }
             if (pipe != null && !pipe.IsIdle) return;
             if (current != null) Finish(to);
-            if (session == 0 || !to.Outbox.KnowsSurfaces || Time.unscaledTime < dueAt || !SystemInfo.supportsAsyncGPUReadback) return;
+            if (session == 0 || !to.Outbox.KnowsSurfaces || Time.unscaledTime < dueAt || !CanRead()) return;
             if (wanted.Count > 0 && !to.Outbox.Maps.IsFull) Send(wanted.Dequeue(), to);
             else if (TextureMap.Unhashed.Count > 0) Take(TextureMap.Unhashed.Dequeue(), default(Shot), HashEveryS);
         }
@@ -73,10 +74,27 @@ namespace HapticVLM
             TextureMap done = current;
             current = null;
             bool failed = isHashing ? done.Hash == null : pipe.Sent == sentBefore;
-            if (failed && ++done.Failures < MaxFailures) (isHashing ? TextureMap.Unhashed : wanted).Enqueue(done);
+            if (failed) Retry(done);
             if (failed || !isHashing) return;
             for (int i = 0; i < HapticObject.All.Count; i++) HapticObject.All[i].StateTexture(done, to.Outbox.Scene);
             to.Outbox.Wake();
+        }
+
+        void Retry(TextureMap map)
+        {
+            Rest();
+            if (map.Image == null) return; // destroyed since
+            if (++map.Failures < MaxFailures) (isHashing ? TextureMap.Unhashed : wanted).Enqueue(map);
+            else Debug.LogWarning("HapticVLM: the texture '" + map.Image.name + "' cannot be read back from the GPU, so it tells no material.", map.Image);
+        }
+
+        bool CanRead()
+        {
+            if (SystemInfo.supportsAsyncGPUReadback) return true;
+            if (!isToldOfReadback && TextureMap.Unhashed.Count > 0)
+                Debug.LogWarning("HapticVLM: this graphics API does not support readback, so textures tell no material. Name materials, or choose Vulkan in Player Settings.", null);
+            isToldOfReadback |= TextureMap.Unhashed.Count > 0;
+            return false;
         }
 
         void Send(TextureMap map, HapticConnection to)

@@ -42,6 +42,9 @@ namespace HapticVLM
         /// <summary>Number of receive loops still running in this process.</summary>
         public static int Running { get { return Thread.VolatileRead(ref running); } }
 
+        /// <summary>Time of the last message, on Clock.</summary>
+        public double ReceivedAt { get { return SecondsOf(Interlocked.Read(ref receivedAt)); } }
+
         /// <summary>Sends hello and waits for the welcome; throws LinkException if none comes.</summary>
         public Welcome Handshake(WaitHandle closing)
         {
@@ -67,7 +70,7 @@ namespace HapticVLM
                 }
                 if (isBusy) CheckSend();
                 else if (!isSent) outbox.Wait(IdlePollMs);
-                if (Clock.Now - SecondsOf(Interlocked.Read(ref receivedAt)) > settings.SilenceS)
+                if (Clock.Now - ReceivedAt > settings.SilenceS)
                     throw new LinkException("the service has been silent for " + settings.SilenceS + " s");
             }
         }

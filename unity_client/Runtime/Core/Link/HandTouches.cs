@@ -11,6 +11,8 @@ namespace HapticVLM
     /// </summary>
     public sealed class HandTouches
     {
+        public delegate void TouchHandler(ref Touch touch);
+
         /// <summary>A contact slower than this is a press, m/s; our choice.</summary>
         public const double PressBelowMps = 0.1;
 
@@ -42,6 +44,9 @@ namespace HapticVLM
             this.hand = hand;
             periodS = 1.0 / renewalsPerS;
         }
+
+        /// <summary>Raised with every touch of the hand, also while there is no link, after it was sent.</summary>
+        public event TouchHandler Touched;
 
         public bool IsTouching { get { return contacts.Count > 0; } }
 
@@ -164,16 +169,17 @@ namespace HapticVLM
         /// <summary>Renews the lease when it is due. Call it once per frame.</summary>
         public void Tick(double now, HapticConnection to)
         {
-            if (to == null || to.State != LinkState.Ready)
+            if (to != null && to.State != LinkState.Ready) to = null; // a renewal that no service receives counts nowhere
+            if (to == null && Touched == null)
             {
                 effect = default(HandEffect);
                 return;
             }
             if (IsPlaying && ContinueEffect(now, to)) return;
-            bool isNew = epoch != to.Outbox.Ownership.Epoch;
-            epoch = to.Outbox.Ownership.Epoch;
-            if (IsTouching && isNew) Send(Phase.Contact, gesture ?? BySpeed(contacts.NewestSpeedMps), to);
-            else if (isNew) Release(to); // a stop lasts until the hand releases, also across sessions
+            bool isNew = to != null && epoch != to.Outbox.Ownership.Epoch;
+            if (to != null) epoch = to.Outbox.Ownership.Epoch;
+            if (IsTouching && isNew) Send(Phase.Contact, gesture ?? BySpeed(contacts.NewestSpeedMps), to, false);
+            else if (isNew) Send(Phase.Release, null, to, false); // a stop lasts until the hand releases, also across sessions
             else if (now < dueAt) return;
             else if (IsTouching) Send(Phase.Slide, gesture ?? Interaction.Slide, to);
             else if (gesture == Interaction.Swing || near.ObjectId != null) Send(Phase.Approach, ApproachGesture, to);
@@ -205,10 +211,9 @@ namespace HapticVLM
 
         void SendEffect(double now, HapticConnection to)
         {
-            if (to == null) return;
             Touch touch = effect.Touch(hand, now);
             dueAt = now + periodS;
-            to.Send(ref touch);
+            Deliver(ref touch, to);
         }
 
         void Release(HapticConnection to)
@@ -216,14 +221,22 @@ namespace HapticVLM
             Send(Phase.Release, null, to);
         }
 
-        void Send(Phase phase, Interaction? interaction, HapticConnection to)
+        /// <summary>Sends a touch; one that only tells a new session of an old contact is not new to others.</summary>
+        void Send(Phase phase, Interaction? interaction, HapticConnection to, bool isRaised = true)
         {
-            if (to == null || (IsPlaying && phase != Phase.Release)) return;
+            if ((to == null && Touched == null) || (IsPlaying && phase != Phase.Release)) return;
             var touch = new Touch { Phase = phase, Hand = hand, Interaction = interaction, CapturedAt = Clock.Now };
             if (IsTouching) contacts.Fill(ref touch);
             else if (phase == Phase.Approach) FillApproach(ref touch);
             dueAt = touch.CapturedAt + periodS;
-            to.Send(ref touch);
+            if (isRaised) Deliver(ref touch, to);
+            else to.Send(ref touch);
+        }
+
+        void Deliver(ref Touch touch, HapticConnection to)
+        {
+            if (to != null) to.Send(ref touch);
+            if (Touched != null) Touched(ref touch);
         }
 
         void FillApproach(ref Touch touch)

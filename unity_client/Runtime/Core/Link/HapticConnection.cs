@@ -55,6 +55,16 @@ namespace HapticVLM
         /// <summary>Whether this scene owns the outputs of the service and is felt; one scene does at a time.</summary>
         public bool IsOwner { get { return State == LinkState.Ready && Outbox.Ownership.IsOwner; } }
 
+        /// <summary>Time of the service's last message, on Clock; negative infinity without a link.</summary>
+        public double ReceivedAt
+        {
+            get
+            {
+                ConnectionLoop current = loop;
+                return current == null ? double.NegativeInfinity : current.ReceivedAt;
+            }
+        }
+
         /// <summary>The reason why the last link ended or could not be opened; empty before the first failure.</summary>
         public string LastError { get { return lastError; } }
 

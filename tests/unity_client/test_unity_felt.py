@@ -1,0 +1,99 @@
+"""The switch between the service and the bake: on a clock of its own, and in the components."""
+
+import re
+
+import mono
+import pytest
+
+pytest_plugins = ("mono_build",)
+NOBODY = "ws://127.0.0.1:9/"
+CHANGES = 10
+MOST_GAP_MS = 50.0
+PICTURE_MS = 1000.0 / 72.0
+
+
+@pytest.fixture(scope="module")
+def switched(build: mono.Build) -> str:
+    return build.run("components.exe", "switch", str(CHANGES))
+
+
+def check_changes(output: str) -> None:
+    gaps = re.findall(r"^(?:stroke \w+|by hand) gap_ms ([\d.]+)", output, re.MULTILINE)
+    assert len(gaps) == 3
+    assert max(map(float, gaps)) <= MOST_GAP_MS
+    assert re.findall(r"^strikes (\w+) lost (\d+)", output, re.MULTILINE) == [
+        ("Dead", "0"),
+        ("Frozen", "0"),
+    ]
+    assert output.count("by Baked Service") == 2  # each was felt
+
+
+def test_a_stroke_has_no_gap_and_no_strike_is_lost_while_the_service_dies_and_freezes(switched):
+    check_changes(switched)
+
+
+@pytest.mark.nightly
+def test_a_stroke_has_no_gap_and_no_strike_is_lost_in_100_changes_of_each_kind(build, capsys):
+    output = build.run("components.exe", "switch", "100")
+    with capsys.disabled():
+        print("\n" + output.strip())
+    check_changes(output)
+
+
+def test_a_strike_that_a_frozen_service_swallowed_is_played_within_100_ms(switched):
+    latest = re.search(r"strikes Frozen .* latest_ms ([\d.]+)", switched)
+    assert latest
+    assert float(latest.group(1)) < 100.0
+
+
+def test_nothing_is_felt_after_a_stop_whoever_takes_over_until_the_hand_lets_go(switched):
+    assert "stop with a service held 0.000 again True" in switched
+    assert "stop without a service held 0.000 again True" in switched
+    assert "stopped by another held 0.000" in switched
+
+
+def test_each_mode_is_felt_from_what_it_names(switched):
+    assert "mode Auto with a service felt True by Service" in switched
+    assert "mode Auto without a service felt True by Baked" in switched
+    assert "mode Baked with a service felt True by Baked" in switched
+    assert "mode Service without a service felt False by Service" in switched
+
+
+def test_a_controller_is_felt_from_the_bake_until_a_service_answers_and_says_so(build, service):
+    output = build.run("components.exe", "felt-auto", service.url)
+    for expected in (
+        "without a service felt by Baked silence \n",
+        "with a service felt by Service decided wood silence \n",
+        "switched by hand plays on True connected False",
+        "stopped 0 silence outputs stopped: release and touch again",
+        "let go 0",
+        "felt again exceptions 0 errors 0",
+        "without a client 0",
+        "threads left 0",
+    ):
+        assert expected in output, output
+
+
+def test_the_baked_mode_connects_to_nothing_and_names_what_has_no_material(build):
+    output = build.run("components.exe", "felt-baked", NOBODY)
+    assert "amplitude 0 silence the bake has no material of 'Xyzzy': choose" in output
+    assert "felt from the bake; nothing connects connected False threads 0" in output
+    assert "effect True warnings 0 exceptions 0" in output
+
+
+def test_a_bake_tells_what_the_scene_does_not_and_a_script_overrides_it(build):
+    output = build.run("components.exe", "felt-scene", NOBODY)
+    assert "overridden, errors 0" in output
+    refused = [line for line in output.splitlines() if "materials.json: version 2" in line]
+    assert len(refused) == 1  # once, not in each frame
+    assert "bake it again" in refused[0]
+
+
+@pytest.mark.nightly
+def test_the_package_compiles_without_its_network_part(build):
+    files = mono.sources(mono.PACKAGE / "Runtime" / "Unity")
+    using = ("HapticVLM.Core.dll", "HapticVLM.Baked.dll", "UnityEngine.dll")
+    defined = "-d:HAPTICVLM_NO_NETWORK"
+    built = build.compile("offline/HapticVLM.Unity.dll", files, mono.QUIET, defined, using=using)
+    assert b"HapticConnection" in built.read_bytes()  # types of its interface
+    assert b"ConnectionSettings" not in built.read_bytes()  # nothing makes a connection

@@ -1,0 +1,100 @@
+using System.Collections.Generic;
+using HapticVLM.Baked;
+using HapticVLM.Wire;
+
+namespace HapticVLM
+{
+    /// <summary>
+    /// What a touched surface is without the service: as a script stated it, else as the service decided it before, else
+    /// as it was baked, else as the scene states it.
+    /// </summary>
+    internal sealed class FeltSurfaces
+    {
+        sealed class Thing
+        {
+            public readonly Dictionary<long, string> Decided = new Dictionary<long, string>(); // materials by surface
+            public readonly Dictionary<long, FeltSurface> Known = new Dictionary<long, FeltSurface>(); // so that a renewal allocates nothing
+        }
+
+        static readonly FeltSurface Nothing = new FeltSurface();
+
+        readonly Dictionary<string, Thing> things = new Dictionary<string, Thing>();
+        readonly Dictionary<string, string> effects = new Dictionary<string, string>(); // materials that scripts play, by id
+
+        BakedScene baked;
+
+        /// <summary>The surfaces of a bake; null for none.</summary>
+        public BakedScene Baked
+        {
+            set
+            {
+                baked = value;
+                foreach (Thing thing in things.Values) thing.Known.Clear();
+            }
+        }
+
+        /// <summary>Notes what the service renders on a surface.</summary>
+        public void Decide(Decision decision)
+        {
+            if (decision.ObjectId == null) return;
+            Thing thing = Of(decision.ObjectId);
+            string material = decision.Felt ?? (decision.Material == "unknown" ? null : decision.Material), before;
+            if (thing.Decided.TryGetValue(decision.Surface ?? 0, out before) && before == material) return;
+            thing.Decided[decision.Surface ?? 0] = material;
+            thing.Known.Remove(decision.Surface ?? 0);
+        }
+
+        /// <summary>Notes the material of an effect without an object.</summary>
+        public void Play(string id, string material)
+        {
+            effects[id] = material;
+        }
+
+        /// <summary>Notes that an object states something else from now on.</summary>
+        public void Change(string objectId)
+        {
+            Thing thing;
+            if (things.TryGetValue(objectId, out thing)) thing.Known.Clear();
+        }
+
+        /// <summary>Forgets an object.</summary>
+        public void Remove(string objectId)
+        {
+            things.Remove(objectId);
+        }
+
+        /// <summary>Returns the surface that a touch is on; without a material it is not felt.</summary>
+        public FeltSurface Of(ref Touch touch)
+        {
+            if (touch.ObjectId == null) return Nothing;
+            Thing thing = Of(touch.ObjectId);
+            FeltSurface surface;
+            if (thing.Known.TryGetValue(touch.Surface ?? 0, out surface)) return surface;
+            surface = Find(thing, touch.ObjectId, touch.Surface ?? 0);
+            thing.Known[touch.Surface ?? 0] = surface;
+            return surface;
+        }
+
+        FeltSurface Find(Thing thing, string objectId, long surface)
+        {
+            HapticObject target = HapticObject.ById(objectId);
+            FeltSurface whole = baked == null ? null : baked.Find(objectId, (int)surface);
+            string material;
+            if (target != null && target.IsStatedByScript) material = target.StatedMaterial;
+            else if (!thing.Decided.TryGetValue(surface, out material))
+            {
+                if (whole != null) return whole;
+                if (!effects.TryGetValue(objectId, out material) && target != null) material = target.StatedMaterial;
+            }
+            if (whole == null) return new FeltSurface { Material = material };
+            return new FeltSurface { Material = material, ImpactGain = whole.ImpactGain, ThicknessM = whole.ThicknessM, Hum = whole.Hum };
+        }
+
+        Thing Of(string objectId)
+        {
+            Thing thing;
+            if (!things.TryGetValue(objectId, out thing)) things[objectId] = thing = new Thing();
+            return thing;
+        }
+    }
+}

@@ -1,0 +1,173 @@
+using System;
+using System.Threading;
+using HapticVLM.Baked;
+using HapticVLM.Wire;
+using UnityEngine;
+using Feel = HapticVLM.Baked.Feel;
+
+namespace HapticVLM
+{
+    /// <summary>The switch between the service and the bake.</summary>
+    public sealed partial class HapticClient
+    {
+        const string Shipped = "HapticVLM/feel"; // in the package's Resources
+
+        [SerializeField, Tooltip("Source of what is felt. Auto: the service where it answers, else the bake. Baked: nothing connects, as in a build that ships without a service.")]
+        FeltMode mode = FeltMode.Auto;
+
+        [SerializeField, Tooltip("materials.json of a bake of this scene. Empty: objects are felt as the service decided before, else as their stated material.")]
+        TextAsset bakedMaterials;
+
+        [SerializeField, Tooltip("feel.json of a bake of this scene. Empty: the built-in materials.")]
+        TextAsset bakedFeel;
+
+        readonly FeltSurfaces surfaces = new FeltSurfaces();
+        Felt felt;
+        volatile Feel opened; // by a worker thread, not in use yet
+        volatile BakedScene openedScene;
+        volatile Exception unopened;
+        bool isOpening;
+        string unfelt; // the object touched last, if the bake does not know its material
+
+        /// <summary>The source of what is felt: the service, the bake, or the service where it answers.</summary>
+        public FeltMode Mode
+        {
+            get { return mode; }
+            set
+            {
+                mode = value;
+                FollowMode();
+            }
+        }
+
+        /// <summary>Which of the two is felt now: Service or Baked.</summary>
+        public FeltMode FeltBy { get { return felt == null ? FeltMode.Service : felt.By(Clock.Now); } }
+
+        /// <summary>Whether this hand is felt: by the bake, or by the service whose outputs this scene owns.</summary>
+        public bool IsFelt(HandSide hand)
+        {
+            return IsOwner || IsBaked(hand);
+        }
+
+        /// <summary>The reason why nothing of the bake is felt, with the remedy; null if there is none.</summary>
+        internal string BakedSilence
+        {
+            get
+            {
+                if (unopened != null) return "the bake cannot be read: " + unopened.Message;
+                if (felt.IsHeld) return "outputs stopped: release and touch again";
+                if (vibrationGain <= 0f) return "Vibration Gain of the Haptic Client is 0";
+                return unfelt == null ? null : "the bake has no material of '" + unfelt + "': choose GameObject > HapticVLM > Bake Scene, or set its material";
+            }
+        }
+
+        /// <summary>Feels this bake from now on; null is none.</summary>
+        internal void UseBake(TextAsset materials, TextAsset feel)
+        {
+            bakedMaterials = materials;
+            bakedFeel = feel;
+        }
+
+        internal bool IsBaked(HandSide hand)
+        {
+            return felt != null && felt.IsBaked(hand == HandSide.Left ? HandName.Left : HandName.Right, Clock.Now);
+        }
+
+        /// <summary>Begins to follow the hands, when this client becomes the one that connects.</summary>
+        void BeginFelt()
+        {
+            felt = new Felt(LinkNow, FormOf);
+            felt.Vibrated += OnFelt;
+            felt.Gain = vibrationGain;
+            felt.Switch(mode, Clock.Now);
+            HandGroup.Of(HandSide.Left).Touches.Touched += OnTouched;
+            HandGroup.Of(HandSide.Right).Touches.Touched += OnTouched;
+            if (mode != FeltMode.Service) OpenBake();
+        }
+
+        void EndFelt()
+        {
+            if (felt == null) return;
+            HandGroup.Of(HandSide.Left).Touches.Touched -= OnTouched;
+            HandGroup.Of(HandSide.Right).Touches.Touched -= OnTouched;
+            felt = null;
+            isOpening = false;
+            opened = null;
+        }
+
+        void FollowMode()
+        {
+            if (felt == null || felt.Mode == mode) return;
+            if (mode != FeltMode.Service) OpenBake();
+            if (mode == FeltMode.Baked) Disconnect();
+            felt.Switch(mode, Clock.Now);
+            if (mode != FeltMode.Baked && connection == null) Connect();
+        }
+
+        /// <summary>Opens the tables on a worker thread, because they take some frames; a WebGL player has none.</summary>
+        void OpenBake()
+        {
+            if (isOpening || felt.IsOpen) return;
+            isOpening = true;
+            unopened = null;
+            var shipped = Resources.Load<TextAsset>(Shipped);
+            string ours = shipped == null ? null : shipped.text;
+            string feel = bakedFeel == null ? null : bakedFeel.text, scene = bakedMaterials == null ? null : bakedMaterials.text;
+            if (Platform.HasThreads) ThreadPool.QueueUserWorkItem(_ => Open(ours, feel, scene));
+            else Open(ours, feel, scene);
+        }
+
+        void Open(string shipped, string feel, string scene)
+        {
+            try
+            {
+                Feel tables = Feel.Open(feel ?? shipped);
+                if (feel != null && shipped != null) tables.Complete(Feel.Open(shipped));
+                if (scene != null) openedScene = BakedScene.Open(scene);
+                opened = tables;
+            }
+            catch (Exception error)
+            {
+                unopened = error;
+            }
+        }
+
+        void TickFelt()
+        {
+            if (opened != null)
+            {
+                felt.Open(opened);
+                surfaces.Baked = openedScene;
+                opened = null;
+            }
+            if (unopened != null) log.Unopened(unopened, this);
+            felt.Tick(Clock.Now);
+            log.FeltBy(felt.By(Clock.Now), mode, this);
+        }
+
+        void OnTouched(ref Touch touch)
+        {
+            FeltSurface surface = surfaces.Of(ref touch);
+            bool isUnknown = touch.ObjectId != null && touch.Phase != Phase.Approach && surface.Material == null;
+            HapticObject target = isUnknown ? HapticObject.ById(touch.ObjectId) : null;
+            unfelt = target == null ? null : target.name;
+            felt.Touch(ref touch, surface, touch.CapturedAt);
+        }
+
+        void OnFelt(Vibration vibration)
+        {
+            if (Vibrated != null) Vibrated(vibration);
+        }
+
+        FeltLink LinkNow()
+        {
+            if (connection == null) return default(FeltLink);
+            return new FeltLink { IsConnected = connection.State == LinkState.Ready, IsOwner = connection.IsOwner, ReceivedAt = connection.ReceivedAt };
+        }
+
+        static FeelForm? FormOf(HandName hand)
+        {
+            return ControllerHaptics.FormOf(hand == HandName.Left ? HandSide.Left : HandSide.Right);
+        }
+    }
+}
