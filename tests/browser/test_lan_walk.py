@@ -8,7 +8,6 @@ high-pass of 350 Hz, fourth order. Whether a phone vibrates cannot be seen here,
 from __future__ import annotations
 
 import base64
-import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any

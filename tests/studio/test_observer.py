@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hapticvlm.commands.main import main
-from hapticvlm.perception import drive_threshold_db, threshold_db
+from hapticvlm.perception import FULL_SCALE_DB, drive_threshold_db, threshold_db
 from hapticvlm_studio.design import paper, patterns
 from hapticvlm_studio.design.patterns import paper_like
 from hapticvlm_studio.design.stimuli import StudyError, checked
@@ -68,7 +68,7 @@ def test_fine_vibration_stirs_the_pacinian_channel_and_slow_vibration_np_i():
 def test_a_full_scale_sine_at_250_hz_is_45_db_above_threshold():
     level = channels.levels_db(tone(260.0, 1.0), RATE_HZ)[0, -1]
 
-    assert level == pytest.approx(channels.FULL_SCALE_DB, abs=2.0)
+    assert level == pytest.approx(FULL_SCALE_DB, abs=2.0)
 
 
 def test_a_vibration_is_felt_in_the_windows_it_fills():
@@ -92,7 +92,7 @@ def test_a_weak_neighbour_of_a_strong_tone_is_masked_and_a_far_one_is_not():
     mask_db = channels.masked_db(level_db, frequency_hz)
 
     assert mask_db[frequency_hz == 220.0] > -6.0
-    alone_db = drive_threshold_db(frequency_hz) - channels.FULL_SCALE_DB
+    alone_db = drive_threshold_db(frequency_hz) - FULL_SCALE_DB
     assert mask_db[-20:] == pytest.approx(alone_db[-20:], abs=0.1), "far off only the threshold"
     assert mask_db[frequency_hz == 200.0] < 0.0, "a peak must not hide itself"
 
