@@ -49,16 +49,18 @@ class Socket {
     if (service.state !== 'alive') return;
     const {type, id, ...fields} = decode(data);
     if (type === 'hello') return this.#answer({type: 'welcome', id, owner: true, protocol: {major: 1, minor: 2}});
-    if (type === 'stop') {
-      this.#player.stop();
-      for (const hand of this.#hands) this.#answer({type: 'vibration', id: 0, hand, period_ms: 12.5, amplitude: [], stopped: true});
-    }
+    if (type === 'stop') this.stop();
     if (type === 'touch') {
       const onset = this.#player.touch(fields, now / 1000);
       this.#hands.add(fields.hand);
       if (onset) this.#plan(fields.hand);
     }
     this.#answer({type: 'ok', id});
+  }
+
+  stop() {
+    this.#player.stop();
+    for (const hand of this.#hands) this.#answer({type: 'vibration', id: 0, hand, period_ms: 12.5, amplitude: [], stopped: true});
   }
 
   step() {
@@ -165,14 +167,29 @@ function stopped(hasService) {
   pass(one, 30);
   const since = now;
   change(hasService ? 'dead' : 'alive'); // the other one takes over, and has to hold, too
-  pass(one, 900, () => touch(one, 'slide', 'stone'));
+  pass(one, 6000, () => touch(one, 'slide', 'stone')); // longer than until the next attempt to connect
+  const isBack = one.felt.by === 'service';
   const held = strongest(one, since);
   touch(one, 'release', undefined);
   pass(one, 50);
   const again = now;
   touch(one, 'contact', 'stone');
   pass(one, 100);
-  return {held, again: strongest(one, again)};
+  return {held, isBack, again: strongest(one, again)};
+}
+
+/** An operator stops the service in the middle of a stroke, and then the service dies. */
+function stoppedByAnother() {
+  const one = scene('auto');
+  pass(one, 1500);
+  touch(one, 'contact', 'stone');
+  pass(one, 300, () => touch(one, 'slide', 'stone'));
+  for (const socket of service.sockets) socket.stop();
+  pass(one, 30);
+  const since = now;
+  change('dead');
+  pass(one, 900, () => touch(one, 'slide', 'stone'));
+  return {held: strongest(one, since)};
 }
 
 /** Is felt for a while in this mode, and says by what. */
@@ -193,6 +210,7 @@ console.log(JSON.stringify({
   'strike long after': strike('dead', 2000),
   'stop with a service': stopped(true),
   'stop without one': stopped(false),
+  'stop by another': stoppedByAnother(),
   'auto, service': mode('auto', true),
   'auto, none': mode('auto', false),
   'baked, service': mode('baked', true),

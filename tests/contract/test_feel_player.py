@@ -132,6 +132,8 @@ def test_a_strike_is_played_whatever_the_service_does(felt: dict[str, Any]) -> N
 
 
 def test_nothing_is_felt_after_a_stop_though_the_other_one_takes_over(felt: dict[str, Any]) -> None:
+    assert felt["stop without one"]["isBack"]  # the service that began after the stop was there
+    assert felt["stop by another"]["held"] == 0
     for case in ("stop with a service", "stop without one"):
         assert felt[case]["held"] == 0
         assert felt[case]["again"] > 0.5

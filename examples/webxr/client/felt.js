@@ -147,13 +147,19 @@ export class Felt extends EventTarget {
     if (name === 'state') this.#tick(true);
   }
 
-  /** Passes a plan of the service on, and hands this hand back to it. */
+  /**
+   * Passes a plan of the service on, and hands this hand back to it. A stop holds in both: the bake does not go on where
+   * an operator stopped the service, and a service that began after a stop, and does not know of it, is not felt.
+   */
   #served(vibration) {
     if (this.#mode === 'baked') return;
+    if (vibration.stopped) this.#player.stop();
+    const vibrates = (vibration.amplitude?.length ?? 0) > 0;
+    if (vibrates && this.#player.isHeld(vibration.hand)) return;
     const hand = this.#hands[vibration.hand];
     hand.served = true;
     hand.missed = null;
-    hand.vibrates = (vibration.amplitude?.length ?? 0) > 0;
+    hand.vibrates = vibrates;
     this.dispatchEvent(new CustomEvent('vibration', {detail: vibration}));
   }
 

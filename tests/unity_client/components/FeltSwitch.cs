@@ -107,7 +107,8 @@ public sealed class FeltSwitch
         Components.Say("strikes " + to + " lost " + lost + " weakest " + Text(weakest) + " latest_ms " + Text(1e3 * latest));
     }
 
-    // A stop in the middle of a stroke that goes on; then the other one takes over, and has to hold as well.
+    // A stop in the middle of a stroke that goes on; then the other one takes over, and has to hold as well. A service that
+    // begins after the stop does not know of it.
     static void Stopped(bool hasService)
     {
         var one = new FeltSwitch(FeltMode.Auto, hasService);
@@ -118,8 +119,7 @@ public sealed class FeltSwitch
         one.Pass(0.03, null);
         double since = one.now;
         one.Change(hasService ? State.Dead : State.Alive);
-        if (!hasService) one.StopService();
-        one.Pass(0.9, () => one.Touch(Phase.Slide, "stone"));
+        one.Pass(2.0, () => one.Touch(Phase.Slide, "stone"));
         double held = one.Strongest(since);
         one.Touch(Phase.Release, null);
         one.Pass(0.05, null);

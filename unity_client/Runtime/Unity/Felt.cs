@@ -133,15 +133,20 @@ namespace HapticVLM
             else if (touch.Phase == Phase.Release) Send(hand, now);
         }
 
-        /// <summary>Passes a plan of the service on, and hands this hand back to it.</summary>
+        /// <summary>
+        /// Passes a plan of the service on, and hands this hand back to it. A stop holds in both: the bake does not go on
+        /// where an operator stopped the service, and a service that began after a stop, and does not know of it, is not felt.
+        /// </summary>
         public void Serve(Vibration vibration)
         {
             if (Mode == FeltMode.Baked) return;
             Hand hand = Of(vibration.Hand);
+            if (vibration.Stopped == true && player != null) player.Stop();
+            bool vibrates = vibration.Amplitude.Count > 0;
+            if (vibrates && player != null && player.IsHeld(hand.Word)) return;
             hand.IsServed = true;
             hand.Missed = null;
-            hand.Vibrates = vibration.Amplitude.Count > 0;
-            if (vibration.Stopped == true && player != null) player.Stop(); // the bake must not go on where an operator stopped the service
+            hand.Vibrates = vibrates;
             if (Vibrated != null) Vibrated(vibration);
         }
 

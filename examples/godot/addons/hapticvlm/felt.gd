@@ -135,10 +135,13 @@ func touch(fields: Dictionary, now: float) -> bool:
 	return is_sent
 
 
-## Receives a plan of the service, which gets its hand back; returns whether it is felt. A service that began after a
-## stop does not know of it, so that its plans are dropped until the stop ends.
+## Receives a plan of the service, which gets its hand back; returns whether it is felt. A stop holds in both: the bake
+## does not go on where an operator stopped the service, and a service that began after a stop, and does not know of it,
+## is not felt.
 func serve(vibration: Dictionary) -> bool:
 	var name: String = vibration["hand"]
+	if vibration.get("stopped", false) and _player != null:
+		_player.stop()
 	var vibrates: bool = not vibration.get("amplitude", []).is_empty()
 	if mode == "baked" or (vibrates and _player != null and _player.is_held(name)):
 		return false
