@@ -32,6 +32,7 @@ NOT_RUN = (
     (r'echo "\$\(git remote', "needs a clone with an origin; tests/unity_client/test_upm.py"),
     (r"npm ", "downloads; tests/browser/test_webxr.py uses what it brings"),
     (r"hapticvlm demo --browser", "needs three.js; tests/browser/test_webxr.py runs it"),
+    (r"hapticvlm demo --static", "needs three.js; tests/demo/test_static_site.py runs it"),
     (r"export ", "sets a variable for the command below it"),
     (
         r"hapticvlm recogniser-app|serve (?:run|deploy)",

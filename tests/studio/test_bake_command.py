@@ -74,6 +74,26 @@ def materials(folder: Path) -> dict[str, str | None]:
     return {key: each["surfaces"][0]["material"] for key, each in objects.items()}
 
 
+def test_a_folder_of_scenes_is_baked_scene_by_scene_and_names_one_that_cannot_be_read(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scenes, out = tmp_path / "scenes", tmp_path / "out"
+    (scenes / "upstairs").mkdir(parents=True)
+    for name, node in (("hall.glb", "OakTable"), ("upstairs/hall.glb", "SteelKettle")):
+        document = {"asset": {"version": "2.0"}, "nodes": [{"name": node, "mesh": 0}]}
+        document |= {"meshes": [{"primitives": [{}]}]}
+        (scenes / name).write_bytes(glb(document, b""))
+    assert main(["bake", str(scenes), "-o", str(out)]) == 0
+    assert list(materials(out / "hall.glb").values()) == ["wood"]
+    assert list(materials(out / "upstairs" / "hall.glb").values()) == ["metal"]
+    assert (out / "upstairs" / "hall.glb" / "feel.json").exists()
+    (scenes / "broken.gltf").write_text("nothing")
+    capsys.readouterr()
+    assert main(["bake", str(scenes), "-o", str(out)]) == 1
+    assert "broken.gltf" in capsys.readouterr().err
+    assert not (out / "broken.gltf").exists()
+
+
 @pytest.mark.parametrize("form", ["one", "list", "lines"])
 def test_scene_messages_are_read_in_each_form(tmp_path: Path, form: str) -> None:
     source = tmp_path / "scene.json"

@@ -92,7 +92,7 @@ def add(commands: Commands) -> None:
 
 
 def _scan(options: argparse.Namespace) -> int:
-    files = [pair for path in options.paths for pair in _find(path)]
+    files = [pair for path in options.paths for pair in find(path)]
     if not files:
         raise UsageError("no scene found; give .glb or .gltf files, or folders of them")
     if options.messages and len(files) > 1:
@@ -133,8 +133,11 @@ def _show(scanned: Scanned, *, as_csv: bool) -> None:
         _print(scanned.result)
 
 
-def _find(path: Path) -> list[tuple[Path, Path]]:
-    """Return the scenes that a path stands for, each with the folder that its files may be in."""
+def find(path: Path) -> list[tuple[Path, Path]]:
+    """Return the scenes that a path stands for, each with the folder that its files may be in.
+
+    Raises UsageError.
+    """
     from hapticvlm.scenes.files import ENDINGS
 
     if not path.is_dir():

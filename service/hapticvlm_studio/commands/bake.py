@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
     from hapticvlm.materials import Material
     from hapticvlm.messages import Scene
+    from hapticvlm.rendering.vibration.feel_tables import Feel
     from hapticvlm.scenes.bake import Bake, Materials
     from hapticvlm.session.scene_model import SceneModel
 
@@ -30,10 +31,11 @@ _DESCRIPTION = """
 Write how a scene feels to a folder, for players that have no service: materials.json (what each
 surface is) and feel.json (how its materials vibrate). SOURCE is a glTF 2.0 scene (.glb, .gltf), a
 file with the `scene` messages of a scene, one JSON message a line or a list, or a folder that
-`hapticvlm record` wrote. The surfaces of a glTF scene are decided as by `hapticvlm scan`: by names
-and shaders, and where these leave it open, by their textures. --materials writes the built-in
+`hapticvlm record` wrote. Any other folder stands for all glTF scenes in it, each baked to a folder
+of its own name below FOLDER. The surfaces of a glTF scene are decided as by `hapticvlm scan`: by
+names and shaders, and where these leave it open, by their textures. --materials writes the built-in
 materials instead. In materials.json a surface whose `by` is `hand` keeps its material in the next
-bake. docs/bake.md has both files.
+bake. docs/bake.md has both files. Exit code 1: a scene of a folder could not be read.
 """
 
 
@@ -51,7 +53,7 @@ def add(commands: Commands) -> None:
         nargs="?",
         type=Path,
         metavar="SOURCE",
-        help="a glTF scene, scene messages, or a recording",
+        help="a glTF scene, scene messages, a recording, or a folder of glTF scenes",
     )
     bake.add_argument(
         "-o", "--out", required=True, type=Path, metavar="FOLDER", help="folder to write to"
@@ -69,7 +71,6 @@ def add(commands: Commands) -> None:
 
 def _bake(options: argparse.Namespace) -> int:
     from hapticvlm.rendering.vibration import feel_tables
-    from hapticvlm.scenes import bake
 
     if (options.source is None) != options.materials:
         raise UsageError("give either SOURCE or --materials")
@@ -77,22 +78,62 @@ def _bake(options: argparse.Namespace) -> int:
         sys.stdout.reconfigure(errors="backslashreplace")
     with usage_errors():
         table = touch_options.table(options.gallery)
-    options.out.mkdir(parents=True, exist_ok=True)
     if options.materials:
         tables = feel_tables.feel(table)
-    else:
-        before = _before(options.out / MATERIALS)
-        baked = bake.bake(_model(options.source, table), table, before)
-        tables = baked.feel
-        _write(options.out / MATERIALS, bake.encode(baked.materials))
-        _report(baked, options.out)
-    _write(options.out / FEEL, feel_tables.encode(tables))
-    print(f"{options.out / FEEL}: {len(tables.materials)} materials")
-    for sentence in feel_tables.left_out(table) if options.materials else ():
-        print(f"  {sentence}")
-    if options.clips:
-        print(f"{_write_clips(tables.materials, table, options.out / CLIPS)} clips in {CLIPS}/")
-    return 0
+        _write_feel(tables, table, options.out, with_clips=options.clips)
+        for sentence in feel_tables.left_out(table):
+            print(f"  {sentence}")
+        return 0
+    scenes = _scenes_in(options.source)
+    if scenes is None:
+        _bake_one(_model(options.source, table), table, options.out, with_clips=options.clips)
+        return 0
+    failed = False
+    for scene in scenes:
+        out = options.out / scene.relative_to(options.source)
+        try:
+            model = _model_of_gltf(scene, table, options.source)
+            _bake_one(model, table, out, with_clips=options.clips)
+        except UsageError as error:
+            failed = True
+            print(f"hapticvlm bake: {printable(str(error))}", file=sys.stderr)
+    return 1 if failed else 0
+
+
+def _scenes_in(source: Path) -> list[Path] | None:
+    """Return the glTF scenes of a folder; None for a file or a recording. Raises UsageError."""
+    from hapticvlm.commands.scan import find
+    from hapticvlm.recordings.session_log import log_file
+
+    if not source.is_dir() or log_file(source).exists():
+        return None
+    return [scene for scene, _ in find(source)] or None
+
+
+def _bake_one(
+    model: SceneModel, table: Mapping[str, Material], out: Path, *, with_clips: bool
+) -> None:
+    """Write the bake of one scene to a folder. Raises UsageError, OSError."""
+    from hapticvlm.scenes import bake
+
+    baked = bake.bake(model, table, _before(out / MATERIALS))
+    out.mkdir(parents=True, exist_ok=True)
+    _write(out / MATERIALS, bake.encode(baked.materials))
+    _report(baked, out)
+    _write_feel(baked.feel, table, out, with_clips=with_clips)
+
+
+def _write_feel(
+    tables: Feel, table: Mapping[str, Material], out: Path, *, with_clips: bool
+) -> None:
+    """Write feel.json and, if asked for, the clips of its materials."""
+    from hapticvlm.rendering.vibration import feel_tables
+
+    out.mkdir(parents=True, exist_ok=True)
+    _write(out / FEEL, feel_tables.encode(tables))
+    print(f"{out / FEEL}: {len(tables.materials)} materials")
+    if with_clips:
+        print(f"{_write_clips(tables.materials, table, out / CLIPS)} clips in {CLIPS}/")
 
 
 def _write(path: Path, content: bytes) -> None:
@@ -128,15 +169,18 @@ def _model(source: Path, table: Mapping[str, Material]) -> SceneModel:
     if source.is_dir():
         return replay(source, table).model
     if source.name.lower().endswith(ENDINGS):
-        return _model_of_gltf(source, table)
+        return _model_of_gltf(source, table, source.parent)
     try:
         return model_of(_scenes(source), table)
     except MessageError as error:
         raise UsageError(f"{source}: {error}") from None
 
 
-def _model_of_gltf(source: Path, table: Mapping[str, Material]) -> SceneModel:
-    """Return the model of a glTF scene, its textures read. Raises UsageError."""
+def _model_of_gltf(source: Path, table: Mapping[str, Material], root: Path) -> SceneModel:
+    """Return the model of a glTF scene, its textures read; its files are below `root`.
+
+    Raises UsageError.
+    """
     from hapticvlm.evidence.lexicon import read_lexicon
     from hapticvlm.scenes import bake
     from hapticvlm.scenes.declaration import messages_of
@@ -147,7 +191,7 @@ def _model_of_gltf(source: Path, table: Mapping[str, Material]) -> SceneModel:
 
     try:
         with working(f"reading {source.name}"):
-            scene = read_scene(source)
+            scene = read_scene(source, root)
     except SceneError as error:
         raise UsageError(str(error)) from None
     model = bake.model_of(messages_of(scene, read_lexicon(table)), table)
