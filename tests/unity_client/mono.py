@@ -14,6 +14,7 @@ HERE = Path(__file__).parent
 PACKAGE = HERE.parents[1] / "unity_client"
 NEEDED = ("mono", "mcs", "nunit-console")
 NUNIT = Path("/usr/lib/cli/nunit.framework-2.6.3/nunit.framework.dll")
+RESOURCES = {"UNITY_RESOURCES": str(PACKAGE / "Runtime" / "Baked" / "Resources")}  # of the stubs
 FLAGS = ("-langversion:7.2", "-warnaserror", "-debug", "-optimize+", "-r:System.Numerics.dll")
 
 
@@ -61,7 +62,7 @@ class Build:
             capture_output=True,
             text=True,
             timeout=timeout,
-            env=os.environ | {"UNITY_RESOURCES": str(PACKAGE / "Runtime" / "Baked" / "Resources")},
+            env=os.environ | RESOURCES,
             check=False,
         )
         assert done.returncode == 0, done.stdout + done.stderr

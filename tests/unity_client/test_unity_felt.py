@@ -1,9 +1,17 @@
 """The switch between the service and the bake: on a clock of its own, and in the components."""
 
+import os
 import re
+import signal
+import subprocess
+import time
 
 import mono
 import pytest
+from pace import PACE
+from ports import free_port
+
+from hapticvlm.client.local_service import running
 
 pytest_plugins = ("mono_build",)
 NOBODY = "ws://127.0.0.1:9/"
@@ -97,3 +105,38 @@ def test_the_package_compiles_without_its_network_part(build):
     built = build.compile("offline/HapticVLM.Unity.dll", files, mono.QUIET, defined, using=using)
     assert b"HapticConnection" in built.read_bytes()  # types of its interface
     assert b"ConnectionSettings" not in built.read_bytes()  # nothing makes a connection
+
+
+@pytest.mark.nightly
+@pytest.mark.realtime
+def test_a_stroke_goes_on_while_a_real_service_freezes_and_is_killed(build, capsys):
+    port = free_port()
+    command = ["mono", "--debug", str(build.folder / "components.exe"), "felt-survives"]
+    with subprocess.Popen(
+        [*command, f"ws://127.0.0.1:{port}/"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        env=os.environ | mono.RESOURCES,
+    ) as scene:
+        assert scene.stdout is not None
+        for number in range(3):
+            with running(["--port", str(port)]) as service:
+                if number == 0:
+                    assert scene.stdout.readline() == "stroking\n"
+                for _ in range(5):
+                    time.sleep(2.0)  # the service is felt again
+                    service.process.send_signal(signal.SIGSTOP)
+                    time.sleep(0.5)
+                    service.process.send_signal(signal.SIGCONT)
+                time.sleep(2.0)
+                service.process.kill()
+            time.sleep(1.0)
+        output, _ = scene.communicate("", timeout=60.0 * PACE)
+    with capsys.disabled():
+        print("\n" + output.strip())
+    found = dict(re.findall(r"(gap_ms|longest_frame_ms|baked) (\d+)", output))
+    assert int(found["baked"]) > 15 * 0.3 * 72
+    # A frame that the machine delays leaves a gap of its own.
+    assert int(found["gap_ms"]) <= MOST_GAP_MS + max(0.0, int(found["longest_frame_ms"]) - 14)
+    assert "exceptions 0" in output

@@ -17,6 +17,7 @@ public static class FeltRooms
             case "felt-auto": Auto(url); break;
             case "felt-baked": Baked(); break;
             case "felt-scene": BakedScene(); break;
+            case "felt-survives": Survive(url); break;
         }
     }
 
@@ -96,6 +97,41 @@ public static class FeltRooms
         Components.RunFor(5);
         foreach (string line in Debug.Lines) Components.Say(line);
         Object.Destroy(client.gameObject);
+    }
+
+    // Strokes at 72 frames a second until standard input ends; prints the longest time without vibration and the longest frame.
+    static void Survive(string url)
+    {
+        HapticClient client = Components.Client(url);
+        Moves.Box("Board", new Vector3(0f, 0f, 0f), new Vector3(8f, 1f, 0.1f), "wood");
+        HapticHand hand = Moves.Hand(new Vector3(-2f, 0f, 0.06f));
+        var haptics = hand.gameObject.AddComponent<ControllerHaptics>();
+        Stroke(hand, () => client.FeltBy == FeltMode.Service && client.State == LinkState.Ready && haptics.Amplitude > 0f, "the service is not felt");
+        Console.WriteLine("stroking");
+        bool ends = false;
+        var reader = new System.Threading.Thread(() =>
+        {
+            Console.In.ReadToEnd();
+            ends = true;
+        }) { IsBackground = true };
+        reader.Start();
+        double gap = 0.0, frame = 0.0, felt = Clock.Now, last = felt;
+        int baked = 0, frames = 0;
+        for (; !System.Threading.Volatile.Read(ref ends); frames++)
+        {
+            Move(hand);
+            Player.Tick();
+            double now = Clock.Now;
+            frame = Math.Max(frame, now - last);
+            last = now;
+            if (client.FeltBy == FeltMode.Baked) baked++;
+            if (Controllers.Vibrates(XRNode.RightHand)) felt = now;
+            gap = Math.Max(gap, now - felt);
+            System.Threading.Thread.Sleep(Math.Max(0, (int)(1e3 * (now + 1.0 / 72.0 - Clock.Now))));
+        }
+        Components.Say("gap_ms " + (int)(1e3 * gap) + " longest_frame_ms " + (int)(1e3 * frame) + " baked " + baked + " of " + frames + " exceptions " + Debug.Exceptions);
+        Object.Destroy(client.gameObject);
+        Components.EndOfThreads();
     }
 
     static HapticClient Client(string materials)

@@ -109,6 +109,12 @@ namespace HapticVLM.Baked
             return hands[hand].IsHeld;
         }
 
+        /// <summary>Whether a hand touches or swings something; the plan of one that does not is empty.</summary>
+        public bool IsActive(string hand)
+        {
+            return hands[hand].Vibrates;
+        }
+
         /// <summary>The next 100 ms of a hand; the form is amplitude or parametric.</summary>
         public FeltPlan Plan(string hand, string form, double now)
         {

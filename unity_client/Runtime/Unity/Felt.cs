@@ -209,6 +209,7 @@ namespace HapticVLM
         void Send(Hand hand, double now)
         {
             hand.PlannedAt = now;
+            if (!hand.Vibrates && !player.IsActive(hand.Word)) return; // a plan would be empty, and allocate memory
             FeltPlan plan = Plan(hand, now);
             if (plan.Amplitude.Length > 0 || hand.Vibrates) Post(hand, plan, false);
         }
