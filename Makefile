@@ -78,7 +78,7 @@ toolchains:
 	@if command -v npm >/dev/null; then npm ci --silent --no-audit --no-fund --prefix service/hapticvlm_lab/training/rooms; fi
 
 $(VENV)/.demo: pyproject.toml constraints.txt hashes.txt
-	@echo "The demo's environment goes into $(VENV) and takes about 200 MB."
+	@echo "The demo's environment goes into $(VENV) and takes about 300 MB."
 	@$(PYTHON) .ci/environment $(VENV)
 	@touch $@
 

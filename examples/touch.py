@@ -1,15 +1,15 @@
 """A minimal scene: describes objects, touches them, and prints the decisions.
 
-Needs only `pip install websockets msgpack` and a running service (`hapticvlm serve`).
+Needs only `pip install websockets` and a running service (`hapticvlm serve`).
 """
 
 import asyncio
 import itertools
+import json
 import sys
 import time
 from typing import Any
 
-import msgpack
 import websockets
 
 OBJECTS: list[dict[str, Any]] = [
@@ -30,9 +30,9 @@ class Service:
     async def ask(self, **message: Any) -> dict[str, Any]:
         """Send one message and return the answer with its id."""
         id = next(self.ids)
-        await self.socket.send(msgpack.packb({"id": id, **message}))
+        await self.socket.send(json.dumps({"id": id, **message}))
         while True:
-            answer: dict[str, Any] = msgpack.unpackb(await self.socket.recv())
+            answer: dict[str, Any] = json.loads(await self.socket.recv())
             if answer["type"] == "decision":
                 show(answer)
             if answer["type"] == "error" and answer["id"] == id:

@@ -2,6 +2,7 @@
 
 import asyncio
 import subprocess
+import sys
 import time
 
 import numpy as np
@@ -14,7 +15,7 @@ from hapticvlm.client.local_service import running
 from hapticvlm.devices.errors import DeviceError
 from hapticvlm.devices.speaker.channels import DUALSENSE_CHANNELS, read_channels
 from hapticvlm.devices.speaker.engine import AudioSettings, Engine
-from hapticvlm.devices.speaker.output import OutputError, choose
+from hapticvlm.devices.speaker.output import OutputError, choose, playbacks
 from hapticvlm.devices.speaker.ring import PersistentState, Ring
 from hapticvlm.devices.speaker.speaker import Speaker
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
@@ -34,6 +35,12 @@ needs_pulseaudio = pytest.mark.needs_toolchain("pulseaudio")  # a sink that is r
 needs_jack = pytest.mark.needs_toolchain("jackd")  # a server whose driver plays into nothing
 PATIENCE_S = 30.0 * PACE
 LEASE_S = 0.2
+
+
+def test_a_machine_without_miniaudio_says_what_to_install(monkeypatch):
+    monkeypatch.setitem(sys.modules, "miniaudio", None)
+    with pytest.raises(OutputError, match=r"needs miniaudio.* install.* miniaudio"):
+        playbacks()
 
 
 def strike(**fields):

@@ -1,4 +1,4 @@
-"""A client of protocol v1, built on websockets and msgpack without the service's own code.
+"""A client of protocol v1, built on websockets and msgspec without the service's own code.
 
     import asyncio
     from hapticvlm.client import connect
@@ -31,10 +31,11 @@ import time
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass
+from numbers import Integral, Real
 from pathlib import Path
 from typing import Any
 
-import msgpack
+import msgspec
 from websockets.asyncio.client import ClientConnection
 from websockets.asyncio.client import connect as open_socket
 from websockets.exceptions import ConnectionClosed
@@ -133,7 +134,7 @@ class Client:
         self._waiting[id] = answer
         present = {name: value for name, value in fields.items() if value is not None}
         try:
-            await self._socket.send(msgpack.packb({"type": type, "id": id, **present}))
+            await self._socket.send(_encode({"type": type, "id": id, **present}))
         except ConnectionClosed:
             del self._waiting[id]
             raise
@@ -337,7 +338,7 @@ class Client:
         """Deliver answers and events until the connection ends; `connect` runs it as a task."""
         try:
             async for data in self._socket:
-                self._deliver(msgpack.unpackb(data))
+                self._deliver(_decode(data))
         except ConnectionClosed:
             pass
         finally:
@@ -415,8 +416,8 @@ async def connect(
             "role": role,
             **({"token": token} if token else {}),
         }
-        await socket.send(msgpack.packb(hello))
-        welcome = msgpack.unpackb(await socket.recv())
+        await socket.send(_encode(hello))
+        welcome = _decode(await socket.recv())
         if welcome["type"] == "error":
             raise Refused(welcome)
         client = Client(socket, welcome)
@@ -428,3 +429,26 @@ async def connect(
             listener.cancel()
             with suppress(asyncio.CancelledError):
                 await listener
+
+
+def _encode(message: Message) -> bytes:
+    """Encode a message as MessagePack. Raises TypeError for a value that no message has."""
+    return msgspec.msgpack.encode(message, enc_hook=_plain)
+
+
+def _decode(data: str | bytes) -> Message:
+    """Decode a message of the service. Raises msgspec.DecodeError."""
+    if isinstance(data, str):
+        return msgspec.json.decode(data, type=Message)
+    return msgspec.msgpack.decode(data, type=Message)
+
+
+def _plain(value: object) -> object:
+    """Return a number of numpy, or another kind of str, int or float, as the plain one."""
+    if isinstance(value, str):
+        return str(value)
+    if isinstance(value, Integral):
+        return int(value)
+    if isinstance(value, Real):
+        return float(value)
+    raise TypeError(f"{type(value).__name__}: a message cannot have such a value")

@@ -29,7 +29,7 @@ from hapticvlm.devices.speaker.channels import (
     Channels,
     is_dualsense,
 )
-from hapticvlm.errors import HapticVLMError
+from hapticvlm.errors import HapticVLMError, installing
 from hapticvlm.processes.priority import request_priority
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 
@@ -76,8 +76,7 @@ class Output:
 
         Raises OutputError.
         """
-        import miniaudio
-
+        miniaudio = _library()
         is_jack = requested.lower() == JACK
         self._channels, self._max_gap_blocks = (2, JACK_BLOCKS) if is_jack else (1, BUFFERED_BLOCKS)
         try:
@@ -142,14 +141,12 @@ class Output:
 
     def close(self) -> None:
         """Stop playing."""
-        import miniaudio
-
         device = self._device
         self._device = None
         if device is not None:
             device.close()
             # miniaudio's binding would leave the device's connection to the sound server open.
-            miniaudio.lib.ma_context_uninit(device._context)
+            _library().lib.ma_context_uninit(device._context)
 
     def _blocks(self) -> Generator[NDArray[np.float32], int, None]:
         # miniaudio sends into this generator the number of samples it needs and plays what is
@@ -179,10 +176,21 @@ class Output:
         return block if self._channels == 1 else np.repeat(block, self._channels)
 
 
-def playbacks() -> list[dict[str, Any]]:
-    """Return the outputs of this machine, each with its `name` and `id`."""
-    import miniaudio
+def _library() -> Any:  # noqa: ANN401 - it has no types
+    """Return miniaudio, which has no wheels for ARM with Linux or Windows. Raises OutputError."""
+    try:
+        import miniaudio
+    except ImportError as error:
+        raise OutputError(
+            "a real speaker needs miniaudio, which is not installed on this kind of machine; "
+            f"`{installing('miniaudio')}` builds it with a C compiler"
+        ) from error
+    return miniaudio
 
+
+def playbacks() -> list[dict[str, Any]]:
+    """Return the outputs of this machine, each with its `name` and `id`. Raises OutputError."""
+    miniaudio = _library()
     _mute_alsa()
     outputs: list[dict[str, Any]] = miniaudio.Devices().get_playbacks()
     return outputs

@@ -6,12 +6,8 @@ the service but what `/status` reports.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
-
-from prometheus_client import CollectorRegistry, generate_latest
-from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric
-from prometheus_client.registry import Collector
 
 TYPE = "text/plain; version=0.0.4; charset=utf-8"
 _GAUGES = {
@@ -38,39 +34,36 @@ _COUNTERS = {
 }
 
 
-class _StatusCollector(Collector):
-    def __init__(self, status: Mapping[str, Any]) -> None:
-        self._status = status
-
-    def collect(self) -> Iterable[Metric]:
-        """Yield each figure that there is now."""
-        for name, (text, path) in _GAUGES.items():
-            value = _at(self._status, path)
-            if value is not None:
-                yield GaugeMetricFamily(f"hapticvlm_{name}", text, value)
-        for name, (text, path) in _COUNTERS.items():
-            yield CounterMetricFamily(f"hapticvlm_{name}", text, _at(self._status, path) or 0)
-        events = CounterMetricFamily(
-            "hapticvlm_events", "drops, refusals, closes and answers by kind", labels=["kind"]
-        )
-        for kind, count in sorted(self._status["counts"].items()):
-            events.add_metric([kind], count)
-        yield events
-        faults = GaugeMetricFamily(
-            "hapticvlm_fault", "1 while this fault is there", labels=["name"]
-        )
-        for name in (*self._status["plate"]["faults"], *self._status["speaker"]["faults"]):
-            faults.add_metric([name], 1)
-        yield faults
-
-
 def render(status: Mapping[str, Any]) -> str:
     """Return all figures in the text format of Prometheus."""
-    # A registry of its own for each request: the library's global one would add figures of the
-    # Python process and would need counters that are kept in two places.
-    registry = CollectorRegistry(auto_describe=False)
-    registry.register(_StatusCollector(status))
-    return generate_latest(registry).decode()
+    return "".join(f"{line}\n" for line in _lines(status))
+
+
+def _lines(status: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the lines of each figure that there is now: its help, its type, its samples."""
+    for name, (text, path) in _GAUGES.items():
+        value = _at(status, path)
+        if value is not None:
+            yield from _head(name, "gauge", text)
+            yield f"hapticvlm_{name} {value!r}"
+    for name, (text, path) in _COUNTERS.items():
+        yield from _head(f"{name}_total", "counter", text)
+        yield f"hapticvlm_{name}_total {_at(status, path) or 0.0!r}"
+    yield from _head("events_total", "counter", "drops, refusals, closes and answers by kind")
+    for kind, count in sorted(status["counts"].items()):
+        yield f'hapticvlm_events_total{{kind="{_escaped(kind)}"}} {float(count)!r}'
+    yield from _head("fault", "gauge", "1 while this fault is there")
+    for name in (*status["plate"]["faults"], *status["speaker"]["faults"]):
+        yield f'hapticvlm_fault{{name="{_escaped(name)}"}} 1.0'
+
+
+def _head(name: str, kind: str, text: str) -> tuple[str, str]:
+    return f"# HELP hapticvlm_{name} {text}", f"# TYPE hapticvlm_{name} {kind}"
+
+
+def _escaped(text: str) -> str:
+    """Escape a label's value as the text format wants it."""
+    return text.replace("\\", "\\\\").replace("\n", "\\n").replace('"', '\\"')
 
 
 def obstacles(status: Mapping[str, Any]) -> list[str]:

@@ -7,7 +7,7 @@ from collections.abc import AsyncIterator, Iterator
 from contextlib import asynccontextmanager, contextmanager
 from typing import Any
 
-import msgpack
+import msgspec
 from websockets.asyncio.client import ClientConnection
 from websockets.asyncio.client import connect as open_socket
 
@@ -38,7 +38,7 @@ async def round_trip(socket: ClientConnection, data: bytes, id: int) -> float:
     started = time.perf_counter()
     await socket.send(data)
     while True:
-        answer = msgpack.unpackb(await socket.recv())
+        answer = msgspec.msgpack.decode(await socket.recv())
         if answer["id"] == id:
             if answer["type"] == "error":
                 raise RuntimeError(answer["text"])
@@ -54,7 +54,7 @@ async def introduce(socket: ClientConnection) -> None:
         {"type": "hello", "id": 1, "client": client, "protocol": protocol, "role": "scene"},
         {"type": "scene", "id": 2, "objects": [table], "replace": True},
     ):
-        await round_trip(socket, msgpack.packb(message), int(str(message["id"])))
+        await round_trip(socket, msgspec.msgpack.encode(message), int(str(message["id"])))
 
 
 @asynccontextmanager

@@ -22,7 +22,7 @@ from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass
 from typing import Any
 
-import msgpack
+import msgspec
 import numpy as np
 import websockets.version
 from rich.console import Console
@@ -156,7 +156,7 @@ async def alternate(
     for number in range(int(seconds * RATE_HZ) + WARM_UP):
         due = started + number / RATE_HZ
         await asyncio.sleep(max(0.0, due - time.perf_counter()))
-        data = msgpack.packb(touch(number))
+        data = msgspec.msgpack.encode(touch(number))
         touch_ms.append(await round_trip(touches, data, number + 10))
         await asyncio.sleep(max(0.0, due + 0.5 / RATE_HZ - time.perf_counter()))
         echo_ms.append(await round_trip(echoes, data, number + 10))

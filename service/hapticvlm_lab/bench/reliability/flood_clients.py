@@ -17,7 +17,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-import msgpack
+import msgspec
 from websockets.asyncio.client import ClientConnection
 from websockets.asyncio.client import connect as open_socket
 from websockets.exceptions import ConnectionClosed, InvalidHandshake
@@ -46,7 +46,7 @@ def _once(opcode: Opcode, data: bytes, count: int = 1) -> bytes:
 
 
 def _packed(**message: Any) -> bytes:
-    packed: bytes = msgpack.packb({"id": 7, **message})
+    packed: bytes = msgspec.msgpack.encode({"id": 7, **message})
     return packed
 
 

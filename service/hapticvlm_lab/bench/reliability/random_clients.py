@@ -14,7 +14,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-import msgpack
+import msgspec
 import numpy as np
 from PIL import Image
 from websockets.asyncio.client import ClientConnection
@@ -69,7 +69,7 @@ class RandomClient:
         asked = Request(number, what, time.monotonic(), answer)
         self.asked[number] = asked
         with contextlib.suppress(ConnectionClosed):
-            await self.socket.send(msgpack.packb({"id": number, **message}))
+            await self.socket.send(msgspec.msgpack.encode({"id": number, **message}))
         return asked
 
     async def send(self, data: bytes) -> None:
@@ -82,7 +82,7 @@ class RandomClient:
         with contextlib.suppress(ConnectionClosed):
             async for data in self.socket:
                 assert isinstance(data, bytes)
-                self.account(msgpack.unpackb(data))
+                self.account(msgspec.msgpack.decode(data))
 
     def account(self, message: Message) -> None:
         """Note one message: an answer closes its request, and only one may."""
@@ -191,7 +191,8 @@ def _wrong(rng: random.Random) -> Message:
 
 def garbage(rng: random.Random) -> bytes:
     """Return bytes that are not a message: they are answered with id 0."""
-    choices = (rng.randbytes(rng.randint(0, 200)), b"\x81" * 50, msgpack.packb([1, 2]), b"\xc1")
+    pair = msgspec.msgpack.encode([1, 2])
+    choices = (rng.randbytes(rng.randint(0, 200)), b"\x81" * 50, pair, b"\xc1")
     return rng.choice(choices)
 
 
