@@ -68,18 +68,22 @@ class Image:
         return f"{name} ({self.size} bytes, sha256 {digest}...)"
 
 
-def flash(address: str, path: Path | None) -> int:
+def flash(address: str, path: Path | None, *, dry_run: bool = False) -> int:
     """Write an image (by default the shipped one) to the board at a port or at `auto`.
 
-    Raises FlashError, DeviceError and UsageError, each in one line.
+    With `dry_run` nothing is written, and avrdude is not needed. Raises FlashError, DeviceError
+    and UsageError, each in one line.
     """
     image = shipped() if path is None else read(path)
     avrdude = shutil.which("avrdude")
-    if avrdude is None:
+    if avrdude is None and not dry_run:
         raise FlashError(NO_AVRDUDE)
     with working("asking the board for its version"):
         place, before = _board(address)
     print(f"{place.text}: {before}")
+    if avrdude is None or dry_run:
+        print(f"would write {image.text}; nothing was written")
+        return 0
     print(f"writing {image.text}", flush=True)
     with working("writing"):
         _run(avrdude, place, image)

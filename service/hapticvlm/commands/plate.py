@@ -6,16 +6,18 @@ import argparse
 import dataclasses
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hapticvlm.commands import plate_simulate
 from hapticvlm.commands.parsing import add_json
 from hapticvlm.errors import usage_errors
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
     from hapticvlm.devices.plate.peltier import Peltier
+    from hapticvlm.rendering.heat.limits import PlateReading
 
 LISTEN_S = 0.5  # ten telemetries
 
@@ -28,7 +30,8 @@ def add(commands: Commands) -> None:
         description="Read or change a plate on a serial port. Only one program can use "
         "the port: stop the service first.",
         examples=(
-            "hapticvlm plate status",
+            "hapticvlm plate simulate",
+            "hapticvlm plate status --port /dev/ttyUSB0",
             "hapticvlm plate clear runaway",
             "hapticvlm plate flash --port /dev/ttyUSB0",
         ),
@@ -38,9 +41,14 @@ def add(commands: Commands) -> None:
     add_json(status)
     clear = _add(verbs, "clear", "clear one fault; the plate stays off", _clear)
     clear.add_argument(
-        "fault", metavar="FAULT", help="name or number of the fault, as `plate status` prints it"
+        "fault",
+        nargs="?",
+        metavar="FAULT",
+        help="name or number of the fault, as `plate status` prints it; without it, the faults "
+        "that are latched are listed",
     )
     _add_flash(verbs)
+    plate_simulate.add(verbs)
 
 
 def _add(
@@ -49,7 +57,9 @@ def _add(
     description = f"{summary[0].upper()}{summary[1:]}."
     verb = verbs.add_parser(name, help=summary, description=description)
     verb.add_argument(
+        "--port",
         "--peltier",
+        dest="port",
         default="auto",
         metavar="PORT",
         help="serial port, `auto` or `simulated` (%(default)s)",
@@ -81,13 +91,16 @@ def _add_flash(verbs: Commands) -> None:
     flash.add_argument(
         "--hex", type=Path, metavar="FILE", help="Intel HEX file to write (the shipped one)"
     )
+    flash.add_argument(
+        "--dry-run", action="store_true", help="ask the board for its version, and write nothing"
+    )
     flash.set_defaults(run=_flash)
 
 
 def _flash(options: argparse.Namespace) -> int:
     from hapticvlm.commands import flash
 
-    return flash.flash(options.port, options.hex)
+    return flash.flash(options.port, options.hex, dry_run=options.dry_run)
 
 
 def _with_plate(
@@ -96,7 +109,7 @@ def _with_plate(
     from hapticvlm.devices.plate.peltier import Peltier
     from hapticvlm.devices.simulated.simulated_board import simulated_plate
 
-    plate = simulated_plate() if options.peltier == "simulated" else Peltier(options.peltier)
+    plate = simulated_plate() if options.port == "simulated" else Peltier(options.port)
     try:
         plate.connect()
         with usage_errors():
@@ -106,13 +119,16 @@ def _with_plate(
     return 0
 
 
-def _status(plate: Peltier, options: argparse.Namespace) -> None:
-    from hapticvlm.devices.faults import describe
-
+def _reading(plate: Peltier) -> PlateReading:
+    """Listen for some telemetry and return what the plate reports."""
     until = time.monotonic() + LISTEN_S
     while time.monotonic() < until:
         plate.poll()
-    reading = plate.advance(time.monotonic())
+    return plate.advance(time.monotonic())
+
+
+def _status(plate: Peltier, options: argparse.Namespace) -> None:
+    reading = _reading(plate)
     if options.json:
         report = {"plate": plate.name, "simulated": plate.simulated}
         print(json.dumps({**report, **dataclasses.asdict(reading), "counts": plate.counts}))
@@ -123,13 +139,27 @@ def _status(plate: Peltier, options: argparse.Namespace) -> None:
     for name, count in plate.counts.items():
         if count:
             print(f"  {name.replace('_', ' ')} {count}")
-    for fault in reading.faults:
-        print(f"  FAULT {describe(fault)}")
-    if not reading.faults:
+    _print_faults(reading.faults, options.port)
+
+
+def _print_faults(names: Collection[str], port: str) -> None:
+    """Print each fault, and how to clear those that latch."""
+    from hapticvlm.devices.faults import FIRMWARE, describe
+
+    latching = {fault.name for fault in FIRMWARE.values()}
+    there = "" if port == "auto" else f" --port {port}"
+    for name in names:
+        print(f"  FAULT {describe(name)}")
+        if name in latching:
+            print(f"        then run: hapticvlm plate clear {name}{there}")
+    if not names:
         print("  no faults")
 
 
 def _clear(plate: Peltier, options: argparse.Namespace) -> None:
+    if options.fault is None:
+        _print_faults(_reading(plate).faults, options.port)
+        return
     plate.clear(options.fault)
     print(f"{options.fault} cleared; the plate stays off until the next setpoint")
 

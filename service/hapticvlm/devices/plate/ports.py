@@ -81,7 +81,7 @@ def candidate_ports(address: str) -> list[PortInfo]:
     if not likely:
         raise DeviceError(
             f"no port looks like a plate; ports seen: {_listed([info for info, _ in present])}; "
-            "plug the plate in, or name its port"
+            "plug the plate in, or name its port, such as --peltier COM3 or --peltier /dev/ttyUSB0"
         )
     return _known_among(likely, known_plates.load())
 
