@@ -4,10 +4,13 @@ messages.schema.json is JSON Schema draft-07, asyncapi.yaml is AsyncAPI 3.0. vec
 messages as bytes, beside their values or the reason of their refusal; vectors/feel.json has touches
 and their vibration, for the players of `feel.json` (feel.schema.json), of which each client has a
 copy for the built-in materials. The web client also has a copy of the pages' sound voice, and the
-WebXR example a bake of its scene. The Unity client's message types are C# (csharp.py), and
-docs/protocol.md lists every field (tables.py). Descriptions of messages and fields come from
-messages.py (meanings.py). A `$comment` marks byte strings, for which JSON Schema has no type; in
-the vectors they are {"$bin": "hex"}.
+WebXR example a bake of its scene. The Unity client's message types are C# (csharp.py).
+
+docs/protocol-reference.md lists every field (tables.py), docs/command-line.md every command and
+option, from the parsers (command_line.py), and docs/material-tables.md every material
+(material_page.py). Descriptions of messages and fields come from messages.py (meanings.py). A
+`$comment` marks byte strings, for which JSON Schema has no type; in the vectors they are
+{"$bin": "hex"}.
 """
 
 from __future__ import annotations
@@ -22,9 +25,11 @@ import msgpack
 import msgspec
 import yaml
 
+import command_line
 import components
 import csharp
 import feel_vectors
+import material_page
 import tables
 import vectors
 from hapticvlm import messages
@@ -38,7 +43,7 @@ WEB = HERE.parent / "examples" / "webxr" / "client"
 UNITY_FEEL = HERE.parent / "unity_client" / "Runtime" / "Baked" / "Resources" / "HapticVLM"
 VOICE = HERE.parent / "service" / "hapticvlm" / "pages" / "sound.voice.js"
 GODOT = HERE.parent / "examples" / "godot" / "addons" / "hapticvlm"
-PAGE = HERE.parent / "docs" / "protocol.md"
+DOCS = HERE.parent / "docs"
 UNITY = HERE.parent / "unity_client" / "Runtime" / "Core" / "Generated"
 Json = dict[str, Any]
 
@@ -83,7 +88,9 @@ def generated() -> Iterator[tuple[Path, str]]:
     yield WEB / VOICE.name, VOICE.read_text(encoding="utf-8")
     yield UNITY / "Enums.g.cs", csharp.enums(json_schema())
     yield UNITY / "Messages.g.cs", csharp.types(json_schema())
-    yield PAGE, tables.renew(PAGE.read_text(encoding="utf-8"), json_schema()["$defs"])
+    yield DOCS / "protocol-reference.md", tables.page(json_schema()["$defs"])
+    yield DOCS / "command-line.md", command_line.page()
+    yield DOCS / "material-tables.md", material_page.page()
 
 
 def baked_room(folder: Path) -> str:

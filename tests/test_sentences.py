@@ -7,11 +7,11 @@ from sentences import read, words
 
 ROOT = Path(__file__).parents[1]
 README = ROOT / "README.md"
-FOR_DEVELOPERS = {"MEASURED.md", "physics.md"}  # tables of figures, with their conditions
+FOR_DEVELOPERS = {"physics.md"}  # tables of figures, with their conditions
 PAGES = [
     README,
     *(ROOT / name for name in ("SECURITY.md", "CHANGELOG.md", "CONTRIBUTING.md")),
-    *(page for page in sorted((ROOT / "docs").glob("*.md")) if page.name not in FOR_DEVELOPERS),
+    *(page for page in sorted((ROOT / "docs").rglob("*.md")) if page.name not in FOR_DEVELOPERS),
     *sorted((ROOT / "examples").glob("*/README.md")),
     *(ROOT / name for name in ("examples/webxr/client/README.md", "unity_client/README.md")),
     ROOT / "firmware/README.md",

@@ -15,7 +15,7 @@ from hapticvlm.commands import config_file, main, serve
 from hapticvlm.commands.progress import track
 from hapticvlm.errors import installing
 
-PARSER = main._parser()
+PARSER = main.command_line()
 LABORATORY = {"lab", *main.PARTS["hapticvlm_lab"]}
 
 

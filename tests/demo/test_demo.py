@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 import time
+import urllib.request
 from itertools import pairwise
 
 import numpy as np
@@ -159,3 +160,24 @@ def test_the_page_it_leaves_holds_every_touch_and_its_sound(demo, touches):
 def test_it_ends_by_telling_how_to_go_on(demo):
     for hint in ("http://127.0.0.1:8790/", "Unity", "vibration.wav", "touches:", "session.html"):
         assert hint in demo.text
+
+
+def test_without_three_js_the_page_to_touch_a_picture_opens_instead(tmp_path, monkeypatch):
+    folder = tmp_path / "examples" / "webxr"
+    folder.mkdir(parents=True)
+    (folder / "index.html").write_text("a scene without its packages")
+    monkeypatch.setenv("BROWSER", "true")
+    with subprocess.Popen(
+        [sys.executable, "-u", "-m", "hapticvlm", "demo", "--browser"],
+        cwd=tmp_path, stdout=subprocess.PIPE, text=True,
+    ) as process:  # fmt: skip
+        assert process.stdout is not None
+        told = process.stdout.readline()
+        opened = process.stdout.readline().split()[-1]
+        try:
+            with urllib.request.urlopen(opened) as page:
+                assert b"<title>" in page.read()
+        finally:
+            process.terminate()
+    assert "npm ci --prefix examples/webxr" in told
+    assert opened.endswith("/try")

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import pytest
 
-from hapticvlm.evidence.sub_materials import SUB_MATERIALS, THICKNESSES
 from hapticvlm.materials import MATERIALS
 from hapticvlm.perception import threshold_db
 from hapticvlm.rendering.heat import limits as plate_limits
@@ -50,18 +49,6 @@ def test_its_materials_are_those_of_the_table():
     for name, material in MATERIALS.items():
         bulk = material.thermal
         assert known[name] == (bulk.conductivity, bulk.density, bulk.heat_capacity), name
-
-
-def test_its_sub_materials_and_thicknesses_are_those_of_the_table():
-    documented = {tuple(cells) for cells in rows("1.5")}
-
-    for kind in SUB_MATERIALS.values():
-        bulk = kind.thermal
-        figures = bulk.conductivity, bulk.density, bulk.heat_capacity, round(bulk.effusivity)
-        row = (kind.name, ", ".join(kind.of), *(f"{figure:g}" for figure in figures), kind.source)
-        assert row in documented
-    for thin in (thin for rows in THICKNESSES.values() for thin in rows):
-        assert (thin.name, ", ".join(thin.of), f"{1e3 * thin.metres:g}", thin.source) in documented
 
 
 def test_its_threshold_is_the_one_that_levels_are_made_by():

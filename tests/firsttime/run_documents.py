@@ -10,6 +10,7 @@ is ready, and gets `--port 0`, so that it is in nobody's way.
 from __future__ import annotations
 
 import argparse
+import collections
 import json
 import os
 import shutil
@@ -20,11 +21,12 @@ import tempfile
 import time
 from pathlib import Path
 
-from blocks import ROOT, Command, shown
+from blocks import PLACES, ROOT, Command, shown
 
 sys.path.append(str(ROOT / "tests" / "support"))
 
 from gltf_room import write_room
+from PIL import Image
 
 PATIENCE_S = 300.0
 SERVES = ("hapticvlm serve", "hapticvlm record")
@@ -52,9 +54,11 @@ def install(folder: Path) -> Path:
 
 def furnish(folder: Path) -> None:
     """Lay out what the documents take for granted: a reader's pictures, scenes and examples."""
+    folder.mkdir()
     frames = sorted(HELD_BACK.glob("*.jpg"))
     shutil.copy(frames[0], folder / "photo.jpg")
     rooms = {"frames": 0, "masks": 0, "walnut": 8, "pictures/wood": 16, "pictures/glass": 24}
+    rooms |= {"other-pictures/wood": 19, "other-pictures/glass": 27}
     for name, first in rooms.items():
         (folder / name).mkdir(parents=True)
         for picture in frames[first : first + 3]:
@@ -63,8 +67,24 @@ def furnish(folder: Path) -> None:
     write_room(folder / "room.glb")
     write_room(folder / "scenes" / "room.glb")
     (folder / "scene.json").write_text(json.dumps(SCENE))
+    (folder / "stated.json").write_text(json.dumps({"oak_table": "wood"}))
+    shutil.copy(ROOT / "examples" / "hapticvlm.toml", folder)
+    with Image.open(frames[0]) as picture:
+        for name in ("planks_basecolor.png", "atlas.png"):
+            picture.save(folder / name)
     for name in ("examples", "firmware", "schemas", "service", "tests"):
         (folder / name).symlink_to(ROOT / name)
+
+
+def record(folder: Path, programs: Path) -> None:
+    """Record a session by the demo, as a reader has after `hapticvlm record`."""
+    with tempfile.TemporaryDirectory() as name:
+        shown = subprocess.run(
+            [programs / "hapticvlm", "demo", "--out", name], capture_output=True, check=True
+        )
+        (session,) = Path(name, "session").iterdir()
+        shutil.copytree(session, folder)
+        assert shown.stdout
 
 
 def run(command: Command, folder: Path, programs: Path) -> str | None:
@@ -113,23 +133,32 @@ def main() -> int:
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        (folder / "reader").mkdir()
-        furnish(folder / "reader")
         started = time.monotonic()
         programs = options.programs
         if programs is None and not options.list:
             programs = install(folder)
             print(f"installed in {time.monotonic() - started:.0f} s", flush=True)
+        if not options.list:
+            record(folder / "record", programs)
+        counts: collections.Counter[str] = collections.Counter()
         for command in shown():
+            counts[command.reason or "run"] += 1
             if command.reason is not None or options.list:
                 print(f"{'not run' if command.reason else 'run':<8}{command.place:<32}"
                       f"{command.text[:60]:<62}{command.reason or ''}", flush=True)  # fmt: skip
                 continue
-            wrong = run(command, folder / "reader", programs)
+            place = folder / command.folder.replace("/", "-")
+            if not place.is_dir():
+                furnish(place)
+                shutil.copytree(folder / "record", place / PLACES["SESSION"])
+            wrong = run(command, place, programs)
             print(f"{'FAILED' if wrong else 'ok':<8}{command.place:<32}{command.text}", flush=True)
             if wrong:
                 print(wrong)
                 return 1
+        print(f"{counts.total()} commands, {counts.pop('run')} of them run, the others not:")
+        for reason, number in counts.most_common():
+            print(f"{number:>4}  {reason}")
         print(f"{time.monotonic() - started:.0f} s in all")
     return 0
 

@@ -12,19 +12,20 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parent))
 import blocks
 
-from hapticvlm.commands.main import _parser
+from hapticvlm.commands.main import command_line
 from hapticvlm.demo.run import _next_steps
 
-PARSER = _parser()
+PARSER = command_line()
 SHOWN = blocks.shown()
 INLINE = re.compile(r"`(hapticvlm [^`]+)`")
-INSTALLS = r"pip|uv|pipx|docker|git|py "
+INSTALLS = r"pip|uv|pipx|docker|git|py |eval |npm "
 PLACEHOLDER = {"|", "...", "[all|speaker|peltier]"}
 MEANT = {
     "COMMAND": "serve",
     "SHELL": "bash",
     "MATERIAL": "metal",
     "FAULT": "plate_open",
+    "FILE": "0.0004",
     "R": "1",
     "S": "1",
     "A": "1",
@@ -33,7 +34,7 @@ MEANT = {
 
 def inline():
     """Every call of the program that stands in a sentence, with its document."""
-    for document in (*blocks.DOCUMENTS, "CONTRIBUTING.md", "docs/MEASURED.md"):
+    for document in (*blocks.DOCUMENTS, "CONTRIBUTING.md"):
         text = " ".join((blocks.ROOT / document).read_text(encoding="utf-8").split())
         for found in INLINE.findall(text):
             yield document, found

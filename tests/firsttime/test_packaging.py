@@ -1,6 +1,7 @@
 """What is prepared for containers and releases agrees with the code. Neither was ever run here."""
 
 import re
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -8,7 +9,7 @@ import yaml
 
 from hapticvlm import __version__
 from hapticvlm.commands import alive, serve
-from hapticvlm.commands.main import _parser
+from hapticvlm.commands.main import command_line
 from hapticvlm.server import service_info
 
 ROOT = Path(__file__).parents[2]
@@ -34,7 +35,7 @@ def test_the_container_is_built_from_files_that_are_there_and_handed_to_the_buil
 def test_the_container_runs_the_service_without_root_behind_a_token():
     assert last("USER") != "root"
     words = [*yaml.safe_load(last("ENTRYPOINT")), *yaml.safe_load(last("CMD"))]
-    given = _parser().parse_args(words[1:])
+    given = command_line().parse_args(words[1:])
     options = serve.resolve_options(given, {"HAPTICVLM_TOKEN": "choose-a-long-secret"})
     assert service_info.address(options).host == "0.0.0.0"
     assert str(options.port) == last("EXPOSE")
@@ -74,3 +75,8 @@ def test_a_release_is_refused_where_tag_and_version_differ():
     source = (ROOT / "service/hapticvlm/__init__.py").read_text()
     pattern = pattern.replace("\\(", "(").replace("\\)", ")")
     assert re.findall(pattern, source, re.MULTILINE) == [__version__]
+
+
+def test_the_service_needs_few_packages():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    assert len(project["dependencies"]) <= 13

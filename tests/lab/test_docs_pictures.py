@@ -13,7 +13,7 @@ pytestmark = pytest.mark.nightly
 
 ROOT = Path(__file__).parents[2]
 SHOWN = re.compile(r"!\[[^\]]+\]\(([^)#]+)\)")
-PAGES = (ROOT / "README.md", *(ROOT / "docs").glob("*.md"), *ROOT.glob("examples/*/README.md"))
+PAGES = (ROOT / "README.md", *(ROOT / "docs").rglob("*.md"), *ROOT.glob("examples/*/README.md"))
 
 
 def shown() -> set[Path]:

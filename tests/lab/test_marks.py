@@ -1,4 +1,4 @@
-"""The table of marks: measured by one command, and put into MEASURED by it alone."""
+"""The table of marks: measured by one command, and put into the page of figures by it alone."""
 
 import json
 

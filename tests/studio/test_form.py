@@ -248,10 +248,10 @@ def test_a_study_of_the_first_format_goes_on_and_one_of_a_later_format_is_refuse
 
 
 def layout(folder: Path, *options: str) -> designs.Design:
-    from hapticvlm.commands.main import _parser
+    from hapticvlm.commands.main import command_line
     from hapticvlm_studio.commands.layout import layout as lay
 
-    return lay(_parser().parse_args(["study", "run", str(folder), *options]))[0]
+    return lay(command_line().parse_args(["study", "run", str(folder), *options]))[0]
 
 
 def test_the_file_lays_the_study_out_and_stays_as_it_was_begun(form: Form, tmp_path: Path) -> None:

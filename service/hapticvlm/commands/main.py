@@ -78,7 +78,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; return its exit code."""
     for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(threads, "1")
-    parser = _parser()
+    parser = command_line()
     words = sys.argv[1:] if arguments is None else list(arguments)
     if not words:
         parser.print_help()
@@ -123,7 +123,8 @@ def _reason(error: Exception) -> str | None:
     return out_of_memory(error)
 
 
-def _parser() -> argparse.ArgumentParser:
+def command_line() -> argparse.ArgumentParser:
+    """Return the parser of all commands; docs/command-line.md is written from it."""
     parser: argparse.ArgumentParser = Parser(
         prog="hapticvlm",
         description="Makes objects in a VR scene feel like what they look like. "

@@ -211,18 +211,22 @@ def _write_static(folder: Path) -> int:
 
 
 def _browse() -> int:
-    """Serve the scene, open it, and stay until Ctrl+C. Raises UsageError, ServiceError."""
+    """Serve the scene, open it, and stay until Ctrl+C. Raises ServiceError.
+
+    Without three.js, which a checkout gets from npm, the page on which a picture is touched opens.
+    """
     import webbrowser
 
     from hapticvlm.client.local_service import ending_on_sigterm, running
 
-    examples = _drawable_examples()
+    examples = _examples_folder()
+    has_scene = examples is not None and (examples / "webxr" / "node_modules" / "three").is_dir()
+    if not has_scene:
+        print(f"three.js is not installed (`{CURE}` in a checkout), so the page /try opens instead")
+    folder = ["--scene", str(examples)] if has_scene else []
     try:
-        with (
-            ending_on_sigterm(),
-            running(["--scene", str(examples)], ends_with_us=True) as service,
-        ):
-            page = service.page + "scene/webxr/"
+        with ending_on_sigterm(), running(folder, ends_with_us=True) as service:
+            page = service.page + ("scene/webxr/" if has_scene else "try")
             print(f"scene        {page}\ndashboard    {service.page}\nCtrl+C ends both", flush=True)
             if not webbrowser.open(page):
                 print("no browser was opened; open the first address in one", flush=True)

@@ -32,8 +32,8 @@ def lower_priority(nice: int) -> None:
     It gives up the real-time priority that a child inherits. On Linux it also becomes a batch
     process, which never preempts another process when it wakes. The gateway wakes a model in the
     middle of a turn of its event loop, whenever it hands over a frame. If the model preempted it
-    there, one in a hundred touches would wait 3 ms instead of 1.6 (docs/MEASURED.md), and a higher
-    `nice` value alone does not prevent that.
+    there, one in a hundred touches would wait 3 ms instead of 1.6 (hapticvlm_lab/LOG.md), and a
+    higher `nice` value alone does not prevent that.
     """
     if hasattr(os, "sched_setscheduler"):
         with suppress(OSError):

@@ -192,7 +192,7 @@ def recognise(
 
     Raises `HapticVLMError`, which is also a ValueError, for a picture or a mask that cannot be used
     and a material that the gallery lacks. The network is loaded by the first call, in about half a
-    second. docs/MEASURED.md says how often it is right.
+    second. docs/figures.md says how often it is right.
 
         hapticvlm.recognise("photo.jpg", among=["wood", "glass", "metal"]).material
     """

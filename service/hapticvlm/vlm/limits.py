@@ -36,7 +36,7 @@ KEPT_HEADS = 4  # cached instructions: ambient and a few scenes' material names
 
 # Times.
 # Limit of one answer, unless `--vlm-timeout` is given. A picture of IMAGE_TOKENS takes one thread
-# of a processor 30 s (docs/MEASURED.md), and a question about an object has two pictures.
+# of a processor 30 s (hapticvlm_lab/LOG.md), and a question about an object has two pictures.
 ANSWER_S = 120.0
 LOAD_S = 900.0  # a model may have to be downloaded first
 GRACE_S = 5.0  # after the model's own time limit, before the process is killed

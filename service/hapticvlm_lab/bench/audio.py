@@ -4,7 +4,7 @@ Sound is measured where another program receives it. A private PulseAudio daemon
 plays into nothing; `parec` records the sink's monitor, and the time at which a chunk arrives there
 is the time that counts. A strike is put into the ring of the audio engine; its delay ends with the
 first chunk that holds a sample other than zero. That includes the delay of the sound server, and
-nothing is taken off for the place of the sample within its chunk. The table in docs/MEASURED.md
+nothing is taken off for the place of the sample within its chunk. The table in docs/figures.md
 tells what a bare audio program needs on the same sink.
 
 Three clocks are involved. The engine renders a block each time the output asks for one, so the

@@ -29,7 +29,7 @@ def add(commands: Commands) -> None:
     _add_shared_recogniser(kinds)
     _kind(kinds, "touches", _touches, "how well a simulated palm tells the materials apart")
     marks = _kind(kinds, "marks", _marks, "the figures that the project has marks for")
-    marks.add_argument("--write", action="store_true", help="write the table into docs/MEASURED.md")
+    marks.add_argument("--write", action="store_true", help="write the table into docs/figures.md")
 
 
 def _kind(kinds: Commands, name: str, run: Run, text: str) -> argparse.ArgumentParser:

@@ -30,7 +30,7 @@ CLIP_S = 0.6
 _DESCRIPTION = """
 Write how a scene feels to a folder, for players that have no service: materials.json (what each
 surface is) and feel.json (how its materials vibrate). SOURCE is a glTF 2.0 scene (.glb, .gltf), a
-file with the `scene` messages of a scene, one JSON message a line or a list, or a folder that
+file with the `scene` messages of a scene (a list, or a message a line), or a folder that
 `hapticvlm record` wrote. Any other folder stands for all glTF scenes in it, each baked to a folder
 of its own name below FOLDER. The surfaces of a glTF scene are decided as by `hapticvlm scan`: by
 names and shaders, and where these leave it open, by their textures. --materials writes the built-in

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 _DESCRIPTION = """
 Measure how a speaker moves, in two steps. First play a sweep of eleven seconds: --speaker NAME
-plays it, or --sweep FILE writes it to a WAV file to play elsewhere. Rest a palm on the speaker, set
-the level you will use, and record the motion with an accelerometer, to a WAV file or to a CSV file
+plays it, or --sweep FILE writes it to a WAV file to play elsewhere. Rest a palm on the speaker, and
+set the level you will use. Record the motion with an accelerometer, to a WAV file or to a CSV file
 of time and values, as phones export it. Ctrl-C ends the sweep. Then --recorded FILE --out CURVE
 writes the curve that `hapticvlm serve --speaker-response CURVE` corrects. --simulate measures a
 simulated speaker.

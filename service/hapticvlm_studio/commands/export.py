@@ -24,11 +24,11 @@ FORMATS = ("wav", "haptic", "ahap", "hjif", PAGE)
 SCALES = ("palm", "controller")
 ALL = "all"
 _DESCRIPTION = """
-Write what touching a material feels like to a file: wav (48 kHz, what the palm speaker plays),
+Write what touching a material feels like to a file. Formats are wav (what the palm speaker plays),
 haptic (Meta Haptics SDK), ahap (Apple Core Haptics) or hjif (MPEG, ISO/IEC 23090-31). `all` writes
 every material of the table and of --gallery into the folder --out, one file for each interaction.
-hjif contains the temperature of the plate; for the other formats it is written to a second file
-(.heat.json). `page` is one HTML file to hear and compare touches, with all four formats to
+The file hjif contains the temperature of the plate; for the other formats it is written to a second
+file (.heat.json). `page` is one HTML file to hear and compare touches, with all four formats to
 download. `--scale controller` raises what a controller or a phone would hardly play; wav files do
 not change.
 """

@@ -12,9 +12,9 @@ if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
 
 _REPORT = """
-Evaluate a study: recognition with intervals, confusion matrices, reaction times, a two-way
-repeated-measures ANOVA and Friedman's test of those who felt every pattern, pairwise tests after
-Holm, ratings, and information transmitted. The result is DIR/report/report.html, one file with its
+Evaluate a study: recognition with intervals, confusion matrices, reaction times, ratings, and
+information transmitted. Tests are a two-way repeated-measures ANOVA and Friedman's of those who
+felt every pattern, and pairwise tests after Holm. DIR/report/report.html is one file with its
 pictures inside that you can send to others. It says what may be claimed and what may not. Text,
 JSON and CSV files of all trials and participants are written next to it. --paper evaluates the data
 of the HapticVLM paper.

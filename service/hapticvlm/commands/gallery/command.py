@@ -74,7 +74,7 @@ def _add_add(kinds: Commands) -> None:
         description="Add a material of your own. It has the properties of a material of the table "
         "except those you set. It can then be stated, named and recognised like any other.",
         examples=(
-            "hapticvlm gallery add walnut walnut/ --like wood --out mygallery \\",
+            "hapticvlm gallery add burl walnut/ --like wood --out mygallery \\",
             "    --set thermal.conductivity=0.2 --words walnut,burl",
         ),
     )

@@ -1,7 +1,6 @@
 """The recipe of each picture of docs/: a command of the project, or a page in a real browser.
 
-The pictures in KEPT have no recipe: the programs that drew them are removed (commit 7db7716 has
-them), and the pictures stay as they are.
+The pictures in KEPT have no recipe: a film is put together by hand.
 """
 
 from __future__ import annotations
@@ -63,7 +62,7 @@ RECIPES: Mapping[str, Recipe] = {
     "study-experimenter.png": pages.experimenter,
 }
 
-KEPT = frozenset({"chart-apart.png", "chart-beliefs.png", "demo.webp", "stability-thermal.png"})
+KEPT = frozenset({"demo.webp"})
 
 
 def names(wanted: Sequence[str]) -> list[str]:

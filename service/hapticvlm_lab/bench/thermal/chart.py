@@ -17,7 +17,7 @@ object to object are compared with finite differences. The worst error counts, s
 the worst moment and not the average.
 
 Methods on grids of cells, sums of exponentials and one trace for each contact were measured and
-rejected; docs/MEASURED.md keeps their figures.
+rejected; hapticvlm_lab/LOG.md keeps their figures.
 """
 
 from __future__ import annotations

@@ -11,7 +11,7 @@ The error of a knob is the largest difference that a palm feels, in dB: what the
 masks, and what is below the threshold, does not count (spectra.felt_difference_db). Costs are the
 least of ROUNDS on this process's core, which other work disturbs least; all settings of a knob take
 turns. A third knob, noise through an autoregressive filter instead of the fixed pattern of a
-surface, was rejected; docs/MEASURED.md keeps its figures.
+surface, was rejected; hapticvlm_lab/LOG.md keeps its figures.
 """
 
 from __future__ import annotations
