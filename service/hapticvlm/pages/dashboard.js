@@ -31,6 +31,7 @@ let connected = "Connected.";
 let watched = "";
 let leases = 0;
 let newest = null; // telemetry
+let loudest = 0; // of the readings since the last that was shown, of full scale
 let feltAt = performance.now(); // when something was felt last
 const url = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/`;
 const link = new Link(url, {
@@ -77,11 +78,13 @@ function watch() {
 const showTelemetry = inStep(() => {
   if (link.state !== "open") return;
   plate.telemetry(newest);
-  speaker.telemetry(newest);
+  speaker.telemetry({ ...newest, speaker_level: loudest });
+  loudest = 0;
 }, TELEMETRY_MS);
 
 function telemetry(message) {
   newest = message;
+  loudest = Math.max(loudest, message.speaker_level); // a strike may be in one reading only
   showTelemetry();
   if (message.leases || message.speaker_level > SILENT) feltAt = performance.now();
   watch();
