@@ -316,6 +316,7 @@ def say(page: Page, material: str) -> None:
     expect(page.locator("#teach-told")).to_contain_text(f"Corrected to {material}")
 
 
+@pytest.mark.nightly
 def test_at_rest_it_offers_touches_and_a_pressed_one_stays_where_it_is(
     service: Service, browser: Browser
 ) -> None:

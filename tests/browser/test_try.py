@@ -385,6 +385,7 @@ def test_a_drawn_hand_touches_the_first_picture_once_and_its_answer_is_at_the_fi
         expect(page.locator("#shown-hand")).to_be_hidden()
 
 
+@pytest.mark.nightly
 def test_a_persons_hand_ends_the_drawn_one(browser, service):
     with visit(browser, service, reduced_motion="no-preference") as page:
         expect(page.locator("#shown-hand")).to_be_visible()

@@ -119,6 +119,7 @@ def stroke(page: Page) -> None:
     page.mouse.up()
 
 
+@pytest.mark.nightly
 def test_a_correction_is_taken_back(browser: Browser, service: Service) -> None:
     with visit(browser, service) as page:
         sample(page, 3)
