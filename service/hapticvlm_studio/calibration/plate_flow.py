@@ -70,7 +70,7 @@ _LAYER = Thermal(0.22, 1200, 3400)  # drier than what lies below it (docs/physic
 _MAX_LAG_S = 1.0
 _MIN_SWING_C = 0.3  # measured at the first harmonic, of 1 degC that is commanded
 _MIN_FLOW_W_PER_K = 0.05  # at the first harmonic; a palm of 1e-3 m2 K/W takes 0.2
-_MAX_CHANGE = 0.15  # of the flow, between the halves of a run; our choice
+_MAX_CHANGE = 0.25  # of the flow, between the halves of a run; our choice
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
