@@ -6,6 +6,7 @@ import subprocess
 import sys
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import msgpack
 import msgspec
@@ -38,7 +39,8 @@ async def test_a_researcher_touches_an_object_and_reads_the_decision(service):
 
 async def test_a_number_of_numpy_is_sent_as_a_number(service):
     async with connect(service.url) as client:
-        speed, force = np.float64(0.2), np.float32(1.5)
+        speed: Any = np.float64(0.2)
+        force: Any = np.float32(1.5)
         answer = await client.touch("contact", "pane", speed_mps=speed, force_n=force)
         assert answer["type"] == "ok"
         with pytest.raises(TypeError, match="ndarray: a message cannot have such a value"):

@@ -61,9 +61,9 @@ def furnish(folder: Path) -> None:
     rooms |= {"other-pictures/wood": 19, "other-pictures/glass": 27}
     for name, first in rooms.items():
         (folder / name).mkdir(parents=True)
-        for picture in frames[first : first + 3]:
+        for frame in frames[first : first + 3]:
             if name != "masks":
-                shutil.copy(picture, folder / name)
+                shutil.copy(frame, folder / name)
     write_room(folder / "room.glb")
     write_room(folder / "scenes" / "room.glb")
     (folder / "scene.json").write_text(json.dumps(SCENE))

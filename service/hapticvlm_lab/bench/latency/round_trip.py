@@ -38,7 +38,7 @@ async def round_trip(socket: ClientConnection, data: bytes, id: int) -> float:
     started = time.perf_counter()
     await socket.send(data)
     while True:
-        answer = msgspec.msgpack.decode(await socket.recv())
+        answer = msgspec.msgpack.decode(await socket.recv(decode=False))
         if answer["id"] == id:
             if answer["type"] == "error":
                 raise RuntimeError(answer["text"])
