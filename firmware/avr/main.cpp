@@ -1,4 +1,5 @@
 // The ATmega328P port (Arduino Uno or Nano, 16 MHz): pins, timers, converter, serial line, watchdog.
+#include <avr/eeprom.h>
 #include <avr/interrupt.h>
 #include <avr/io.h>
 #include <avr/sleep.h>
@@ -22,6 +23,7 @@ const uint8_t CUT_OUT_PIN = _BV(PD7);  // port D, low while closed
 
 plate::PersistentState persistent_state __attribute__((section(".noinit")));
 uint8_t reset_cause __attribute__((section(".noinit")));
+void* const PARAMETERS_AT = (void*)4;  // in the EEPROM; a brown-out may damage the cell at 0
 
 volatile uint32_t uptime_ms;
 volatile uint16_t sums[plate::PLACES], due_sums[plate::PLACES];  // sums of the current step, of the last step
@@ -211,6 +213,14 @@ bool hal_cut_out_is_open() {
 
 PersistentState& hal_persistent_state() {
     return persistent_state;
+}
+
+void hal_read_parameters(uint8_t* bytes) {
+    eeprom_read_block(bytes, PARAMETERS_AT, PARAMETER_BYTES);
+}
+
+void hal_write_parameters(const uint8_t* bytes) {
+    eeprom_update_block(bytes, PARAMETERS_AT, PARAMETER_BYTES);
 }
 
 void hal_feed_watchdog() {

@@ -4,6 +4,7 @@
 
 #include "hal.h"
 #include "messages.h"
+#include "parameters.h"
 
 namespace plate {
 namespace {
@@ -53,7 +54,7 @@ uint32_t root_causes(Board& board) {
 
 void close_bridge(Board& board) {
     board.pulse = Pulse();
-    start_loop(board.loop, plate_c(board.sensors));
+    start_loop(board.loop, face_c(board.sensors));
 }
 
 void lapse(Board& board) {
@@ -85,7 +86,7 @@ void drive(Board& board) {
     const float sink_c = board.sensors.now[SINK].c;
     const float goal_c = limited_setpoint(loop, board.setpoint_c, sink_c, heat_is_spent(board.session));
     const float ceiling_a = board.plausibility.cool_ceiling_a;
-    follow(loop, {goal_c, plate_c(board.sensors), sink_c, ceiling_a, pulse_a(board.pulse)});
+    follow(loop, {goal_c, face_c(board.sensors), sink_c, ceiling_a, pulse_a(board.pulse)});
     hal_drive(loop.counts);
 }
 
@@ -121,6 +122,11 @@ void save_state(const Board& board) {
     save(hal_persistent_state(), {board.session, board.faults, board.memory});
 }
 
+void set_lag(Board& board, uint16_t lag_ms) {
+    board.lag_ms = lag_ms;
+    board.sensors.lag_s = (lag_ms == LAG_UNKNOWN_MS ? USUAL_LAG_MS : lag_ms) * 0.001f;
+}
+
 void account(Board& board) {
     const bool heating = is_driving(board) && board.loop.target_c > HEAT_ABOVE_C;
     count_step(board.session, hottest_plausible_c(board.sensors), heating);
@@ -142,6 +148,7 @@ void start(Board& board) {
     board = Board();
     start_sensors(board.sensors);
     start_judging(board.plausibility);
+    set_lag(board, saved_lag_ms());
     hal_drive(0);
     PersistentState& persistent_state = hal_persistent_state();
     board.reset_cause = hal_reset_cause();
@@ -202,6 +209,15 @@ Answer clear(Board& board, uint8_t fault) {
     if (!count_clear(board.memory, bit(fault))) return LOCKED;
     board.faults &= ~bit(fault);
     if (!board.faults) board.state = State::off;
+    return OK;
+}
+
+Answer keep_lag(Board& board, uint16_t lag_ms) {
+    if (!board.hello_received) return NEEDS_HELLO;
+    if (lag_ms > MAX_LAG_MS) return RANGE;
+    if (is_driving(board)) return DRIVING;
+    if (lag_ms != board.lag_ms) save_lag(lag_ms);
+    set_lag(board, lag_ms);
     return OK;
 }
 

@@ -33,6 +33,7 @@ struct Board {
     uint8_t reset_cause;
     uint8_t seq;
     uint8_t telemetry_ms;
+    uint16_t lag_ms;      // of the plate's beads as saved, LAG_UNKNOWN_MS until then
     uint16_t bad_frames;
     uint16_t refused;
 };
@@ -48,5 +49,6 @@ Answer ask(Board& board, int32_t setpoint_mc, uint16_t ttl_ms);
 void rest(Board& board);
 void open_bridge(Board& board);
 Answer clear(Board& board, uint8_t fault);
+Answer keep_lag(Board& board, uint16_t lag_ms);
 
 }  // namespace plate

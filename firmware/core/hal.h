@@ -13,6 +13,12 @@ void hal_light(bool on);                             // status light
 void hal_send(const uint8_t* bytes, uint8_t count);  // sends all bytes or none, never waits
 bool hal_cut_out_is_open();                          // state of its sense contact; a broken wire counts as open
 PersistentState& hal_persistent_state();             // survives a reset but not a power cut; not cleared at start
+
+// Memory that survives a power cut, 0xFF in a new chip. Writing takes 15 ms and is only asked for with the bridge off.
+enum : uint8_t { PARAMETER_BYTES = 4 };
+void hal_read_parameters(uint8_t* bytes);
+void hal_write_parameters(const uint8_t* bytes);
+
 void hal_feed_watchdog();
 
 }  // namespace plate

@@ -60,6 +60,12 @@ const float READING_FULL_SCALE = 16384.0f;
 const float SHORT_BELOW = 0.05f;  // of full scale: less than 530 ohm, more than 108 degC
 const float OPEN_ABOVE = 0.95f;   // more than 190 kohm, less than -29 degC
 
+// Lag of the plate's beads behind the face; see sensors.h
+const uint16_t MAX_LAG_MS = 1000;
+const uint16_t USUAL_LAG_MS = 300;  // until the board was told its own: stable with any lag up to MAX_LAG_MS
+const float FACE_FILTER_S = 0.06f;
+const float MOST_AHEAD_C = 10.0f;  // a plate moves by less than 10 degC/s; our choice
+
 // Sensor checks
 const float DISAGREE_C = 1.5f;  // between plate thermistors; a beta of 3435 for 3950 shows from 37 degC
 const uint16_t DISAGREE_MS = 300;
@@ -80,6 +86,8 @@ const uint16_t PULSE_EVERY_MS = 10000;
 const float PULSE_A = 0.1f;
 const uint8_t PULSE_HALF = 4;           // ticks of PROGRESS_MS up, then down
 const float PULSE_ANSWER_C = 0.04f;     // a working bead moves by 0.13, noise is 0.006
+const float PULSE_ANSWER_LATE_C = 0.01f;  // of a bead that lags: 0.02 to 0.14, by lag and face
+const float PULSE_LATE_PER_S = 5.0f, PULSE_LATEST = 3.0f;  // ticks by which the answer is later, for each s of lag
 const uint8_t PULSES_UNANSWERED = 3;    // an arriving hand may hide one or two
 const uint16_t PULSE_AGAIN_MS = 1000;   // after an unanswered one: a touch has settled by then
 const float ALIVE_C = 0.5f;             // in a window: a bead that moves this fast is working

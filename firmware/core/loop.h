@@ -1,4 +1,4 @@
-// The control loop: PI on the plate, in amperes, with separate gains for heating and cooling.
+// The control loop: PI on the estimated face, in amperes, with a feed-forward of fast cooling.
 #pragma once
 #include <stdint.h>
 
@@ -9,7 +9,7 @@ struct Loop {
     float target_c;    // the temperature that the plate follows: the goal after slew
     float integral_a;
     float current_a;   // applied, positive heats
-    float slope_c_s;   // of the target, a short mean
+    uint8_t falling;   // steps for which the target still counts as falling fast
     float held_a;      // mean current before a test pulse
     float owed;        // remainder of rounding in counts, carried over to a later step
     int16_t counts;

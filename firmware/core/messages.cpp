@@ -67,6 +67,12 @@ void send_hello(const Board& board, uint8_t seq) {
     out.send();
 }
 
+void send_beads(const Board& board, uint8_t seq) {
+    Writer out(BEADS, seq);
+    out.u16(board.lag_ms);
+    out.send();
+}
+
 void send_ack(Board& board, uint8_t type, uint8_t seq, Answer answer) {
     Writer out(ACK, board.seq++);
     out.u8(type);
@@ -91,6 +97,7 @@ int8_t size_of(uint8_t type) {
         case OFF: return 0;
         case REST: return 0;
         case CLEAR: return CLEAR_BYTES;
+        case LAG: return LAG_BYTES;
         default: return -1;
     }
 }
@@ -99,6 +106,7 @@ Answer answer_hello(Board& board, uint8_t seq, uint8_t major) {
     board.hello_received = major == PROTOCOL_MAJOR;
     if (!board.hello_received) open_bridge(board);
     send_hello(board, seq);
+    send_beads(board, seq);
     return board.hello_received ? OK : VERSION;
 }
 
@@ -109,6 +117,7 @@ Answer obey(Board& board, uint8_t type, uint8_t seq, const uint8_t* payload) {
         case OFF: open_bridge(board); return OK;
         case REST: rest(board); return OK;
         case CLEAR: return clear(board, payload[0]);
+        case LAG: return keep_lag(board, u16_at(payload));
         default: return UNKNOWN;
     }
 }

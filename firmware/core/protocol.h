@@ -4,8 +4,8 @@
 
 namespace plate {
 
-enum : uint8_t { PROTOCOL_MAJOR = 1, PROTOCOL_MINOR = 2 };
-enum : uint8_t { FIRMWARE_MAJOR = 1, FIRMWARE_MINOR = 3, FIRMWARE_PATCH = 0 };
+enum : uint8_t { PROTOCOL_MAJOR = 1, PROTOCOL_MINOR = 3 };
+enum : uint8_t { FIRMWARE_MAJOR = 1, FIRMWARE_MINOR = 4, FIRMWARE_PATCH = 0 };
 
 enum : uint8_t {
     MAX_PAYLOAD = 48,
@@ -19,15 +19,18 @@ enum Message : uint8_t {
     OFF = 0x03,
     REST = 0x04,
     CLEAR = 0x05,
+    LAG = 0x06,
     HELLO_REPLY = 0x81,
     TELEMETRY = 0x82,
     ACK = 0x83,
+    BEADS = 0x84,
 };
 
 enum : uint8_t {
     HELLO_BYTES = 2,
     SETPOINT_BYTES = 6,
     CLEAR_BYTES = 1,
+    LAG_BYTES = 2,
     HELLO_REPLY_BYTES = 31,
     TELEMETRY_BYTES = 37,
     ACK_BYTES = 3,
@@ -45,6 +48,7 @@ enum Answer : uint8_t {
     PERSISTS = 8,
     NOT_LATCHED = 9,
     LOCKED = 10,
+    DRIVING = 11,
 };
 
 enum class State : uint8_t { off = 0, holding = 1, returning = 2, faulted = 3 };

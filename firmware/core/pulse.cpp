@@ -26,11 +26,17 @@ bool are_alive(const Sensors& sensors) {
     return true;
 }
 
+// Returns by how many ticks the answer of a bead comes later than that of the face.
+uint8_t late_ticks(const Sensors& sensors) {
+    return (uint8_t)fminf(sensors.lag_s * PULSE_LATE_PER_S + 0.75f, PULSE_LATEST);
+}
+
 uint32_t judge_answer(Pulse& pulse, const Sensors& sensors) {
+    const float answer_c = sensors.lag_s > 0.0f ? PULSE_ANSWER_LATE_C : PULSE_ANSWER_C;
     bool answered = true;
     for (uint8_t which = 0; which < 2; which++) {
         const float ends_c = 0.5f * (pulse.from_c[which] + sensors.past_c[which][0]);
-        if (pulse.middle_c[which] - ends_c < PULSE_ANSWER_C) answered = false;
+        if (pulse.middle_c[which] - ends_c < answer_c) answered = false;
     }
     pulse.ticks = 0;
     if (answered) {
@@ -51,8 +57,9 @@ bool breaks_off(Pulse& pulse, float goal_c) {
 
 uint32_t tick(Pulse& pulse, const Sensors& sensors) {
     pulse.ticks++;
-    if (pulse.ticks == 1 + PULSE_HALF) remember(pulse.middle_c, sensors);
-    return pulse.ticks > 2 * PULSE_HALF ? judge_answer(pulse, sensors) : 0;
+    const uint8_t half = PULSE_HALF + late_ticks(sensors);
+    if (pulse.ticks == 1 + half) remember(pulse.middle_c, sensors);
+    return pulse.ticks > 2 * half ? judge_answer(pulse, sensors) : 0;
 }
 
 }  // namespace
@@ -74,6 +81,7 @@ uint32_t watch_beads(Pulse& pulse, const Sensors& sensors, bool grown, bool has_
 
 float pulse_a(const Pulse& pulse) {
     if (!pulse.ticks) return 0.0f;
+    if (pulse.ticks > 2 * PULSE_HALF) return 0.0f;
     return pulse.ticks <= PULSE_HALF ? PULSE_A : -PULSE_A;
 }
 

@@ -6,6 +6,9 @@
 // is zero, so the plate returns to its temperature. Meanwhile a working plate moves by 0.13 degC (computed, with
 // and without a palm) and the skin by less than 0.1. A steady drift cancels, because the middle is compared
 // with the mean of both ends. No pulse is needed while both beads move fast.
+//
+// A bead that lags responds later and less: after 1 s of lag by 0.03 degC. So both moments come later with its lag,
+// when its response is largest, and the loop follows again from the end of the pulse on.
 #pragma once
 #include <stdint.h>
 
@@ -15,7 +18,7 @@ namespace plate {
 
 struct Pulse {
     uint16_t quiet_ms;  // driving time since the last answer
-    uint8_t ticks;      // position in the pulse, 0 when there is none
+    uint8_t ticks;      // position in the pulse and its answer, 0 when there is none
     uint8_t unanswered; // pulses in a row
     uint8_t broken_off; // pulses cancelled by a new goal since the last answer
     float goal_c;       // goal at the start of the pulse

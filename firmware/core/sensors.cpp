@@ -17,13 +17,20 @@ uint32_t wire_faults(const Sensors& sensors) {
            wire_faults_of(sensors.now[SINK].wire, SINK_OPEN, SINK_SHORT);
 }
 
+// Returns by how much the estimated face is ahead of its reading. Neither a glitch nor a wrong lag can move it far.
+float ahead_c(const Sensors& sensors, uint8_t place) {
+    const float moved_c = (sensors.lag_s + FACE_FILTER_S) * sensors.slope_c_s[place];
+    return fminf(fmaxf(moved_c, -MOST_AHEAD_C), MOST_AHEAD_C);
+}
+
 uint32_t trips_of_plate(const Sensors& sensors, bool only_plausible) {
     uint32_t faults = 0;
     for (uint8_t place = PLATE_A; place <= PLATE_B; place++) {
         const Reading& reading = sensors.now[place];
         if (!reading.known || (only_plausible && sensors.implausible_steps[place])) continue;
-        if (reading.c >= TRIP_HIGH_C) faults |= bit(OVER_TEMPERATURE);
-        if (reading.c <= TRIP_LOW_C) faults |= bit(UNDER_TEMPERATURE);
+        const float moved_c = ahead_c(sensors, place);
+        if (reading.c + fmaxf(moved_c, 0.0f) >= TRIP_HIGH_C) faults |= bit(OVER_TEMPERATURE);
+        if (reading.c + fminf(moved_c, 0.0f) <= TRIP_LOW_C) faults |= bit(UNDER_TEMPERATURE);
     }
     return faults;
 }
@@ -105,6 +112,13 @@ void remember(Sensors& sensors) {
     if (sensors.past_known <= WINDOW) sensors.past_known++;
 }
 
+// A reading that the plate cannot have had is no movement.
+void follow_slope(Sensors& sensors, uint8_t place, bool was_plausible) {
+    float& slope_c_s = sensors.slope_c_s[place];
+    if (sensors.implausible_steps[place] || !was_plausible) slope_c_s = 0.0f;
+    else slope_c_s += (STEP_S / FACE_FILTER_S) * ((sensors.now[place].c - sensors.before[place].c) / STEP_S - slope_c_s);
+}
+
 void forget_past(Sensors& sensors) {
     sensors.past_known = 0;
     sensors.progress_ms = 0;
@@ -123,7 +137,11 @@ bool take_readings(Sensors& sensors, const uint16_t sums[PLACES]) {
         sensors.before[place] = sensors.now[place];
         sensors.now[place] = read_thermistor(sums[place]);
     }
+    bool was_plausible[2];
+    for (uint8_t place = PLATE_A; place <= PLATE_B; place++)
+        was_plausible[place] = !sensors.implausible_steps[place];
     judge_readings(sensors);
+    for (uint8_t place = PLATE_A; place <= PLATE_B; place++) follow_slope(sensors, place, was_plausible[place]);
     if (!plate_is_plausible(sensors)) {
         forget_past(sensors);
         return false;
@@ -149,11 +167,15 @@ float plate_c(const Sensors& sensors) {
     return 0.5f * (sensors.now[PLATE_A].c + sensors.now[PLATE_B].c);
 }
 
+float face_c(const Sensors& sensors) {
+    return plate_c(sensors) + 0.5f * (ahead_c(sensors, PLATE_A) + ahead_c(sensors, PLATE_B));
+}
+
 float hottest_plausible_c(const Sensors& sensors) {
     float hottest_c = NEUTRAL_C;  // the dose of anything colder is nothing
     for (uint8_t place = PLATE_A; place <= PLATE_B; place++)
         if (sensors.implausible_steps[place] < PLAUSIBLE_AGAIN_STEPS)
-            hottest_c = fmaxf(hottest_c, sensors.plausible_c[place]);
+            hottest_c = fmaxf(hottest_c, sensors.plausible_c[place] + fmaxf(ahead_c(sensors, place), 0.0f));
     return hottest_c;
 }
 

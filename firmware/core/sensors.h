@@ -1,4 +1,10 @@
 // Reads the three thermistors and raises the faults that their readings alone reveal.
+//
+// A bead under glue follows its face like a low-pass filter of first order: lag dT/dt = face - T. The lag is a
+// parameter of the board, and T + lag dT/dt is an estimate of the face. Differentiation amplifies the noise of the
+// converter, so the slope is a mean over FACE_FILTER_S, and the estimate leads by that time too. The loop follows the
+// estimate. Trips and dose judge reading and estimate, whichever is worse. Frozen, disagreeing and runaway readings are
+// judged as read: a frozen bead has no slope, and noise must not look like movement.
 #pragma once
 #include <stdint.h>
 
@@ -12,6 +18,8 @@ enum Place : uint8_t { PLATE_A = 0, PLATE_B = 1, SINK = 2, PLACES = 3 };
 struct Sensors {
     Reading now[PLACES];
     Reading before[PLACES];            // one step earlier
+    float lag_s;                       // of the plate's beads, 0 to MAX_LAG_MS
+    float slope_c_s[2];                // of the plate readings, filtered
     float past_c[2][WINDOW + 1];       // plate readings, one per PROGRESS_MS, newest first
     uint8_t past_known;                // number of consecutive valid ones
     float summed_c[2];                 // sums of plate readings since the newest one
@@ -31,7 +39,8 @@ bool take_readings(Sensors& sensors, const uint16_t sums[PLACES]);
 uint32_t sensor_faults(Sensors& sensors);
 
 bool plate_is_known(const Sensors& sensors);
-float plate_c(const Sensors& sensors);          // mean of both; this and the next two require a known plate
+float plate_c(const Sensors& sensors);  // mean of both readings; this and the next three require a known plate
+float face_c(const Sensors& sensors);   // mean of both estimates
 float plate_change_c(const Sensors& sensors, uint8_t from, uint8_t to);  // of the mean, indices into the past
 float plate_span_c(const Sensors& sensors);  // range of the mean in the window
 

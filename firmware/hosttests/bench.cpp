@@ -3,6 +3,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "parameters.h"
+
 using namespace plate;
 
 Bench bench;
@@ -30,6 +32,12 @@ bool hal_cut_out_is_open() {
 }
 PersistentState& hal_persistent_state() {
     return bench.persistent_state;
+}
+void hal_read_parameters(uint8_t* bytes) {
+    std::memcpy(bytes, bench.parameters, PARAMETER_BYTES);
+}
+void hal_write_parameters(const uint8_t* bytes) {
+    std::memcpy(bench.parameters, bytes, PARAMETER_BYTES);
 }
 void hal_feed_watchdog() {
     bench.fed++;
@@ -74,9 +82,10 @@ uint16_t sum_at(double celsius) {
     return (uint16_t)std::lround(READING_FULL_SCALE * ratio / (1.0 + ratio) - 8.0);
 }
 
-Rig::Rig() {
+Rig::Rig(uint16_t lag_ms) {
     bench = Bench();
     std::memset(&bench.persistent_state, 0xA7, sizeof bench.persistent_state);  // uninitialised RAM
+    save_lag(lag_ms);
     start(board);
     test_cut_out();
 }

@@ -15,6 +15,7 @@ struct Bench {
     bool cut_out_is_open = false;
     std::vector<uint8_t> sent;
     plate::PersistentState persistent_state;
+    uint8_t parameters[plate::PARAMETER_BYTES] = {0xFF, 0xFF, 0xFF, 0xFF};  // as in a new chip
 };
 extern Bench bench;
 
@@ -39,7 +40,8 @@ struct Rig {
     double a_answers = 1.0, b_answers = 1.0;  // share of a test pulse that each thermistor reports
     double pulsed_c = 0.0;                    // movement of the plate by the pulse so far
 
-    Rig();                         // just switched on, plate at room temperature, cut-out tested
+    // Just switched on, plate at room temperature, cut-out tested; `lag_ms` is the lag in its EEPROM.
+    explicit Rig(uint16_t lag_ms = 0);
     void test_cut_out();           // its button: opens briefly, then closes again
     void reset(uint8_t cause);     // restarts the chip; persistent memory survives; power-on tests the cut-out
     void step(int steps = 1);      // control steps of 20 ms

@@ -10,6 +10,7 @@ plate::Board board;
 plate::PersistentState persistent_state;
 uint32_t uptime_ms;
 int16_t driven;
+uint8_t parameters[plate::PARAMETER_BYTES] = {0xFF, 0xFF, 0xFF, 0xFF};
 }  // namespace
 
 namespace plate {
@@ -30,6 +31,12 @@ PersistentState& hal_persistent_state() {
     return persistent_state;
 }
 void hal_feed_watchdog() {}
+void hal_read_parameters(uint8_t* bytes) {
+    std::memcpy(bytes, parameters, PARAMETER_BYTES);
+}
+void hal_write_parameters(const uint8_t* bytes) {
+    std::memcpy(parameters, bytes, PARAMETER_BYTES);
+}
 void hal_light(bool) {}
 }  // namespace plate
 
@@ -50,6 +57,11 @@ int core_step(int plate_a, int plate_b, int sink) {
     plate::step(board, sums);
     uptime_ms += plate::STEP_MS;
     return driven;
+}
+
+// Returns the current limits that act, as bits of telemetry.
+int core_limited() {
+    return board.loop.limited;
 }
 
 uint32_t core_faults() {

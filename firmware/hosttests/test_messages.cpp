@@ -1,26 +1,59 @@
 #include <doctest/doctest.h>
 
 #include "bench.h"
+#include "parameters.h"
 
 using namespace plate;
 
-TEST_CASE("HELLO is answered with the limits, then acknowledged") {
-    Rig rig;
+TEST_CASE("HELLO is answered with the limits and the lag of the beads, then acknowledged") {
+    Rig rig(300);
     bench.sent.clear();
     for (uint8_t byte : frame_of(HELLO, 9, {1, 4})) receive(rig.board, byte);
     const auto frames = take_frames();
-    REQUIRE(frames.size() == 2);
+    REQUIRE(frames.size() == 3);
     const std::vector<uint8_t> reply = {
-        HELLO_REPLY, 9, 1, 2, 1, 3, 0, 0, 0, 0, 0,  // protocol, firmware, board id
+        HELLO_REPLY, 9, 1, 3, 1, 4, 0, 0, 0, 0, 0,  // protocol, firmware, board id
         0x50, 0x46, 0, 0, 0x40, 0x9C, 0, 0,         // 18000, 40000
         0x40, 0x1F, 0xE8, 0x03,                     // 8000, 1000
         0xEE, 0x02, 0xD0, 0x07, 250, 0, 0x9A, 0x02,  // 750, 2000, 250, 666
         20, RESET_POWER_ON};
     CHECK(frames[0] == reply);
-    CHECK(frames[1].size() == 2 + ACK_BYTES);
-    CHECK(frames[1][2] == HELLO);
-    CHECK(frames[1][3] == 9);
-    CHECK(frames[1][4] == OK);
+    CHECK(frames[1] == std::vector<uint8_t>{BEADS, 9, 0x2C, 0x01});
+    CHECK(frames[2].size() == 2 + ACK_BYTES);
+    CHECK(frames[2][2] == HELLO);
+    CHECK(frames[2][3] == 9);
+    CHECK(frames[2][4] == OK);
+}
+
+TEST_CASE("the lag of the beads is kept for good, within its range, and never while driving") {
+    Rig rig(0);
+    CHECK(rig.say(LAG, {0x2C, 0x01}) == NEEDS_HELLO);
+    rig.answer_hello();
+    CHECK(rig.say(LAG, {0xE9, 0x03}) == RANGE);  // 1001
+    CHECK(rig.say(LAG, {0x2C}) == LENGTH);
+    rig.hold(36.0);
+    CHECK(rig.say(LAG, {0x2C, 0x01}) == DRIVING);
+    rig.say(OFF);
+    CHECK(rig.board.sensors.lag_s == 0.0f);
+    CHECK(rig.say(LAG, {0x2C, 0x01}) == OK);
+    CHECK(rig.board.sensors.lag_s == 0.3f);
+    rig.reset(RESET_POWER_ON);
+    CHECK(rig.board.lag_ms == 300);
+    CHECK(rig.board.sensors.lag_s == 0.3f);
+}
+
+TEST_CASE("a lag that was never saved or is damaged counts as unknown, and the usual one is taken") {
+    Rig rig(300);
+    for (uint8_t byte = 0; byte < PARAMETER_BYTES; byte++) {
+        bench.parameters[byte] ^= 0x10;
+        rig.reset(RESET_POWER_ON);
+        CHECK(rig.board.lag_ms == LAG_UNKNOWN_MS);
+        CHECK(rig.board.sensors.lag_s == USUAL_LAG_MS * 0.001f);
+        bench.parameters[byte] ^= 0x10;
+    }
+    for (uint8_t& byte : bench.parameters) byte = 0xFF;
+    rig.reset(RESET_POWER_ON);
+    CHECK(rig.board.lag_ms == LAG_UNKNOWN_MS);
 }
 
 TEST_CASE("each frame begins with a zero, so that noise before it costs nothing") {

@@ -119,10 +119,10 @@ TEST_CASE("a plate that follows at the slowest plausible rate raises no fault") 
     CHECK(steps_to_fault(rig, 40.0, 1200, [](int) { return 0.25; }) == -1);
 }
 
-TEST_CASE("a cold hand that cools the plate for half a second is not a fault") {
-    Rig rig = holding(36.0, 25.0);
+TEST_CASE("a cold hand that cools a plate at its goal for half a second is not a fault") {
+    Rig rig = holding(38.0, 25.0);
     const int steps = steps_to_fault(rig, 38.0, 600, [](int i) {
-        if (i < 50) return 0.5;
+        if (i < 50) return 0.0;
         return i < 75 ? -10.0 : 0.6;
     });
     CHECK(steps == -1);

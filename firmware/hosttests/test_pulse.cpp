@@ -33,6 +33,34 @@ TEST_CASE("thermistors frozen at the same value are found by a test pulse within
     CHECK(bench.counts == 0);
 }
 
+TEST_CASE("beads that lag answer late, and less, and frozen ones are found all the same") {
+    for (uint16_t lag_ms : {300, 1000}) {
+        Rig sound(lag_ms);
+        sound.plate_at(30.0);
+        sound.step(60);
+        sound.answer_hello();
+        double face_c = 30.0, bead_c = 30.0;
+        for (int i = 0; i < 3000 && !sound.board.faults; i++) {
+            if (i % 5 == 0) sound.hold(30.0);
+            face_c += pulse_a(sound.board.pulse) * 3.25 * STEP_S;
+            bead_c += (face_c - bead_c) * STEP_S / (lag_ms * 0.001);
+            sound.a_answers = sound.b_answers = 0.0;
+            sound.plate_at(bead_c);
+            sound.step();
+        }
+        CHECK(sound.board.faults == 0);
+        CHECK(sound.board.pulse.unanswered == 0);
+
+        Rig frozen(lag_ms);
+        frozen.a_answers = frozen.b_answers = 0.0;
+        frozen.plate_at(30.0);
+        frozen.step(60);
+        frozen.answer_hello();
+        frozen.hold_for(30.0, 1000);
+        CHECK(frozen.only(PLATE_FROZEN));
+    }
+}
+
 TEST_CASE("one thermistor that answers does not speak for the other") {
     Rig half = holding(1.0, 0.1);
     half.hold_for(30.0, 800);

@@ -126,3 +126,48 @@ TEST_CASE("a thermistor that stands still while the other moves is named frozen"
     rig.step(5);
     CHECK(rig.only(PLATE_FROZEN));
 }
+
+TEST_CASE("the face is ahead of a moving bead by its lag, and beside a still or frozen one") {
+    Rig rig(300);
+    for (int i = 0; i < 50; i++) {
+        rig.plate_at(rig.a_c - 0.06);  // 3 degC/s
+        rig.step();
+    }
+    const double behind_c = plate_c(rig.board.sensors) - face_c(rig.board.sensors);
+    CHECK(behind_c == doctest::Approx(3.0 * (0.3 + FACE_FILTER_S)).epsilon(0.05));
+    rig.step(50);
+    CHECK(face_c(rig.board.sensors) == doctest::Approx(plate_c(rig.board.sensors)).epsilon(0.001));
+}
+
+TEST_CASE("either the reading or the estimate trips, whichever is worse") {
+    Rig rises(1000);
+    rises.plate_at(39.0);
+    rises.reset(RESET_POWER_ON);
+    int steps = 0;
+    for (; steps < 100 && !rises.board.faults; steps++) {
+        rises.plate_at(rises.a_c + 0.06);  // 3 degC/s
+        rises.step();
+    }
+    CHECK(rises.only(OVER_TEMPERATURE));
+    CHECK(rises.a_c < 41.0);  // the face is at 43 when this bead reads 40
+
+    Rig falls(1000);
+    falls.plate_at(42.9);
+    falls.reset(RESET_POWER_ON);
+    falls.step(50);
+    falls.plate_at(43.1);
+    falls.step(2);
+    for (int i = 0; i < 5 && !falls.board.faults; i++) {
+        falls.plate_at(falls.a_c - 0.02);  // the estimate is below the trip, the reading above
+        falls.step();
+    }
+    CHECK(falls.only(OVER_TEMPERATURE));
+}
+
+TEST_CASE("a glitch that is no jump moves the estimate by no more than a plate can") {
+    Rig rig(1000);
+    rig.step(50);
+    rig.a_c = rig.b_c = 34.4;  // 2.4 degC in a step
+    rig.step();
+    CHECK(face_c(rig.board.sensors) <= 34.4 + MOST_AHEAD_C + 0.01);
+}

@@ -8,12 +8,22 @@ byte deep receive buffer (simavr's is 64 deep), the supply.
 
 from __future__ import annotations
 
+import binascii
 import ctypes
 import hashlib
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from hapticvlm.devices.simulated.plant import AMBIENT_C, SEEBECK, SINK_J_PER_K, Module, Plant
+from hapticvlm.devices.simulated.plant import (
+    AMBIENT_C,
+    FACE_J_PER_K,
+    SEEBECK,
+    SINK_J_PER_K,
+    Bead,
+    Module,
+    Plant,
+)
 
 from .hardware import NOISE_MV, PLATE_A, PLATE_B, SINK, CutOut, Driver, Skin, thermistor_mv
 
@@ -21,6 +31,7 @@ HZ = 16_000_000
 STEP_S = 0.01
 STEP_CYCLES = round(STEP_S * HZ)
 RESET_POWER_ON, RESET_EXTERNAL, RESET_BROWN_OUT = 1, 2, 4  # as in MCUSR
+PARAMETERS_AT = 4  # in the EEPROM
 CUT_OUT_STARTED_S = 0.2  # the cut-out is open until its button is pressed
 _STOPPED = (6, 7)  # simavr's cpu_Done and cpu_Crashed
 
@@ -57,6 +68,7 @@ _FUNCTIONS = {
     "host_reset": ([ctypes.c_void_p, ctypes.c_int], None),
     "host_hide_reset_cause": ([ctypes.c_void_p], None),
     "host_hang": ([ctypes.c_void_p, ctypes.c_int], None),
+    "host_eeprom": ([ctypes.c_void_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_int], None),
     "host_memory": ([ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int], ctypes.c_int),
 }
 
@@ -72,7 +84,7 @@ def load(library: Path) -> ctypes.CDLL:
 
 def plate_mv(board: Board) -> float:
     """Return the voltage of a working thermistor on the plate."""
-    return thermistor_mv(board.plant.plate_c)
+    return thermistor_mv(board.bead.c)
 
 
 def sink_mv(board: Board) -> float:
@@ -80,11 +92,28 @@ def sink_mv(board: Board) -> float:
     return thermistor_mv(board.plant.sink_c)
 
 
+@dataclass(frozen=True)
+class Build:
+    """What differs between builds: lag of the plate's beads in s, heat capacity of the face, J/K.
+
+    `is_told` is whether the board's EEPROM has the lag, as after `calibrate plate`.
+    """
+
+    bead_lag_s: float = 0.0
+    face_j_per_k: float = FACE_J_PER_K
+    is_told: bool = True
+
+
 class Board:
     """One board, its module, its sensors and a palm; `now` is in simulated seconds."""
 
     def __init__(
-        self, library: ctypes.CDLL, elf: Path, ambient_c: float = AMBIENT_C, seed: int = 1
+        self,
+        library: ctypes.CDLL,
+        elf: Path,
+        ambient_c: float = AMBIENT_C,
+        seed: int = 1,
+        build: Build = Build(),
     ) -> None:
         self._library = library
         self._host = library.host_new(str(elf).encode(), seed, NOISE_MV)
@@ -93,7 +122,12 @@ class Board:
         self._received = bytearray()
         self._next_step = 0
         self.ambient_c = ambient_c
-        self.plant = plant = Plant(ambient_c)
+        self._build = build
+        if build.is_told:
+            self._write_lag(round(build.bead_lag_s * 1000))
+        self._module = Module(face_j_per_k=build.face_j_per_k)
+        self.plant = plant = Plant(ambient_c, module=self._module)
+        self.bead = Bead(plant.plate_c, build.bead_lag_s)
         self.sensors: dict[int, Sensor] = {PLATE_A: plate_mv, PLATE_B: plate_mv, SINK: sink_mv}
         self.driver = Driver()
         self.cut_out = CutOut(plant.plate_c)
@@ -194,7 +228,7 @@ class Board:
 
     def change_sink(self, k_per_w: float, j_per_k: float = SINK_J_PER_K) -> None:
         """Change the thermal resistance of the sink, as when its fan dies."""
-        changed = Plant(self.ambient_c, k_per_w, module=Module(sink_j_per_k=j_per_k))
+        changed = Plant(self.ambient_c, k_per_w, module=replace(self._module, sink_j_per_k=j_per_k))
         changed._state_c = self.plant._state_c.copy()
         self.plant = changed
 
@@ -212,6 +246,12 @@ class Board:
     @property
     def _is_started(self) -> bool:
         return self.cut_out.is_welded or self.now >= CUT_OUT_STARTED_S
+
+    def _write_lag(self, lag_ms: int) -> None:
+        """Store the lag as the firmware does: its two bytes, then their CRC."""
+        record = lag_ms.to_bytes(2, "little")
+        record += binascii.crc_hqx(record, 0xFFFF).to_bytes(2, "little")
+        self._library.host_eeprom(self._host, PARAMETERS_AT, record, len(record))
 
     def _look(self, *, restart: bool = False) -> _Bridge:
         """Read counters and means; `restart` resets the means for the next step."""
@@ -234,6 +274,7 @@ class Board:
     def _live(self, current_a: float, dt_s: float) -> None:
         self.current_a = current_a
         self.plant.step(current_a, dt_s)
+        self.bead.feel(self.plant.plate_c, dt_s)
         self.cut_out.feel(self.plant.plate_c, dt_s)
         if self.cut_out.is_open and self.cut_out_opened_at is None:
             self.cut_out_opened_at = self.now

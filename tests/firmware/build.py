@@ -13,8 +13,9 @@ from pathlib import Path
 
 from hapticvlm.devices.simulated.plant import AMBIENT_C
 
-from .board import Board, load
+from .board import Board, Build, load
 
+USUAL = Build()
 HERE = Path(__file__).parent
 FIRMWARE = Path(os.environ.get("HAPTICVLM_FIRMWARE", HERE.parents[1] / "firmware"))
 
@@ -26,9 +27,9 @@ class Chip:
     library: ctypes.CDLL
     elf: Path
 
-    def board(self, ambient_c: float = AMBIENT_C, seed: int = 1) -> Board:
+    def board(self, ambient_c: float = AMBIENT_C, seed: int = 1, build: Build = USUAL) -> Board:
         """Return a new board, switched on."""
-        return Board(self.library, self.elf, ambient_c, seed)
+        return Board(self.library, self.elf, ambient_c, seed, build)
 
 
 def build(folder: Path) -> Chip:

@@ -96,7 +96,7 @@ def _wrong(offset_c: float, rate: float, *channels: int) -> Callable[[Board], No
 def _true_c(channel: int) -> Callable[[Board], float]:
     if channel == SINK:
         return lambda board: board.plant.sink_c
-    return lambda board: board.plant.plate_c
+    return lambda board: board.bead.c
 
 
 def _other_beta(*channels: int) -> Callable[[Board], None]:

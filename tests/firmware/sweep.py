@@ -17,10 +17,11 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 
 if __package__ in (None, ""):
@@ -29,11 +30,13 @@ if __package__ in (None, ""):
 from toolchains import missing
 
 from firmware import build, tracking
+from firmware.board import Board, Build
 from firmware.build import Chip
 from firmware.checkpoint import Checkpoint, Failure, Key, Result, digest, key
 from firmware.faults import BY_NAME, FAULTS, Fault
 from firmware.situations import COLD, COLD_WARM, HOT, SITUATIONS, Situation
 from firmware.trials import LONG_S, Outcome, trial
+from hapticvlm.devices.simulated.plant import FACE_J_PER_K
 
 PAIR_S = 120.0  # longest trial of a pair
 KEPT = Path(__file__).parents[2] / ".work" / "firmware-sweep.jsonl"
@@ -48,7 +51,9 @@ BEYOND = [
 ]
 
 Job = tuple[tuple[str, ...], Situation]
+Begin = Callable[[], None]  # opens the built parts in a new process
 _chip: Chip | None = None
+_build = Build()
 
 
 def main() -> int:
@@ -61,17 +66,19 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         build.build(folder)
-        kept = Checkpoint(asked.keep, digest(folder / "firmware" / "plate.hex"))
+        tried = Build(asked.lag, asked.face)
+        begin = partial(_open, folder, tried)
+        kept = Checkpoint(asked.keep, f"{digest(folder / 'firmware' / 'plate.hex')} {tried}")
         known = {key(outcome): outcome for outcome in kept.outcomes()}
         found: dict[Key, Result] = {
             _key(job): known[_key(job)] for job in wanted if _key(job) in known
         }
         left = [job for job in wanted if _key(job) not in known]
         print(f"{len(found)} of {len(wanted)} trials were made before")
-        for result in _told(_run(folder, left, asked.jobs, ends_at)):
+        for result in _told(_run(begin, left, asked.jobs, ends_at)):
             kept.keep(result)
             found[key(result)] = result
-        with ProcessPoolExecutor(asked.jobs, initializer=_open, initargs=(folder,)) as pool:
+        with ProcessPoolExecutor(asked.jobs, initializer=begin) as pool:
             touches = list(pool.map(_touch, _touches())) if asked.tracking else []
     _print_tracking(touches)
     print(json.dumps(_summary(list(found.values()), len(wanted), touches)))
@@ -84,6 +91,8 @@ def _asked() -> argparse.Namespace:
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--only", default="", help="faults whose name has this in it")
     parser.add_argument("--tracking", action="store_true", help="touches of sound plates too")
+    parser.add_argument("--lag", type=float, default=0.0, help="of the plate's beads, s")
+    parser.add_argument("--face", type=float, default=FACE_J_PER_K, help="heat capacity, J/K")
     parser.add_argument("--minutes", type=float, default=1e6, help="begin no trial after that long")
     parser.add_argument("--keep", type=Path, default=KEPT, help="what was tried (%(default)s)")
     return parser.parse_args()
@@ -106,17 +115,17 @@ def _key(job: Job) -> Key:
     return job[0], job[1].name
 
 
-def _run(folder: Path, left: list[Job], workers: int, ends_at: float) -> Iterator[Result]:
+def _run(begin: Begin, left: list[Job], workers: int, ends_at: float) -> Iterator[Result]:
     for start in range(0, len(left), BATCH):
         if time.monotonic() > ends_at:
             return
-        yield from _batch(folder, left[start : start + BATCH], workers)
+        yield from _batch(begin, left[start : start + BATCH], workers)
 
 
-def _batch(folder: Path, batch: list[Job], workers: int) -> Iterator[Result]:
+def _batch(begin: Begin, batch: list[Job], workers: int) -> Iterator[Result]:
     """Run some jobs; jobs lost with a dead process are tried again, one by one."""
     lost = []
-    with ProcessPoolExecutor(workers, initializer=_open, initargs=(folder,)) as pool:
+    with ProcessPoolExecutor(workers, initializer=begin) as pool:
         for job, future in [(job, pool.submit(_try, job)) for job in batch]:
             try:
                 yield future.result()
@@ -124,21 +133,25 @@ def _batch(folder: Path, batch: list[Job], workers: int) -> Iterator[Result]:
                 lost.append(job)
     for job in lost:
         if len(batch) > 1:
-            yield from _batch(folder, [job], 1)
+            yield from _batch(begin, [job], 1)
         else:
             yield Failure(job[0], job[1].name, "its process died")
 
 
-def _open(folder: Path) -> None:
-    global _chip
-    _chip = build.opened(folder)
+def _open(folder: Path, tried: Build) -> None:
+    global _chip, _build
+    _chip, _build = build.opened(folder), tried
+
+
+def _board(ambient_c: float) -> Board:
+    return _opened().board(ambient_c, build=_build)
 
 
 def _try(job: Job) -> Result:
     names, situation = job
     faults: list[Fault] = [BY_NAME[name] for name in names]
     try:
-        return trial(_opened().board, faults, situation, LONG_S if len(faults) == 1 else PAIR_S)
+        return trial(_board, faults, situation, LONG_S if len(faults) == 1 else PAIR_S)
     except Exception as error:  # noqa: BLE001 - one trial that breaks must not end the sweep
         return Failure(names, situation.name, repr(error))
 

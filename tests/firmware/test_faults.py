@@ -8,11 +8,11 @@ from typing import Any
 import pytest
 
 from . import line
-from .board import sink_mv
+from .board import Board, Build, sink_mv
 from .build import Chip
 from .faults import BY_NAME, FAULTS, IDLE_S, SLOW_S, Fault, one_bag_and_the_cut_out
 from .rawhost import RawHost
-from .situations import COLD_WARM, HOT, Situation
+from .situations import COLD_WARM, HOT, SITUATIONS, Situation
 from .trials import trial
 
 LONGEST_S = 100.0  # the sweep runs longer trials
@@ -45,6 +45,22 @@ def test_a_fault_is_caught_in_time_and_the_skin_is_safe(
     if "firmware" in fault.guards and "cut-out" not in outcome.caught_by:
         assert gone_s is not None
         assert gone_s <= fault.sees_s + fault.deadline_s, outcome
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("lag_s", [0.3, 1.0])
+@pytest.mark.parametrize("face_j_per_k", [0.6, 1.0, 1.5])
+@pytest.mark.parametrize("fault", FAULTS, ids=[fault.name for fault in FAULTS])
+def test_the_skin_is_safe_on_a_board_whose_beads_lag(
+    chip: Chip, fault: Fault, lag_s: float, face_j_per_k: float
+) -> None:
+    def board(ambient_c: float) -> Board:
+        return chip.board(ambient_c, build=Build(lag_s, face_j_per_k))
+
+    for situation in SITUATIONS:
+        outcome = trial(board, [fault], situation, LONGEST_S)
+        assert outcome.is_safe, outcome
+        assert outcome.shoot_through == 0
 
 
 def test_a_cut_out_with_a_bead_of_the_same_wrong_bag_would_not_save_the_skin(chip: Chip) -> None:

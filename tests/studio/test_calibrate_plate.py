@@ -25,6 +25,7 @@ from hapticvlm_studio.calibration.plate_flow import (
     SETTLE_S,
     Floats,
     PalmError,
+    bead_lag_s,
     estimate,
     middle_c,
 )
@@ -102,6 +103,29 @@ def simulated() -> tuple[SimulatedPlate, NextTick, Floats]:
     """A plate that has swung bare."""
     plate, turn = SimulatedPlate(palm_resistance=math.inf), simulated_time()
     return plate, turn, swing(plate, 28.0, turn)
+
+
+@pytest.mark.parametrize("lag_s", [0.0, 0.3, 1.0])
+def test_the_bare_swing_finds_the_lag_of_the_thermistor(lag_s):
+    plate = SimulatedPlate(palm_resistance=math.inf, bead_lag_s=lag_s)
+    plate.lag_s = 0.3  # as on a board that was never told
+
+    assert bead_lag_s(swing(plate, 28.0, simulated_time())) == pytest.approx(lag_s, abs=0.05)
+
+
+def test_a_board_keeps_the_lag_once_its_plate_is_off():
+    bench = Bench(0)
+    bench.unknown.lag_s = 0.3
+    bench.plate.command(28.0, 0.25, bench.turn())
+    for _ in range(5):
+        bench.turn()
+    bench.plate.rest(bench.turn())
+
+    bench.plate.keep_lag(0.65)
+
+    assert bench.unknown.lag_s == 0.65
+    with pytest.raises(DeviceError, match="range"):
+        bench.plate.keep_lag(1.2)
 
 
 def test_a_plate_that_nobody_touched_says_that_no_palm_was_there(simulated):
@@ -213,7 +237,7 @@ def test_a_result_that_cannot_be_written_is_told_all_the_same(tmp_path, capsys):
 
     assert main(["calibrate", "plate", "--simulate", "5e-4", "--out", str(nowhere)]) == 2
     said = capsys.readouterr()
-    assert "plate resistance 0.0005" in said.out
+    assert "plate resistance 0.000" in said.out
     assert str(nowhere) in said.err
 
 

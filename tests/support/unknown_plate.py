@@ -29,7 +29,14 @@ class UnknownPlate(SimulatedPlate):
     one on a smaller module, and one of another effusivity is larger, with another resistance.
     """
 
-    def __init__(self, seed: int, *, room_c: float | None = None, area: float | None = None):
+    def __init__(
+        self,
+        seed: int,
+        *,
+        room_c: float | None = None,
+        area: float | None = None,
+        bead_lag_s: float | None = None,
+    ):
         super().__init__(palm_resistance=math.inf)
         self._chance = chance = np.random.default_rng(seed)
         off, self._effusive = chance.uniform(0.8, 1.2, 5), chance.uniform(0.92, 1.08)
@@ -40,7 +47,9 @@ class UnknownPlate(SimulatedPlate):
         module = Module(seebeck, resistance, conductance, face_j, sink_j / size)
         room_c = drawn_room_c if room_c is None else room_c
         self._plant = Plant(room_c, sink_k * size, math.inf, module=module)
-        self._lag_s, self._palm_c = chance.uniform(0.01, 0.15), chance.uniform(28.0, 35.0)
+        self._true_lag_s, self._palm_c = chance.uniform(0.01, 0.15), chance.uniform(28.0, 35.0)
+        self._true_lag_s = self._true_lag_s if bead_lag_s is None else bead_lag_s
+        self.lag_s = self._true_lag_s
         self._bead_c = self._read_c = self._plant.plate_c
 
     def lay(self, resistance: float) -> None:
@@ -50,7 +59,7 @@ class UnknownPlate(SimulatedPlate):
         self.touch(resistance * self._effusive)
 
     def _tick(self, dt_s: float) -> None:
-        share = -math.expm1(-dt_s / self._lag_s)
+        share = -math.expm1(-dt_s / self._true_lag_s)
         self._bead_c += (self._plant.plate_c - self._bead_c) * share
         self._read_c = self._bead_c + self._chance.normal(0.0, NOISE_C)
         super()._tick(dt_s)

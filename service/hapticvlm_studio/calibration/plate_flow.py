@@ -72,6 +72,8 @@ _MIN_SWING_C = 0.3  # measured at the first harmonic, of 1 degC that is commande
 _MIN_FLOW_W_PER_K = 0.05  # at the first harmonic; a palm of 1e-3 m2 K/W takes 0.2
 _MAX_CHANGE = 0.25  # of the flow, between the halves of a run; our choice
 
+_STILL = "the plate did not swing: its current is at a limit; repeat it in a milder room"
+
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
@@ -82,11 +84,12 @@ class PalmError(HapticVLMError):
 
 @dataclass(frozen=True, slots=True)
 class PlateEstimate:
-    """Plate resistance in m2 K/W with the ends of its 95 % interval."""
+    """Plate resistance in m2 K/W with the ends of its 95 % interval; the lag of the bead, s."""
 
     plate_resistance: float
     low: float
     high: float
+    lag_s: float
 
 
 def middle_c(sink_c: float | None) -> float:
@@ -112,9 +115,7 @@ def estimate(bare: Floats, palm: Floats) -> PlateEstimate:
     without = _spectrum(bare)
     with_palm = _spectrum(palm)
     if min(abs(without.swing_c[0]), abs(with_palm.swing_c[0])) < _MIN_SWING_C:
-        raise PalmError(
-            "the plate did not swing: its current is at a limit; repeat it in a milder room"
-        )
+        raise PalmError(_STILL)
     flow = with_palm.admittance - without.admittance  # the left side of (1)
     if flow[0].real < _MIN_FLOW_W_PER_K:
         raise PalmError(
@@ -128,9 +129,21 @@ def estimate(bare: Floats, palm: Floats) -> PlateEstimate:
         raise PalmError(
             "the palm did not rest still: lay it down without pressing, and repeat the measurement"
         )
-    flow = flow / (1.0 + 1j * _rates() * _lag_s(without.admittance))
+    lag_s = _lag_s(without.admittance)
+    flow = flow / (1.0 + 1j * _rates() * lag_s)
     error = np.hypot(np.hypot(without.error, with_palm.error), _MODEL_ERROR * np.abs(flow))
-    return _posterior(flow, error)
+    return PlateEstimate(*_posterior(flow, error), lag_s)
+
+
+def bead_lag_s(bare: Floats) -> float:
+    """Return the lag of the thermistor in s, 0 to 1, from a bare run as of `estimate`.
+
+    Raises PalmError when the plate did not swing.
+    """
+    without = _spectrum(bare)
+    if abs(without.swing_c[0]) < _MIN_SWING_C:
+        raise PalmError(_STILL)
+    return _lag_s(without.admittance)
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,7 +198,10 @@ def _lag_s(bare: Complexes) -> float:
         real: K - w^2 C lag         imaginary: w (C + K lag)
 
     Without a lag the real part would be the same at all frequencies; how it bends with w^2 gives
-    C lag, and the slope of the imaginary part gives C + K lag.
+    C lag, and the slope of the imaginary part gives C + K lag. The heat was computed with the
+    module's conductance and the lagging reading (`_pumped_w`), so the real part lacks that
+    conductance while the imaginary part has it. Current and reading are some ms apart, which
+    bends the imaginary part: its slope is taken at w = 0.
     """
     rates = _rates()
     weights = 1.0 / np.abs(bare)  # relative errors are alike at all harmonics
@@ -193,7 +209,10 @@ def _lag_s(bare: Complexes) -> float:
     (conductance, bend), *_ = np.linalg.lstsq(
         terms * weights[:, None], bare.real * weights, rcond=None
     )
-    slope = float(np.sum(bare.imag * rates * weights**2) / np.sum((rates * weights) ** 2))
+    (slope, _), *_ = np.linalg.lstsq(
+        terms * (rates * weights)[:, None], bare.imag * weights, rcond=None
+    )
+    conductance += Module().conductance
     # bend = C lag and slope = C + K lag give lag = bend / (slope - K lag). K lag is small beside
     # C, so four rounds of substitution settle it.
     lag = 0.0
@@ -202,7 +221,7 @@ def _lag_s(bare: Complexes) -> float:
     return lag
 
 
-def _posterior(flow: Complexes, error: Floats) -> PlateEstimate:
+def _posterior(flow: Complexes, error: Floats) -> tuple[float, float, float]:
     """Return median and interval of R, from the palm's admittance (k,) without lag and its error.
 
     Computes the probability of every combination of R, gain and thickness of the horny layer on a
@@ -219,7 +238,7 @@ def _posterior(flow: Complexes, error: Floats) -> PlateEstimate:
     cumulative = np.cumsum(posterior / posterior.sum())
     quantiles = np.interp([tail, 0.5, 1.0 - tail], cumulative, np.log(_RESISTANCES))
     low, median, high = np.exp(quantiles)
-    return PlateEstimate(float(median), float(low), float(high))
+    return float(median), float(low), float(high)
 
 
 def _skin(rates: Floats) -> Complexes:

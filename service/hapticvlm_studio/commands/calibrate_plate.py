@@ -21,8 +21,9 @@ _DESCRIPTION = """
 Measure the resistance between a palm and the plate from the heat that flows into the palm. The
 temperature of the plate swings gently for 72 s with nothing on it, and again with your palm at rest
 on it; the command asks for each. You are not asked what you feel. `hapticvlm serve` and
-`hapticvlm calibrate thermal` use the result. With --simulate R a simulated palm lies on a simulated
-plate.
+`hapticvlm calibrate thermal` use the result. The first run also shows by how much the plate's
+thermistors lag behind its face, and the board keeps that lag: do this once for a new plate. With
+--simulate R a simulated palm lies on a simulated plate.
 """
 
 
@@ -87,7 +88,7 @@ def _simulated(resistance: float) -> PlateEstimate:
 def _person(port: str) -> PlateEstimate:
     """Guide a person through both runs; the plate is off before, between and after them."""
     from hapticvlm.devices.plate.peltier import Peltier
-    from hapticvlm_studio.calibration.plate_flow import RUN_S, estimate, middle_c
+    from hapticvlm_studio.calibration.plate_flow import RUN_S, bead_lag_s, estimate, middle_c
     from hapticvlm_studio.calibration.plate_trajectory import real_time, swing
 
     plate = Peltier(port)
@@ -97,6 +98,7 @@ def _person(port: str) -> PlateEstimate:
         around_c = middle_c(plate.advance(real_time()).sink_c)
         _print(f"do not touch the plate for {RUN_S:g} s ...")
         bare = swing(plate, around_c, real_time)
+        plate.keep_lag(bead_lag_s(bare))
         _ask(
             "2 of 2: lay your palm on the plate as in use, keep it still and press Enter with the "
             "other hand"
@@ -127,6 +129,7 @@ def _report(palm: PlateEstimate, options: argparse.Namespace) -> int:
         print(line)
     else:
         print(f"plate resistance {rounded} m2 K/W (95 % {palm.low:.2g} to {palm.high:.2g})")
+        print(f"the plate's thermistors lag by {palm.lag_s:.2f} s")
     if options.out is not None:
         options.out.write_text(line + "\n", encoding="utf-8")
     if not options.json:

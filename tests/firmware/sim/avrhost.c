@@ -9,6 +9,7 @@
  */
 #include <math.h>
 #include <simavr/avr_adc.h>
+#include <simavr/avr_eeprom.h>
 #include <simavr/avr_ioport.h>
 #include <simavr/avr_uart.h>
 #include <simavr/sim_avr.h>
@@ -294,6 +295,12 @@ void host_hang(host_t *host, int interrupts_off) {
     avr->state = cpu_Running;
     avr->sreg[S_I] = !interrupts_off;
     avr->interrupt_state = interrupts_off ? 0 : -2; /* looks for waiting ones, as after sei */
+}
+
+/* Writes bytes into the EEPROM, as an earlier run of the program left them. */
+void host_eeprom(host_t *host, int address, uint8_t *bytes, int count) {
+    avr_eeprom_desc_t wanted = {.ee = bytes, .offset = (uint16_t)address, .size = (uint32_t)count};
+    avr_ioctl(host->avr, AVR_IOCTL_EEPROM_SET, &wanted);
 }
 
 /* Registers, I/O and RAM; the size in bytes. */

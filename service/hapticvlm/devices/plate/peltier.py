@@ -196,6 +196,31 @@ class Peltier:
             reply = "nothing" if answer is None else answer.name.lower()
             raise DeviceError(f"the board answered {reply} to clear {number}; try again")
 
+    @property
+    def lag_s(self) -> float | None:
+        """Lag of the plate's thermistors as the board keeps it, in s; None if it has none."""
+        return self._session.lag_s
+
+    def keep_lag(self, lag_s: float, patience_s: float = 12.0) -> None:
+        """Store the lag of the plate's thermistors (s, 0 to 1) on the board, for good.
+
+        The board takes it only while the plate is off, so this waits for a return to neutral.
+        Blocks for up to `patience_s`. Raises DeviceError when the board refuses or is too old.
+        """
+        until = self._clock() + patience_s
+        answer: Answer | None = Answer.DRIVING
+        while answer is Answer.DRIVING and self._clock() < until:
+            with self._lock:
+                self._session.keep_lag(lag_s)
+            answer = self._await_answer(until - self._clock())
+        if answer is Answer.UNKNOWN:
+            raise DeviceError(
+                "its firmware is older than 1.4 and keeps no lag: hapticvlm plate flash"
+            )
+        if answer is not Answer.OK:
+            reply = "nothing" if answer is None else answer.name.lower()
+            raise DeviceError(f"the board answered {reply} to a lag of {lag_s:g} s; try again")
+
     def close(self) -> None:
         """Switch the plate off and close the port; blocks for a fraction of a second."""
         if self._closing.is_set():

@@ -16,10 +16,12 @@ from hapticvlm.devices.plate.framing import Frame, frame
 from hapticvlm.errors import HapticVLMError
 
 MAJOR = 1
-MINOR = 2
+MINOR = 3
 BAUD = 250_000  # exact on a 16 MHz ATmega328P
 MAX_TTL_MS = 1000
 NO_READING = -(2**31)  # on the wire; None in a Telemetry
+MAX_LAG_MS = 1000
+LAG_UNKNOWN_MS = 0xFFFF  # on the wire: the board was never told the lag of its beads
 LIMITED_BY_CURRENT = 1 << 2  # bit in `Telemetry.limited`
 
 
@@ -37,6 +39,7 @@ class Answer(IntEnum):
     PERSISTS = 8
     NOT_LATCHED = 9
     LOCKED = 10
+    DRIVING = 11
 
 
 class State(IntEnum):
@@ -83,6 +86,20 @@ class Clear:
     """Host: unlatch one fault, by its number."""
 
     fault: int
+
+
+@dataclass(frozen=True, slots=True)
+class Lag:
+    """Host: keep this lag of the plate's thermistors (ms) for good; refused while driving."""
+
+    lag_ms: int
+
+
+@dataclass(frozen=True, slots=True)
+class Beads:
+    """Board, after its HELLO_REPLY: the lag of its thermistors (ms), or LAG_UNKNOWN_MS."""
+
+    lag_ms: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,7 +188,7 @@ class Ack:
         return Answer(self.code) if self.code <= max(Answer) else Answer.UNKNOWN
 
 
-Message = Hello | Setpoint | Off | Rest | Clear | HelloReply | Telemetry | Ack
+Message = Hello | Setpoint | Off | Rest | Clear | Lag | HelloReply | Telemetry | Ack | Beads
 
 _READINGS = ("plate_mc", "plate2_mc", "sink_mc", "setpoint_mc")
 _LAYOUTS: dict[int, tuple[type[Message], struct.Struct]] = {
@@ -180,9 +197,11 @@ _LAYOUTS: dict[int, tuple[type[Message], struct.Struct]] = {
     0x03: (Off, struct.Struct("<")),
     0x04: (Rest, struct.Struct("<")),
     0x05: (Clear, struct.Struct("<B")),
+    0x06: (Lag, struct.Struct("<H")),
     0x81: (HelloReply, struct.Struct("<BBBBBIiiHHHHHHBB")),
     0x82: (Telemetry, struct.Struct("<IBIiiiihBHHHHB")),
     0x83: (Ack, struct.Struct("<BBB")),
+    0x84: (Beads, struct.Struct("<H")),
 }
 _KINDS = {message: kind for kind, (message, _) in _LAYOUTS.items()}
 

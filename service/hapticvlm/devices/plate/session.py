@@ -26,7 +26,16 @@ from hapticvlm.devices import faults
 from hapticvlm.devices.faults import Fault
 from hapticvlm.devices.plate import protocol as plate_protocol
 from hapticvlm.devices.plate.framing import Deframer, Frame
-from hapticvlm.devices.plate.protocol import Ack, Answer, HelloReply, Message, State, Telemetry
+from hapticvlm.devices.plate.protocol import (
+    LAG_UNKNOWN_MS,
+    Ack,
+    Answer,
+    Beads,
+    HelloReply,
+    Message,
+    State,
+    Telemetry,
+)
 from hapticvlm.devices.plate.requests import Drive, Orders
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.heat.limits import PlateReading
@@ -53,6 +62,7 @@ class PlateSession:
     def __init__(self) -> None:
         self.board: HelloReply | None = None
         self.telemetry: Telemetry | None = None
+        self.lag_s: float | None = None  # of the plate's thermistors; None if the board has none
         self._counts: Counter[str] = Counter()
         self._deframer = Deframer()
         self._dose = Dose()
@@ -174,6 +184,10 @@ class PlateSession:
         """Ask the board to unlatch one fault, by its number; `answer` is its reply."""
         self._order(plate_protocol.Clear(fault))
 
+    def keep_lag(self, lag_s: float) -> None:
+        """Ask the board to keep the lag of its thermistors, in s; `answer` is its reply."""
+        self._order(plate_protocol.Lag(round(lag_s * 1000.0)))
+
     def receive(self, data: bytes, now: float) -> None:
         """Handle the bytes read from the port; call it after every read, also one without bytes."""
         self._polled_at = now
@@ -242,7 +256,7 @@ class PlateSession:
             self._orders.put(message)
 
     def _forget(self) -> None:
-        self.board = self.telemetry = None
+        self.board = self.telemetry = self.lag_s = None
         self._hello_at = -math.inf
         self._orders.drop()
         self._unfollowed_since = None
@@ -269,6 +283,9 @@ class PlateSession:
                 self._received_at = now
                 self._has_answered = True
                 self.board = message
+            case Beads():
+                known = message.lag_ms != LAG_UNKNOWN_MS
+                self.lag_s = message.lag_ms / 1000.0 if known else None
             case Ack():
                 self._acknowledge(message)
             case _:

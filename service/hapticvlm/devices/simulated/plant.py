@@ -47,6 +47,19 @@ _MAX_LOOPED_STEPS = 8  # more steps are cheaper by a matrix power
 _Floats = NDArray[np.float64]
 
 
+class Bead:
+    """A thermistor glued to a surface, whose reading follows it with a lag of first order, in s."""
+
+    def __init__(self, surface_c: float, lag_s: float) -> None:
+        self.c = surface_c
+        self._lag_s = lag_s
+
+    def feel(self, surface_c: float, dt_s: float) -> None:
+        """Let `dt_s` pass on a surface of this temperature, degC."""
+        share = 1.0 if self._lag_s <= 0.0 else -math.expm1(-dt_s / self._lag_s)
+        self.c += (surface_c - self.c) * share
+
+
 @dataclass(frozen=True, slots=True)
 class Module:
     """The Peltier element with its face and sink: V/K, ohm, W/K, J/K, J/K."""

@@ -11,7 +11,7 @@ import math
 
 from hapticvlm.devices.plate.protocol import State
 from hapticvlm.devices.plate.session import REST_S
-from hapticvlm.devices.simulated.plant import AMBIENT_C, SINK_K_PER_W, Plant
+from hapticvlm.devices.simulated.plant import AMBIENT_C, SINK_K_PER_W, Bead, Module, Plant
 from hapticvlm.perception import NEUTRAL_C, THERMAL_FLOOR_C
 from hapticvlm.rendering.heat import limits as plate_limits
 from hapticvlm.rendering.heat.contact import PLATE_RESISTANCE
@@ -19,22 +19,26 @@ from hapticvlm.rendering.heat.limits import PlateReading, sink_share
 
 HEAT_LIMIT_A = 0.75  # stuck on in a room of 23 degC it stays below 43 degC (docs/physics.md 3.3)
 COOL_LIMIT_A = 2.0
-_HEAT_GAINS = (1.5, 0.6)  # A/K and A/(K s) (physics.md 2.4)
-_COOL_GAINS = (2.5, 1.5)
+_GAIN_P, _GAIN_I = 1.0, 1.2  # A/K and A/(K s) (physics.md 2.4)
 _FORWARD_A_S_K = 0.26  # the face stores 1 J/K, and an ampere moves 3.86 W
-_FORWARD_FROM_C_S = 4.0  # a touch of something cold; slower changes need no feed-forward
-_FORWARD_S = 0.06  # over which the slope is averaged
+_FALL_C = 0.25  # only a real fall, not the small steps of a host
+_FALL_S = 0.06  # until a fall that stays this close has ended
+_FACE_FILTER_S = 0.06  # over which the slope of the reading is averaged
+_MOST_AHEAD_C = 10.0  # of the estimated face before its reading
 _LEAD_C = 0.4  # by which the target may lead a plate that is at its current limit
 TICK_S = 0.02
 _LONGEST_GAP_S = 5.0  # of a longer gap only so much is simulated
 _ARRIVED_C = 0.3  # from neutral: the return is over
 _LONGEST_RETURN_S = 10.0
+_MODULE = Module()
 
 
 class SimulatedPlate:
     """A plate on the plant model, with lease, limits and latching trips; see `Plate`.
 
-    `stuck_sensor_c` replaces what the plate's sensor reads, to simulate a broken one.
+    `stuck_sensor_c` replaces what the plate's sensor reads, to simulate a broken one. The sensor
+    lags behind the face by `bead_lag_s`; `lag_s` is the lag that the controller was told, the true
+    one at first.
     """
 
     simulated = True
@@ -45,8 +49,15 @@ class SimulatedPlate:
         ambient_c: float = AMBIENT_C,
         stuck_sensor_c: float | None = None,
         palm_resistance: float = PLATE_RESISTANCE,
+        *,
+        bead_lag_s: float = 0.0,
+        module: Module = _MODULE,
     ) -> None:
-        self._plant = Plant(ambient_c, SINK_K_PER_W, palm_resistance)
+        self._plant = Plant(ambient_c, SINK_K_PER_W, palm_resistance, module=module)
+        self._bead = Bead(self._plant.plate_c, bead_lag_s)
+        self.lag_s = bead_lag_s
+        self._sensed_before_c: float | None = None
+        self._sensed_slope_c_s = 0.0
         self._stuck_sensor_c = stuck_sensor_c
         self._now: float | None = None
         self._commanded_c = NEUTRAL_C
@@ -56,7 +67,7 @@ class SimulatedPlate:
         self._target_c = NEUTRAL_C
         self._current_a = 0.0
         self._integral_a = 0.0
-        self._slope_c_s = 0.0  # of the target, a short mean
+        self._falling_s = 0.0  # for which the target still counts as falling fast
         self._saturated = 0  # 1 wants more heat than the limit, -1 more cold
         self._dose_cem43 = 0.0
         self._heated_s = 0.0
@@ -69,7 +80,7 @@ class SimulatedPlate:
         if self._faults or not 0.0 < ttl_s < math.inf:
             return
         if not self._on:
-            self._target_c = plate_limits.within_range(self._sensed_c()).setpoint_c
+            self._target_c = plate_limits.within_range(self._face_c()).setpoint_c
         self._commanded_c = plate_limits.within_range(setpoint_c).setpoint_c
         self._lease_s = ttl_s
         self._returning_s = None
@@ -150,21 +161,24 @@ class SimulatedPlate:
         self._lease_s -= dt_s
         if self._lease_s < 0.0:
             self._lapse()
+        self._follow_slope(dt_s)
         self._trip()
         self._finish_return(dt_s)
         if self._on:
             reading = self._reading()
             limited = plate_limits.limit(self._commanded_c, self._target_c, dt_s, reading)
+            is_falling = self._commanded_c - self._target_c < -_FALL_C
+            self._falling_s = _FALL_S if is_falling else max(self._falling_s - dt_s, 0.0)
             slope_c_s = (limited.setpoint_c - self._target_c) / dt_s
-            self._slope_c_s += min(dt_s / _FORWARD_S, 1.0) * (slope_c_s - self._slope_c_s)
             # While the current is at its limit the plate cannot keep up, and the target would run
             # far ahead of it. When the target turned back, the plate would continue in the old
             # direction until the two met: a hand that released something cold would be cooled
             # further. So the target waits for the plate.
             if not self._must_wait(limited.setpoint_c):
                 self._target_c = limited.setpoint_c
-            self._control(self._sensed_c(), dt_s)
+            self._control(slope_c_s, dt_s)
         self._plant.step(self._current_a, dt_s)
+        self._bead.feel(self._plant.plate_c, dt_s)
         self._account(dt_s)
 
     def _lapse(self) -> None:
@@ -187,9 +201,10 @@ class SimulatedPlate:
             self._open()
 
     def _causes(self) -> tuple[str, ...]:
+        readings_c = self._sensed_c(), self._face_c()
         conditions = (
-            ("over_temperature", self._sensed_c() >= plate_limits.PLATE_TRIP_HIGH_C),
-            ("under_temperature", self._sensed_c() <= plate_limits.PLATE_TRIP_LOW_C),
+            ("over_temperature", max(readings_c) >= plate_limits.PLATE_TRIP_HIGH_C),
+            ("under_temperature", min(readings_c) <= plate_limits.PLATE_TRIP_LOW_C),
             ("sink_hot", self._plant.sink_c >= plate_limits.SINK_TRIP_C),
         )
         return tuple(name for name, is_met in conditions if is_met)
@@ -201,36 +216,46 @@ class SimulatedPlate:
         self._current_a = self._integral_a = 0.0
         self._saturated = 0
         self._target_c = NEUTRAL_C
-        self._slope_c_s = 0.0
 
     def _must_wait(self, target_c: float) -> bool:
         """Return whether this target would run too far ahead of a plate at its current limit."""
         side = self._saturated
-        ahead_c = side * (self._target_c - self._sensed_c())
+        ahead_c = side * (self._target_c - self._face_c())
         return side * (target_c - self._target_c) > 0.0 and ahead_c > _LEAD_C
 
-    def _control(self, sensed_c: float, dt_s: float) -> None:
-        """Set the current by a PI controller with gains per direction, feed-forward and limits.
+    def _control(self, slope_c_s: float, dt_s: float) -> None:
+        """Set the current by a PI controller with feed-forward and limits.
 
-        The feed-forward is the current that a cooling face needs for its heat capacity alone. The
-        hotter the sink, the lower the limit of cooling, because on a hot sink more current would
-        warm the plate (physics.md 2.3).
+        The feed-forward is the current that a face needs for its heat capacity alone when its
+        target cools by `slope_c_s`. The hotter the sink, the lower the limit of cooling, because on
+        a hot sink more current would warm the plate (physics.md 2.3).
         """
-        error_c = self._target_c - sensed_c
-        # A module heats better than it cools, because its ohmic loss warms both faces. So the gains
-        # differ by direction. The integral stops while the current is at its limit and would push
-        # further in the same direction (anti-windup); otherwise the plate would overshoot by what
-        # the integral had stored.
-        proportional, integral = _COOL_GAINS if self._current_a < 0.0 else _HEAT_GAINS
-        unlimited_a = proportional * error_c + self._integral_a + self._forward_a()
+        error_c = self._target_c - self._face_c()
+        forward_a = _FORWARD_A_S_K * min(slope_c_s, 0.0) if self._falling_s > 0.0 else 0.0
+        unlimited_a = _GAIN_P * error_c + self._integral_a + forward_a
         max_cool_a = COOL_LIMIT_A * (1.0 - sink_share(self._plant.sink_c))
         self._current_a = min(max(unlimited_a, -max_cool_a), HEAT_LIMIT_A)
         self._saturated = (unlimited_a > self._current_a) - (unlimited_a < self._current_a)
+        # The integral stops while the current is at its limit and would push further in the same
+        # direction (anti-windup); otherwise the plate would overshoot by what it had stored.
         if not self._saturated or (error_c > 0.0) != (unlimited_a > 0.0):
-            self._integral_a += integral * error_c * dt_s
+            self._integral_a += _GAIN_I * error_c * dt_s
 
-    def _forward_a(self) -> float:
-        return _FORWARD_A_S_K * self._slope_c_s if self._slope_c_s < -_FORWARD_FROM_C_S else 0.0
+    def _follow_slope(self, dt_s: float) -> None:
+        sensed_c = self._sensed_c()
+        if self._sensed_before_c is not None and dt_s > 0.0:
+            slope_c_s = (sensed_c - self._sensed_before_c) / dt_s
+            share = min(dt_s / _FACE_FILTER_S, 1.0)
+            self._sensed_slope_c_s += share * (slope_c_s - self._sensed_slope_c_s)
+        self._sensed_before_c = sensed_c
+
+    def _face_c(self) -> float:
+        """Return the estimated face, degC: a bead lags, so the face is ahead by lag times slope.
+
+        The slope itself is late by its filter, so the estimate leads by that time too.
+        """
+        ahead_c = (self.lag_s + _FACE_FILTER_S) * self._sensed_slope_c_s
+        return self._sensed_c() + min(max(ahead_c, -_MOST_AHEAD_C), _MOST_AHEAD_C)
 
     def _account(self, dt_s: float) -> None:
         skin_c = self._plant.skin_c
@@ -247,7 +272,7 @@ class SimulatedPlate:
             self._dose_cem43 = self._heated_s = 0.0
 
     def _sensed_c(self) -> float:
-        return self._plant.plate_c if self._stuck_sensor_c is None else self._stuck_sensor_c
+        return self._bead.c if self._stuck_sensor_c is None else self._stuck_sensor_c
 
     def _reading(self) -> PlateReading:
         limit_a = HEAT_LIMIT_A if self._current_a > 0.0 else COOL_LIMIT_A

@@ -88,11 +88,13 @@ class SimulatedBoard:
         try:
             message = plate_protocol.decode(received)
         except plate_protocol.LineError:
-            answer = Answer.LENGTH if received.kind in range(0x01, 0x06) else Answer.UNKNOWN
+            answer = Answer.LENGTH if received.kind in range(0x01, 0x07) else Answer.UNKNOWN
             return self._acknowledge(received, answer)
         reply = b""
         if isinstance(message, Hello):
+            beads = plate_protocol.Beads(round(self.plate.lag_s * 1000))
             reply = plate_protocol.encode(self._hello_reply(), received.seq)
+            reply += plate_protocol.encode(beads, received.seq)
         return reply + self._acknowledge(received, self._do(message))
 
     def _do(self, message: Message) -> Answer:
@@ -107,6 +109,8 @@ class SimulatedBoard:
                 self.plate.rest(self._advanced_to)
             case Clear():
                 return self._clear(message.fault) if self._has_handshake else Answer.NEEDS_HELLO
+            case plate_protocol.Lag():
+                return self._keep_lag(message)
             case _:
                 return Answer.UNKNOWN
         return Answer.OK
@@ -129,6 +133,16 @@ class SimulatedBoard:
         if self.plate.state is plate_protocol.State.FAULTED:
             return Answer.FAULTED
         self.plate.command(setpoint_c, message.ttl_ms / 1000.0, self._advanced_to)
+        return Answer.OK
+
+    def _keep_lag(self, message: plate_protocol.Lag) -> Answer:
+        if not self._has_handshake:
+            return Answer.NEEDS_HELLO
+        if message.lag_ms > plate_protocol.MAX_LAG_MS:
+            return Answer.RANGE
+        if self.plate.state in (plate_protocol.State.HOLDING, plate_protocol.State.RETURNING):
+            return Answer.DRIVING
+        self.plate.lag_s = message.lag_ms / 1000.0
         return Answer.OK
 
     def _clear(self, number: int) -> Answer:

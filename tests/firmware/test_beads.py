@@ -1,0 +1,105 @@
+"""Beads that lag behind the face, and lighter and heavier faces, on the compiled firmware.
+
+The board knows the lag of its beads, as after `calibrate plate`.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import product
+
+import pytest
+from tiers import nightly_except
+
+from hapticvlm.rendering.heat.contact import share
+from hapticvlm.rendering.heat.trajectory import ThermalTrajectory
+
+from . import scenes
+from .board import Build
+from .build import Chip
+from .rawhost import RawHost
+from .scenes import Rig
+
+LAGS_S, FACES_J_PER_K = (0.0, 0.3, 1.0), (0.6, 1.0, 1.5)
+BUILDS = [Build(lag_s, face) for lag_s, face in product(LAGS_S, FACES_J_PER_K)]
+PALM = 5e-4  # m2 K/W
+ROOM_C = 22.0
+
+
+def name(build: Build) -> str:
+    return f"lag {build.bead_lag_s:g} s, face {build.face_j_per_k:g} J/K"
+
+
+@pytest.mark.parametrize(
+    ("build", "palm"),
+    nightly_except(5, product(BUILDS, (math.inf, PALM))),
+    ids=[f"{name(build)}, palm {palm:g}" for build, palm in product(BUILDS, (math.inf, PALM))],
+)
+def test_the_face_passes_its_goal_by_less_than_can_be_felt(
+    chip: Chip, build: Build, palm: float
+) -> None:
+    board = chip.board(ROOM_C, build=build)
+    board.plant.touch(palm)
+    host = RawHost(board)
+    host.greet()
+    host.hold(32.0, 4.0)
+    past_c = []
+    for goal_c in (22.0, 36.0, 28.0):
+        is_colder = goal_c < board.plant.plate_c
+        face_c = []
+        for _ in range(60):
+            host.hold(goal_c, 0.1)
+            face_c.append(board.plant.plate_c)
+        past_c.append(goal_c - min(face_c) if is_colder else max(face_c) - goal_c)
+    faults = host.state().faults
+    board.close()
+
+    assert faults == ()
+    assert max(past_c) <= 0.3, past_c
+
+
+@pytest.mark.parametrize("lag_s", LAGS_S)
+def test_wood_is_felt_as_wood_whatever_the_beads_lag(chip: Chip, lag_s: float) -> None:
+    felt = {at_s: felt_share(chip, "wood", Build(lag_s), at_s) for at_s in (0.25, 1.0)}
+
+    print(felt)
+    assert all(0.9 <= of_physics <= 1.15 for of_physics in felt.values()), felt
+
+
+def felt_share(chip: Chip, material: str, build: Build, at_s: float) -> float:
+    """Return the change of the skin `at_s` after contact, as a share of a real object's."""
+    board = chip.board(ROOM_C, build=build)
+    board.plant.touch(PALM)
+    rig = Rig(board)
+    try:
+        rig.course = ThermalTrajectory(plate_resistance=PALM)
+        rested_c = rig.live(4.0)[-1].skin_c
+        contact = scenes.contact(material, ROOM_C)
+        rig.course = rig.course.approach(contact, board.now)
+        rig.live(0.4)
+        rig.course = rig.course.touch(contact, material, board.now)
+        felt_c = rig.live(at_s)[-1].skin_c - rested_c
+    finally:
+        rig.close()
+        board.close()
+    return felt_c / (share(contact, at_s) * (contact.surface_c - contact.skin_c))
+
+
+def test_a_board_that_was_never_told_its_lag_stays_within_its_limits(chip: Chip) -> None:
+    # It assumes 0.3 s. Its face passes the goal, but never a trip, and nothing rings.
+    board = chip.board(ROOM_C, build=Build(1.0, is_told=False))
+    board.plant.touch(math.inf)
+    host = RawHost(board)
+    host.greet()
+    host.hold(32.0, 3.0)
+    host.hold(18.0, 8.0)
+    steady_c = []
+    for _ in range(20):
+        host.hold(18.0, 0.1)
+        steady_c.append(board.plant.plate_c)
+    faults, coldest_c = host.state().faults, board.coldest_plate_c
+    board.close()
+
+    assert faults == ()
+    assert coldest_c > 13.0
+    assert max(steady_c) - min(steady_c) < 0.3
