@@ -350,8 +350,8 @@ MUTATIONS = (
     Mutation(
         "dose of the cooler thermistor",
         SENSORS,
-        "hottest_c = fmaxf(hottest_c, sensors.plausible_c[place] + fmaxf(ahead_c(sensors, place), 0.0f));",
-        "hottest_c = sensors.plausible_c[PLATE_A];",
+        "fmaxf(hottest_c, sensors.plausible_c[place] + fmaxf(",
+        "fmaxf(0.0f, sensors.plausible_c[PLATE_A] + fmaxf(",
         "the dose is counted from the hotter plate thermistor*",
     ),
     Mutation(
