@@ -34,6 +34,7 @@ enum : uint8_t {
     HELLO_REPLY_BYTES = 31,
     TELEMETRY_BYTES = 37,
     ACK_BYTES = 3,
+    BEADS_BYTES = 2,
 };
 
 enum Answer : uint8_t {
