@@ -60,7 +60,7 @@ def greeted(now: float = 0.0) -> PlateSession:
     """A session with a board that has answered and sent telemetry."""
     session = PlateSession()
     session.opened(now)
-    assert said(session, now) == [Hello(1, 2)]
+    assert said(session, now) == [Hello(1, 3)]
     tell(session, BOARD, now)
     tell(session, telemetry(5.0 + now), now)
     return session
@@ -85,9 +85,9 @@ def test_nothing_is_commanded_before_the_board_has_answered() -> None:
     session.opened(0.0)
     session.command(22.0, 1.0, 0.0)
 
-    assert said(session, 0.0) == [Hello(1, 2)]
+    assert said(session, 0.0) == [Hello(1, 3)]
     assert said(session, HELLO_S / 2) == []
-    assert said(session, HELLO_S) == [Hello(1, 2)]
+    assert said(session, HELLO_S) == [Hello(1, 3)]
     assert not session.is_ready
     assert session.counts["commands_ignored"] == 1
 
@@ -100,7 +100,7 @@ def test_another_major_is_refused_naming_both_and_the_cure(major: int, cure: str
     session.command(22.0, 1.0, 0.1)
 
     assert session.refusal is not None
-    for part in (f"{major}.4", "1.2", cure):
+    for part in (f"{major}.4", "1.3", cure):
         assert part in session.refusal
     assert not session.is_ready
     assert said(session, 0.2) == []
@@ -216,7 +216,7 @@ def test_a_lost_port_is_a_fault_and_sends_nothing() -> None:
 def reopened(session: PlateSession, now: float) -> None:
     """Open the port again, which resets the board: its uptime starts from zero."""
     session.opened(now)
-    assert said(session, now) == [Hello(1, 2)]
+    assert said(session, now) == [Hello(1, 3)]
     tell(session, telemetry(0.1), now)
     tell(session, BOARD, now)
 
@@ -269,7 +269,7 @@ def test_a_reset_board_is_greeted_again_and_not_driven_on() -> None:
     commanded(session, 0.0, 1.0)
     tell(session, telemetry(0.05), 1.0)
 
-    assert said(session, 1.02) == [Hello(1, 2)]
+    assert said(session, 1.02) == [Hello(1, 3)]
     tell(session, BOARD, 1.02)
     later = []
     for tick in range(100):
@@ -285,7 +285,7 @@ def test_a_board_that_asks_for_a_hello_gets_one() -> None:
     session = greeted()
     tell(session, Ack(0x02, 5, Answer.NEEDS_HELLO), 0.1)
 
-    assert said(session, 0.1) == [Hello(1, 2)]
+    assert said(session, 0.1) == [Hello(1, 3)]
     assert session.counts["refused"] == 1
 
 
