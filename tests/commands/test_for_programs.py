@@ -66,6 +66,7 @@ def test_the_smallest_scene_says_how_to_start_the_service_that_it_lacks():
 
 INTERRUPTED_AT = """
 import os, signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job would ignore it
 lines = 0
 def trace(frame, event, _):
     global lines

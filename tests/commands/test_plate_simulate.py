@@ -9,8 +9,8 @@ from contextlib import suppress
 import pytest
 
 from hapticvlm.commands.main import main
-from hapticvlm.commands.plate_simulate import PractisePlate, serve
 from hapticvlm.devices.errors import DeviceError
+from hapticvlm.devices.simulated.practise_plate import PractisePlate, serve
 
 pytestmark = [pytest.mark.process, pytest.mark.slow]
 

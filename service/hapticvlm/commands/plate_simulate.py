@@ -1,9 +1,4 @@
-"""`hapticvlm plate simulate`: a simulated plate on a TCP port, to practise on before there is one.
-
-Other commands open the port by its address, `socket://127.0.0.1:8795`, as they open a serial port,
-and speak the protocol of the real board. A fault is latched by its name, typed here. The firmware's
-own decisions are not simulated: the compiled firmware decides them, in tests/firmware.
-"""
+"""`hapticvlm plate simulate`: a simulated plate on a TCP port, to practise on beforehand."""
 
 from __future__ import annotations
 
@@ -11,22 +6,15 @@ import argparse
 import socket
 import sys
 import threading
-import time
-from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from hapticvlm.commands.parsing import number_within
-from hapticvlm.devices.errors import DeviceError
-from hapticvlm.devices.simulated.simulated import SimulatedPlate
-from hapticvlm.devices.simulated.simulated_board import SimulatedBoard
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
 
 PORT = 8795
 LOOPBACK = "127.0.0.1"
-TURN_S = 0.02  # between two looks at the clock, as the board's control loop
-AT_ONCE_BYTES = 4096
 
 
 def add(verbs: Commands) -> None:
@@ -54,62 +42,9 @@ def add(verbs: Commands) -> None:
     simulate.set_defaults(run=_simulate)
 
 
-class PractisePlate(SimulatedPlate):
-    """A simulated plate whose faults are latched on request, as a maker's mistake would."""
-
-    def latch(self, name: str) -> None:
-        """Latch a fault of the firmware and open the bridge. Raises DeviceError for another."""
-        from hapticvlm.devices import faults
-
-        known = [fault.name for fault in faults.FIRMWARE.values()]
-        if name not in known:
-            raise DeviceError(f"{name}: no fault of the firmware; they are {', '.join(known)}")
-        if name not in self._faults:
-            self._faults = (*self._faults, name)
-        self.close()
-
-
-def serve(
-    listener: socket.socket, plate: PractisePlate, wanted: Callable[[], list[str]] = list
-) -> None:
-    """Answer one host after the other; `wanted` returns the faults to latch since it was asked.
-
-    A host that leaves makes the plate rest when its setpoint's time to live ends, as on a real
-    line. Ends with the listener, by OSError.
-    """
-    board = SimulatedBoard(plate)
-    while True:
-        host, _ = listener.accept()
-        with host:
-            host.settimeout(TURN_S)
-            _answer(host, board, plate, wanted)
-
-
-def _answer(
-    host: socket.socket,
-    board: SimulatedBoard,
-    plate: PractisePlate,
-    wanted: Callable[[], list[str]],
-) -> None:
-    """Exchange bytes with one host until it leaves."""
-    while True:
-        for name in wanted():
-            plate.latch(name)
-        try:
-            data = host.recv(AT_ONCE_BYTES)
-            if not data:
-                return
-        except TimeoutError:
-            data = b""
-        except OSError:
-            return
-        try:
-            host.sendall(board.exchange(data, time.monotonic()))
-        except OSError:
-            return
-
-
 def _simulate(options: argparse.Namespace) -> int:
+    from hapticvlm.devices.simulated.practise_plate import PractisePlate, serve
+
     plate = PractisePlate()
     for name in options.fault:
         plate.latch(name)
@@ -132,6 +67,9 @@ def _simulate(options: argparse.Namespace) -> int:
 
 def _read(typed: list[str]) -> None:
     """Collect the faults that a person types; a wrong name is refused with the right ones."""
+    from hapticvlm.devices.errors import DeviceError
+    from hapticvlm.devices.simulated.practise_plate import PractisePlate
+
     for line in sys.stdin or ():
         name = line.strip()
         try:

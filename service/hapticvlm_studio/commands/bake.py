@@ -30,12 +30,12 @@ CLIP_S = 0.6
 _DESCRIPTION = """
 Write how a scene feels to a folder, for players that have no service: materials.json (what each
 surface is) and feel.json (how its materials vibrate). SOURCE is a glTF 2.0 scene (.glb, .gltf), a
-file with the `scene` messages of a scene (a list, or a message a line), or a folder that
-`hapticvlm record` wrote. Any other folder stands for all glTF scenes in it, each baked to a folder
-of its own name below FOLDER. The surfaces of a glTF scene are decided as by `hapticvlm scan`: by
-names and shaders, and where these leave it open, by their textures. --materials writes the built-in
-materials instead. In materials.json a surface whose `by` is `hand` keeps its material in the next
-bake. docs/bake.md has both files. Exit code 1: a scene of a folder could not be read.
+file of `scene` messages (a list, or a message a line), or a folder that `hapticvlm record` wrote.
+Any other folder stands for the glTF scenes in it, each baked to a folder of its own. The surfaces
+of a glTF scene are decided as by `hapticvlm scan`, and open ones by their textures. --materials
+writes the built-in materials instead. A surface of materials.json whose `by` is `hand` keeps its
+material in the next bake. docs/bake.md has both files. Exit code 1: a scene of a folder could not
+be read.
 """
 
 
