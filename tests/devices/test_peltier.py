@@ -196,9 +196,8 @@ def test_a_line_that_loses_2_percent_of_its_bytes_keeps_the_setpoint() -> None:
     readings = hold(cable, plate, 24.0, 20.0)
 
     silent = [reading for reading in readings if reading.faults]
-    assert {reading.faults for reading in silent} <= {
-        ("plate_silent",)
-    }  # ten reports lost in a row
+    # Ten reports lost in a row: silent, or garbled where their other bytes still arrive.
+    assert {reading.faults for reading in silent} <= {("plate_silent",), ("plate_garbled",)}
     assert len(silent) < 0.05 * len(readings)
     held = [reading.plate_c for reading in readings[-500:] if reading.plate_c is not None]
     assert held == pytest.approx([24.0] * len(held), abs=0.5)

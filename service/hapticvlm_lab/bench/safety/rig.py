@@ -285,7 +285,7 @@ SOUND = (  # touch and release, hot and cold, as far and as fast as setpoints ma
 
 @dataclass(frozen=True, slots=True)
 class Injection:
-    """One fault, begun while the plate holds `before_c`."""
+    """One fault, begun while the plate holds `before_c`; wires are reversed from the start."""
 
     name: str
     setpoint_c: float = 38.0
@@ -293,10 +293,12 @@ class Injection:
     polarity: int = 1
     before_c: float = 36.0
 
-    def script(self) -> tuple[Phase, Phase]:
-        """Hold `before_c`, then go to the setpoint with the fault."""
+    def script(self) -> tuple[Phase, ...]:
+        """Hold `before_c`, then go to the setpoint with the fault. Returns the phases."""
         lie = None if self.lie is None else self.lie()
-        return Phase(3.0, self.before_c), Phase(20.0, self.setpoint_c, True, lie, self.polarity)
+        faulty = Phase(20.0, self.setpoint_c, True, lie, self.polarity)
+        # Wires are not exchanged while a plate follows; the board knows a plate that followed.
+        return (faulty,) if self.polarity < 0 else (Phase(3.0, self.before_c), faulty)
 
 
 def frozen(*places: int) -> Callable[[], Lie]:
