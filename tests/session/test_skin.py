@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import pytest
 from tiers import nightly_except
 
+from hapticvlm.devices.plate.requests import CHANGE_INTERVAL_S
 from hapticvlm.devices.simulated.simulated import SimulatedPlate
 from hapticvlm.materials import MATERIALS
 from hapticvlm.messages import Scene, SceneObject, Touch
@@ -40,7 +41,10 @@ STILL_BEHIND = (("glass", 15.0, 1e-3), ("metal", 22.0, 1e-3))  # 0.40, 0.31: dee
 
 
 def palm(material, room_c, resistance, phases, *, known=True):
-    """Skin on the plate each tick while a hand goes through (phase, seconds, fields)."""
+    """Skin on the plate each tick while a hand goes through (phase, seconds, fields).
+
+    The plate gets setpoints as often as a board does: a changed one every CHANGE_INTERVAL_S.
+    """
     plate = SimulatedPlate(room_c, palm_resistance=resistance)
     session = SceneSession(
         SessionSettings(owner=True, reading=AT_REST, plate_resistance=resistance if known else 0.0)
@@ -48,6 +52,7 @@ def palm(material, room_c, resistance, phases, *, known=True):
     thing = SceneObject(object_id="thing", material=material)
     session.receive(Scene(id=1, objects=[thing], replace=True, ambient_c=room_c), 0.0)
     now, setpoint_c, moments = 0.0, NEUTRAL_C, []
+    sent_c, sent_at = NEUTRAL_C, -math.inf
     is_slewing = is_at_end = False
     for _ in range(250):  # a hand that has rested on the neutral plate
         plate.command(NEUTRAL_C, 1.0, now)
@@ -67,7 +72,9 @@ def palm(material, room_c, resistance, phases, *, known=True):
                     )
                     setpoint_c = action.setpoint_c
                     is_at_end = setpoint_c in (SETPOINT_MIN_C, SETPOINT_MAX_C)
-                    plate.command(setpoint_c, action.ttl_s, now)
+                    if now - sent_at > CHANGE_INTERVAL_S - TICK_S / 2.0:
+                        sent_c, sent_at = setpoint_c, now
+                    plate.command(sent_c, action.ttl_s, now)
             now += TICK_S
             plate.advance(now)
             is_limited = is_slewing or is_at_end or reading.current_limited
@@ -172,7 +179,7 @@ def test_a_contact_after_a_real_approach_is_as_good_as_one_long_awaited(material
     real = led(material, [("approach", 1.0, {"distance_m": 0.5, "closing_mps": 0.1}), *near])
     awaited = led(material, [("approach", APPROACH_S, {})])
     second = round(1.0 / TICK_S)
-    assert abs(real[second]) < (0.5 if material != "metal" else 1.3)
+    assert abs(real[second]) < {"stone": 0.6, "metal": 1.3}.get(material, 0.5)
     assert abs(real[second] - awaited[second]) < (0.25 if material != "metal" else 0.75)
     assert abs(real[-1] - awaited[-1]) < 0.1
 
@@ -222,7 +229,7 @@ def test_a_lead_in_vain_is_followed_by_none_for_two_seconds_unless_the_hand_come
     assert hand.lead(4.8) == 1.0
 
 
-@pytest.mark.parametrize(("material", "at_a_quarter", "at_one"), [("metal", 0.5, 0.85)])
+@pytest.mark.parametrize(("material", "at_a_quarter", "at_one"), [("metal", 0.47, 0.83)])
 def test_cold_arrives_in_the_first_half_second(material, at_a_quarter, at_one):
     metal, glass = (first_second(name) for name in (material, "glass"))
     for share, of, ours in ((at_a_quarter, 0.25, metal[0.25]), (at_one, 1.0, metal[1.0])):
