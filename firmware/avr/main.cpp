@@ -19,7 +19,7 @@ static_assert(TICKS * 2 / 5 == plate::STEP_MS, "a tick is 0.4 ms");
 const uint8_t CONVERTER = _BV(ADEN) | _BV(ADIE) | _BV(ADPS2) | _BV(ADPS1) | _BV(ADPS0);  // 104 us each
 const uint8_t HEAT_PIN = _BV(PB1), COOL_PIN = _BV(PB2), ENABLE_PIN = _BV(PB0);  // port B
 const uint8_t LIGHT_PIN = _BV(PB5);    // the LED marked L on an Uno or Nano
-const uint8_t CUT_OUT_PIN = _BV(PD7);  // port D, low while closed
+const uint8_t CUT_OUT_PIN = _BV(PD7);  // port D, low while the cut-out is open
 
 plate::PersistentState persistent_state __attribute__((section(".noinit")));
 uint8_t reset_cause __attribute__((section(".noinit")));
@@ -207,8 +207,10 @@ void hal_send(const uint8_t* bytes, uint8_t count) {
     UCSR0B |= _BV(UDRIE0);
 }
 
+// The break contact of the force-guided relay grounds the pin. It cannot close while the switching contact is
+// welded, and a broken wire leaves the pin high, so neither can pass for a cut-out that opened.
 bool hal_cut_out_is_open() {
-    return PIND & CUT_OUT_PIN;
+    return !(PIND & CUT_OUT_PIN);
 }
 
 PersistentState& hal_persistent_state() {

@@ -121,8 +121,8 @@ PARTS = (
     Part(
         "K1",
         "5 V relay",
-        "two poles, 5 A, force-guided: the first switches, the second reports to the board",
-        {"coil+": "COIL+", "coil-": "COIL-", "11": "+5V", "14": "SW", "21": "SENSE", "24": "GND"},
+        "force-guided (EN 61810-3), 5 A: make contact 11-14 switches, break contact 21-22 reports",
+        {"coil+": "COIL+", "coil-": "COIL-", "11": "+5V", "14": "SW", "21": "SENSE", "22": "GND"},
     ),
     Part("D2", "1N4001", "holds the relay by its own contact", {"A": "SW", "K": "COIL+"}),
     Part("D3", "1N4001", "across the coil", {"A": "COIL-", "K": "COIL+"}),

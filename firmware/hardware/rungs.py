@@ -82,9 +82,9 @@ def rung2() -> str:
         body += _divider(110 + 100 * row, pin, what)
     body += [
         _text(474, 114, "D7", "bold", "end"),
-        _wire(480, 110, 640, 110),
-        _text(646, 114, "GND"),
-        _text(500, 96, "a wire: the cut-out reads as closed"),
+        _wire(480, 110, 600, 110),
+        _text(606, 114, "free end"),
+        _text(500, 96, "a wire: at GND the cut-out reads as open"),
     ]
     for row, (pin, colour, what) in enumerate(LEDS):
         body += _led(180 + 70 * row, pin, colour, what)

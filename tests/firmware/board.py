@@ -14,6 +14,7 @@ import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Literal
 
 from hapticvlm.devices.simulated.plant import (
     AMBIENT_C,
@@ -36,6 +37,7 @@ CUT_OUT_STARTED_S = 0.2  # the cut-out is open until its button is pressed
 _STOPPED = (6, 7)  # simavr's cpu_Done and cpu_Crashed
 
 Sensor = Callable[["Board"], float]  # millivolts at its pin
+Wire = Literal["whole", "broken", "grounded"]
 
 
 class _Bridge(ctypes.Structure):
@@ -138,7 +140,7 @@ class Board:
         self.limited_s = 0.0  # time during which the passive limit acted
         self.duty = self.current_a = 0.0
         self.shared_ground_ohm = 0.0  # of the ground that thermistors and module share
-        self.cut_out_wire = True  # between its sense contact and the board
+        self.cut_out_wire: Wire = "whole"  # between its break contact and the board
         self._sense()
 
     @property
@@ -287,5 +289,6 @@ class Board:
         shift_mv = 1000.0 * self.shared_ground_ohm * self.current_a
         for channel, sensor in self.sensors.items():
             self._library.host_voltage(self._host, channel, sensor(self) + shift_mv)
-        reads_open = self.cut_out.is_open or not self._is_started or not self.cut_out_wire
-        self._library.host_cut_out(self._host, int(reads_open))
+        is_released = self.cut_out.is_open or not self._is_started
+        grounds = {"whole": is_released, "broken": False, "grounded": True}
+        self._library.host_cut_out(self._host, int(grounds[self.cut_out_wire]))

@@ -165,8 +165,8 @@ def _shared_ground(ohm: float) -> Callable[[Board], None]:
     return begin
 
 
-def _sense_wire(board: Board) -> None:
-    board.cut_out_wire = False
+def _sense_grounded(board: Board) -> None:
+    board.cut_out_wire = "grounded"
 
 
 def _welded(board: Board) -> None:
@@ -339,8 +339,8 @@ FAULTS = (
         guards=(),
         deadline_s=SLOW_S,
     ),
-    Fault("wire of the cut-out's sense contact", _sense_wire, ("CUT_OUT_OPEN",)),
-    # Found before anything is driven: its sense contact was never open since the power came.
+    Fault("sense wire of the cut-out grounded", _sense_grounded, ("CUT_OUT_OPEN",)),
+    # Found before anything is driven: its break contact was never closed since the power came.
     Fault("cut-out welded", _welded, ("CUT_OUT_UNTESTED",), sees_s=IDLE_S, at_start=True),
     Fault("bridge shorted to heat", _shorted(1), guards=("current limit", "cut-out")),
     Fault("bridge shorted to cool", _shorted(-1), guards=("current limit", "cut-out")),

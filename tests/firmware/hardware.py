@@ -58,7 +58,9 @@ class CutOut:
     def __init__(self, plate_c: float) -> None:
         self._bead_c = plate_c
         self.is_open = False
-        self.is_welded = False  # both contacts, permanently
+        self.is_welded = (
+            False  # its switching contact; force guidance then keeps the break contact open
+        )
         self.reads: Callable[[float], float] = float
 
     def feel(self, plate_c: float, dt_s: float) -> None:

@@ -492,7 +492,7 @@ MUTATIONS = (
         "(board.cut_out_ms >= CUT_OUT_MS ? bit(CUT_OUT_OPEN) : 0)",
         "(board.cut_out_ms >= CUT_OUT_MS ? 0 : 0)",
         "an open cut-out is a fault of its own*",
-        f"{_FAULT}[wire of the cut-out's sense contact, hot, warm room]",
+        f"{_FAULT}[sense wire of the cut-out grounded, hot, warm room]",
     ),
     Mutation(
         "what was judged forgotten at each OFF",

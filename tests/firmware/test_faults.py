@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from . import line
-from .board import Board, Build, sink_mv
+from .board import RESET_POWER_ON, Board, Build, sink_mv
 from .build import Chip
 from .faults import BY_NAME, FAULTS, IDLE_S, SLOW_S, Fault, one_bag_and_the_cut_out
 from .rawhost import RawHost
@@ -72,6 +72,29 @@ def test_a_cut_out_with_a_bead_of_the_same_wrong_bag_would_not_save_the_skin(chi
     foreign = trial(chip.board, [BY_NAME["all beads of one wrong kind"], shorted], HOT, LONGEST_S)
     assert foreign.is_safe, foreign
     assert "cut-out" in foreign.caught_by
+
+
+def test_a_broken_sense_wire_keeps_the_bridge_off_from_the_power_on(host: RawHost) -> None:
+    # A fresh board: the wire broke while its power was off.
+    host.board.cut_out_wire = "broken"
+    host.board.reset(RESET_POWER_ON)
+    host.greet()
+    host.hold(36.0, 1.0)
+
+    assert host.state().faults == ("CUT_OUT_UNTESTED",)
+    assert host.ask(line.CLEAR, bytes([22])) == "persists"
+    assert host.board.last_driven_at == 0.0
+
+
+def test_a_cut_out_that_opens_behind_a_broken_sense_wire_ends_in_runaway(host: RawHost) -> None:
+    host.hold(36.0, 3.0)
+    host.board.cut_out_wire = "broken"
+    host.hold(36.0, 1.0)
+    assert not host.state().faults, "the cut-out itself needs no wire to the board"
+    host.board.cut_out.is_open = True
+    host.follow(lambda _: 36.0, 15.0, until=lambda: not host.board.is_driven)
+
+    assert host.state().faults == ("RUNAWAY",)
 
 
 @pytest.mark.parametrize("held_c", [36.0, 26.0])

@@ -8,6 +8,7 @@ import subprocess
 import sys
 from collections import Counter
 from dataclasses import replace
+from itertools import chain, combinations
 
 import pytest
 
@@ -77,6 +78,44 @@ def test_the_cut_out_opens_where_the_simulation_has_it() -> None:
 
     assert cold_c == pytest.approx(CUT_OUT_COLD_C, abs=0.05)
     assert hot_c == pytest.approx(CUT_OUT_HOT_C, abs=0.05)
+
+
+CONDUCTS, SAYS_OPEN = frozenset({"+5V", "SW"}), frozenset({"SENSE", "GND"})
+
+
+def test_the_board_never_sees_an_open_cut_out_whose_relay_may_conduct() -> None:
+    states = contact_states(parts.BY_NAME["K1"].pins)
+
+    assert {CONDUCTS} in states, "the supply is switched on, or its contact is welded"
+    assert {SAYS_OPEN} in states, "the board can see it open"
+    assert [closed for closed in states if closed >= {CONDUCTS, SAYS_OPEN}] == []
+
+
+def test_a_make_contact_would_tell_the_board_nothing_of_a_weld() -> None:
+    pins = parts.BY_NAME["K1"].pins
+    second_make = {("24" if pin == "22" else pin): net for pin, net in pins.items()}
+    welded = [closed for closed in contact_states(second_make) if CONDUCTS in closed]
+
+    assert {SAYS_OPEN in closed for closed in welded} == {True, False}
+
+
+def contact_states(pins: dict[str, str]) -> list[set[frozenset[str]]]:
+    """Return every set of nets that a force-guided relay may connect, whatever is welded or worn.
+
+    A make contact (terminals x1-x4) and a break contact (x1-x2) are never closed together. Contacts
+    of the same kind promise nothing about each other.
+    """
+    contacts = [
+        (pin[1], frozenset({pins[pin[0] + "1"], net}))
+        for pin, net in pins.items()
+        if pin[1] in "24" and pin.isdigit()
+    ]
+    subsets = (combinations(contacts, size) for size in range(len(contacts) + 1))
+    return [
+        {nets for _, nets in closed}
+        for closed in chain.from_iterable(subsets)
+        if len({kind for kind, _ in closed}) < 2
+    ]
 
 
 def test_the_bead_of_the_cut_out_can_be_taken_for_no_other() -> None:

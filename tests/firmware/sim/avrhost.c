@@ -248,10 +248,11 @@ void host_hum(host_t *host, double millivolts, double hz) {
     host->hum_hz = hz;
 }
 
-/* The sense contact of the cut-out at PD7: low while it is closed. */
-void host_cut_out(host_t *host, int is_open) {
-    avr_t *avr = host->avr;
-    avr_raise_irq(avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ('D'), 7), is_open != 0);
+/* The cut-out's break contact at PD7: low while it is closed, so while the cut-out is open. */
+void host_cut_out(host_t *host, int is_grounded) {
+    avr_irq_t *pin = avr_io_getirq(host->avr, AVR_IOCTL_IOPORT_GETIRQ('D'), 7);
+    pin->flags |= IRQ_FLAG_INIT; /* or the level of before a reset, which clears PIND, is not sent again */
+    avr_raise_irq(pin, is_grounded == 0);
 }
 
 int host_read(host_t *host, uint8_t *bytes, int most) {
