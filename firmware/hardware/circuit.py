@@ -9,16 +9,16 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from parts import BY_NAME, PARTS, Part
+from parts import BY_NAME, KIT_STEPS, ON_KIT, PARTS, Part
 
 HERE = Path(__file__).parent
-WIDTH, HEIGHT, STEP = 1240, 980, 42
+WIDTH, HEIGHT, STEP = 1240, 1022, 42
 # Title, left edge, top edge, parts from top to bottom.
 SHEETS = (
-    ("Board and thermistors", 20, 30, "U1 R1 RT1 C1 R2 RT2 C2 R3 RT3 C3 R4 R5 R6"),
-    ("Control voltage", 330, 30, "R7 R8 C4 R11 R9 R10 C5 R12 U2"),
+    ("Board and thermistors", 20, 30, "U1 R1 RT1 C1 R2 RT2 C2 R3 RT3 C3 R4 R5 R6 R24"),
+    ("Control voltage", 330, 30, "R7 R8 C4 R11 R9 R10 C5 R12 U2 R25 C7"),
     ("Driver and module", 640, 30, "U3 L1 RS L2 R20 R21 R22 R23 J1 R13 D1 R14 TEC1"),
-    ("Cut-out", 950, 30, "J2 F1 R15 RT4 C6 R16 R17 R18 U4A U4B R19 Q1 K1 D2 D3 S1 S2"),
+    ("Cut-out", 950, 30, "J2 F1 R15 RT4 C6 R16 R17 R18 U4A U4B C8 R19 Q1 K1 D2 D3 S1 S2"),
 )
 INK = "#1b1f24"
 
@@ -72,6 +72,16 @@ def wiring() -> str:
         "| net | pins |",
         "|---|---|",
         *(f"| {net} | {', '.join(pins)} |" for net, pins in sorted(nets().items())),
+        "",
+        "## The driver's kit",
+        "",
+        "These pins of the chip are wired on the kit alone:",
+        "",
+        "| pin | |",
+        "|---|---|",
+        *(f"| {pin} | {what} |" for pin, what in ON_KIT.items()),
+        "",
+        *(f"{number}. {step}" for number, step in enumerate(KIT_STEPS, 1)),
     ]
     return "\n".join(lines) + "\n"
 

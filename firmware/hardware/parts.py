@@ -46,6 +46,7 @@ PARTS = (
     _two("R4", 10e3, "pull-down", "HEAT", "GND"),
     _two("R5", 10e3, "pull-down", "COOL", "GND"),
     _two("R6", 10e3, "pull-down", "ENABLE", "GND"),
+    _two("R24", 10e3, "protects a driver without supply", "ENABLE", "SHDN"),
     # From two duties to one control voltage: REF + 0.30 (heat - cool), 64 Hz
     _two("R7", 49.9e3, "1 %", "HEAT", "H1"),
     _two("R8", 49.9e3, "1 %", "H1", "PLUS"),
@@ -59,8 +60,10 @@ PARTS = (
         "U2",
         "MCP6001",
         "rail-to-rail operational amplifier, or similar",
-        {"+": "PLUS", "-": "MINUS", "out": "CTLI", "V+": "BOARD5V", "V-": "GND"},
+        {"+": "PLUS", "-": "MINUS", "out": "DRIVE", "V+": "BOARD5V", "V-": "GND"},
     ),
+    _two("R25", 10e3, "protects a driver without supply", "DRIVE", "CTLI"),
+    _two("C7", 100e-9, "ceramic, at U2", "BOARD5V", "GND"),
     # Driver, and the limiter that works whatever the driver does. The driver holds
     # V(OS1) - V(CS) = RS I at (CTLI - REF) / 10, so all parts that carry the module's current
     # are between OS1 and OS2, and RS alone is between OS1 and CS, behind the choke L1.
@@ -69,13 +72,13 @@ PARTS = (
     Part(
         "U3",
         "MAX1968",
-        "current-controlled TEC driver, +-3 A, on its evaluation board",
+        "current-controlled TEC driver, +-3 A, on its evaluation kit",
         {
             "VDD": "SW",
             "GND": "GND",
             "CTLI": "CTLI",
             "REF": "REF",
-            "SHDN": "ENABLE",
+            "SHDN": "SHDN",
             "MAXIP": "MAXIP",
             "MAXIN": "MAXIN",
             "MAXV": "REF",
@@ -86,9 +89,9 @@ PARTS = (
             "OS2": "OS2",
         },
     ),
-    _two("L1", "choke 1", "3 uH, 5 A, at most 0.05 ohm", "LX1", "CS"),
-    _two("RS", 0.05, "the driver's sense resistor, 1 %, 1 W", "CS", "OS1"),
-    _two("L2", "choke 2", "3 uH, 5 A, at most 0.05 ohm", "LX2", "OS2"),
+    _two("L1", "choke 1", "on the kit; 3 uH, 5 A, at most 0.05 ohm", "LX1", "CS"),
+    _two("RS", 0.05, "on the kit; the driver's sense resistor, 1 %, 1 W", "CS", "OS1"),
+    _two("L2", "choke 2", "on the kit; 3 uH, 5 A, at most 0.05 ohm", "LX2", "OS2"),
     _two("R20", 30.1e3, "1 %, limit of the heating current", "REF", "MAXIP"),
     _two("R21", 10.0e3, "1 %", "MAXIP", "GND"),
     _two("R22", 10.0e3, "1 %, limit of the cooling current", "REF", "MAXIN"),
@@ -116,8 +119,14 @@ PARTS = (
         {"+": "BEAD", "-": "HOT", "out": "GOOD", "V+": "+5V", "V-": "GND"},
     ),
     Part("U4B", "TLC393", "the other half", {"+": "COLD", "-": "BEAD", "out": "GOOD"}),
+    _two("C8", 100e-9, "ceramic, at U4", "+5V", "GND"),
     _two("R19", 10e3, "pull-up", "+5V", "GOOD"),
-    Part("Q1", "2N7000", "N-channel MOSFET", {"G": "GOOD", "D": "COIL-", "S": "GND"}),
+    Part(
+        "Q1",
+        "IRLZ44N",
+        "logic-level MOSFET: drops millivolts at 0.14 A",
+        {"G": "GOOD", "D": "COIL-", "S": "GND"},
+    ),
     Part(
         "K1",
         "5 V relay",
@@ -130,6 +139,28 @@ PARTS = (
     _two("S2", "push-button", "tests the cut-out: it must open", "GOOD", "GND"),
 )
 BY_NAME = {part.name: part for part in PARTS}
+
+# The driver is bought as its evaluation kit, because the chip needs a compensated loop and short
+# power traces. These pins of the chip are wired on the kit alone. Its pins are from a public symbol
+# library; the kit's own schematic could not be read, so that its part numbers are missing here.
+ON_KIT = {
+    "PVDD": "power supply, with the kit's capacitors: feed it and VDD from SW",
+    "PGND": "power ground: join it to GND at the kit",
+    "COMP": "capacitor that compensates the current loop: leave it",
+    "FREQ": "switching frequency: leave it at 500 kHz",
+    "ITEC": "monitor of the current: may stay open",
+}
+KIT_STEPS = (
+    "Find each pin on the kit's schematic and, with an ohmmeter, at the chip. Then remove parts.",
+    "Leave chokes, sense resistor and capacitors. L1, L2 and RS exist once, on the kit.",
+    "Remove what sets the control voltage, such as a potentiometer: R25 alone feeds CTLI.",
+    "Remove the kit's resistors at MAXIP, MAXIN and MAXV. Solder R20 to R23 to the pads of the"
+    " first two, and a wire from MAXV to REF.",
+    "Remove the jumper that ties SHDN high. Solder R24 there; R6 must pull it low.",
+    "Solder a wire to REF for R11. Solder the supply from SW and GND to the kit's supply pads.",
+    "Solder J1 to OS1 and OS2, behind the kit's filter capacitors, never to LX1, LX2 or CS.",
+    "Before the module: measure MAXIP 0.25 and MAXIN 0.67 of REF, and CTLI equal to REF at duty 0.",
+)
 
 # Ratings from data sheets or the type of part: W for resistors, A and V for the others.
 POWER_W = {"RS": 1.0, "R13": 25.0, "R14": 25.0}

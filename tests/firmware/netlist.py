@@ -83,7 +83,8 @@ class Netlist:
         levels = {self._pins["U1"]["D9"]: heat_v, self._pins["U1"]["D10"]: cool_v}
         plus, minus = self._pins["U2"]["+"], self._pins["U2"]["-"]
         reference, control = self._pins["U3"]["REF"], self._pins["U3"]["CTLI"]
-        assert self._pins["U2"]["out"] == control
+        assert control in self._pins["R25"].values(), "the loop is closed behind this resistor"
+        assert self._pins["U2"]["out"] in self._pins["R25"].values()
         plus_v, _ = self._divided(plus, levels | {reference: 0.0})
         fed_v, share = self._divided(minus, levels | {control: 0.0})
         return (plus_v - fed_v) / share

@@ -118,6 +118,25 @@ def contact_states(pins: dict[str, str]) -> list[set[frozenset[str]]]:
     ]
 
 
+# Of the MAX1968 (public symbol libraries of KiCad and PADS), numbered pins of one function as one.
+SIGNALS = {"CTLI", "REF", "MAXIP", "MAXIN", "MAXV", "SHDN", "COMP", "FREQ", "ITEC"}
+CHIP_PINS = SIGNALS | {"VDD", "PVDD", "GND", "PGND", "LX1", "LX2", "OS1", "OS2", "CS"}
+
+
+def test_every_pin_of_the_driver_is_drawn_or_wired_on_its_kit() -> None:
+    drawn = set(parts.BY_NAME["U3"].pins)
+
+    assert drawn | set(parts.ON_KIT) == CHIP_PINS
+    assert drawn & set(parts.ON_KIT) == set()
+
+
+def test_nothing_but_a_resistor_drives_a_driver_without_supply() -> None:
+    inputs = set(parts.BY_NAME["U3"].pins.values()) - {"GND"}
+    outputs = {*parts.BY_NAME["U1"].pins.values(), parts.BY_NAME["U2"].pins["out"]}
+
+    assert inputs & outputs == set(), "the cut-out takes the driver's supply, not the board's"
+
+
 def test_the_bead_of_the_cut_out_can_be_taken_for_no_other() -> None:
     plate, cut_out = parts.number("RT1"), parts.number("RT4")
 
