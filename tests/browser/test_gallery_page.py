@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from dashboard_scene import AXE
 from playwright.sync_api import expect
+from saved_zip import unpacked
 
 from hapticvlm.commands.main import main
 
@@ -44,6 +45,7 @@ def test_touches_are_played_and_taken_away_without_a_network(page):
     expect(tap).to_have_attribute("aria-pressed", "false")
     expect(slide).to_have_attribute("aria-pressed", "false")  # it ended by itself
     assert page.locator("#told").inner_text() == ""
+    page.get_by_text("Save wood, strike").click()
     for kind in FORMATS:
         with page.expect_download() as given:
             page.get_by_role("button", name=f".{kind} of wood, strike").click()
@@ -55,6 +57,18 @@ def test_touches_are_played_and_taken_away_without_a_network(page):
         samples = np.frombuffer(sound.readframes(sound.getnframes()), "<i2")
         assert sound.getnframes() / sound.getframerate() == pytest.approx(0.6, abs=0.01)
     assert np.abs(samples).max() > 1000
+
+
+def test_a_touch_is_saved_whole_with_the_files_of_the_page(page):
+    page.get_by_text("Save wood, slide").click()
+    with page.expect_download() as given:
+        page.get_by_role("button", name=".haptic of wood, slide").click()
+    haptic = json.loads(given.value.path().read_text())
+    with page.expect_download() as given:
+        page.get_by_role("button", name="everything of wood, slide").click()
+    assert given.value.suggested_filename == "felt-wood-slide.zip"
+    assert json.loads(unpacked(given.value.path(), "hjif")["haptic"]) == haptic
+    expect(page.locator("#told")).to_contain_text("Saved felt-wood-slide.zip: picture, sound")
 
 
 def test_a_touch_asked_for_before_the_last_one_began_plays_and_nothing_is_told(page):

@@ -1,12 +1,16 @@
 """The page that `replay --view` writes, opened as a file in a real browser."""
 
+import io
 import pathlib
+import re
+import wave
 
 import numpy as np
 import pytest
 from dashboard_scene import AXE
 from playwright.sync_api import expect
 from recorded_session import record
+from saved_zip import unpacked
 
 from hapticvlm.commands.main import main
 
@@ -70,6 +74,22 @@ def test_a_link_opens_at_its_time_and_a_touch_is_such_a_link(page, address):
     page.locator("#link").click()
     expect(page.locator("#copied")).not_to_be_empty()
     assert page.url.endswith("#t=0.75")
+
+
+def test_the_touch_of_a_moment_is_saved_and_a_moment_without_one_says_so(page):
+    at(page, 1.0)
+    expect(page.locator("#feels")).to_have_text(re.compile("^feels like ceramic: slide"))
+    expect(page.locator("#frame")).to_have_attribute("data-frame", "0")
+    with page.expect_download() as download:
+        page.locator("#save").click()
+    assert download.value.suggested_filename == "felt-ceramic-slide.zip"
+    files = unpacked(download.value.path())
+    with wave.open(io.BytesIO(files["wav"])) as sound:  # from the contact until it has faded
+        assert sound.getnframes() / sound.getframerate() == pytest.approx(1.5, abs=0.1)
+    expect(page.locator("#copied")).to_contain_text("Saved felt-ceramic-slide.zip")
+    at(page, 0.2)
+    page.locator("#save").click()
+    expect(page.locator("#copied")).to_contain_text("Not saved: nothing is touched")
 
 
 def test_a_page_to_send_on_opens_at_its_moment_and_says_what_it_is_without_a_script(

@@ -32,6 +32,16 @@ def test_a_touch_lasts_from_its_contact_to_its_release(session):
     assert (held.from_s, held.to_s) == pytest.approx((0.5, 1.55))
 
 
+def test_a_touch_has_the_times_at_which_the_hand_began_to_move_and_stopped(tmp_path):
+    mug = {"object_id": "mug", "name": "TeaMug_01"}
+    said = [(0.0, {"type": "scene", "objects": [mug], "replace": True})]
+    speeds = [(0.5, "contact", 0.0), (0.7, "slide", 0.2), (0.8, "slide", 0.3), (0.9, "slide", 0.0)]
+    said += [(at_s, touch(phase, "mug") | {"speed_mps": mps}) for at_s, phase, mps in speeds]
+    (held,) = read(record_messages(tmp_path, [*said, (1.2, touch("release"))])).touches
+    assert [moves for _, moves in held.motion] == [True, False]
+    assert [at_s for at_s, _ in held.motion] == pytest.approx([0.7, 0.9])
+
+
 def test_the_vibration_stands_at_the_time_of_its_touch(session):
     wave = read(session).wave
     loud = np.flatnonzero(np.abs(wave) > 1e-3) / RATE_HZ

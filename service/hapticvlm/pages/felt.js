@@ -34,3 +34,11 @@ export const strength = (level) => (level < SILENT ? "silent" : STRENGTHS.find((
 
 // Returns the same as an adverb, or null for silence.
 export const strongly = (level) => (level < SILENT ? null : STRENGTHS.find(([below]) => level < below)[2]);
+
+// Returns the gesture of this moment with the material and the strength: "feels like metal: slide, gently".
+export function sentence(decision, act, level) {
+  return `feels like ${material(decision)}: ${motion(act, level)}`;
+}
+
+// Returns the same without the material; `act` is of `gesture`.
+export const motion = (act, level) => [act, strongly(level)].filter(Boolean).join(", ");

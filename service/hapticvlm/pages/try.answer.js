@@ -91,10 +91,9 @@ const sureness = (decision) => `${percent(decision.confidence)} sure, ${SOURCES[
 export function showMotion(hand, speed, level) {
   const decision = scene.decision();
   const act = felt.gesture({ pressed: hand.pressed, touchedFor: performance.now() - hand.pressedAt, speed });
-  const motion = act === null ? AT_REST : [act, felt.strongly(level)].filter(Boolean).join(", ");
+  const motion = act === null ? AT_REST : felt.motion(act, level);
   if (!decision) return { word: "…", source: "", decision: null, motion };
-  const like = act === null ? motion : `feels like ${felt.material(decision)}: ${motion}`;
-  setText(byId("feel-pattern"), like);
+  setText(byId("feel-pattern"), act === null ? motion : felt.sentence(decision, act, level));
   return { word: felt.headline(decision), source: sureness({ ...decision, runner_up: null }), decision, motion };
 }
 

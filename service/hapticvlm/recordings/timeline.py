@@ -63,12 +63,16 @@ class Decided:
 
 @dataclass(frozen=True, slots=True)
 class TouchSpan:
-    """One touch of a surface: from contact to release, or to the next surface."""
+    """One touch of a surface: from contact to release, or to the next surface.
+
+    `motion` has the times (s) at which the hand began to move over it (True) or stopped (False).
+    """
 
     hand: str
     target: ThingTarget
     from_s: float
     to_s: float
+    motion: tuple[tuple[float, bool], ...]
 
     @property
     def object_id(self) -> str | None:
@@ -144,6 +148,20 @@ def read(
 
 
 @dataclass(slots=True)
+class _OpenTouch:
+    target: ThingTarget
+    from_s: float
+    motion: list[tuple[float, bool]] = field(default_factory=list)
+
+    def moves(self, now_s: float, *, is_moving: bool) -> None:
+        if is_moving != (self.motion[-1][1] if self.motion else False):
+            self.motion.append((now_s, is_moving))
+
+    def ended(self, hand: str, now_s: float) -> TouchSpan:
+        return TouchSpan(hand, self.target, self.from_s, now_s, tuple(self.motion))
+
+
+@dataclass(slots=True)
 class _TimelineBuilder:
     """Collects the entries of a timeline from the lines of a session log."""
 
@@ -155,7 +173,7 @@ class _TimelineBuilder:
     decisions: list[Decided] = field(default_factory=list)
     touches: list[TouchSpan] = field(default_factory=list)
     plate: list[PlatePoint] = field(default_factory=list)
-    open: dict[str, tuple[ThingTarget, float]] = field(default_factory=dict)
+    open: dict[str, _OpenTouch] = field(default_factory=dict)
 
     def add(self, line: Mapping[str, Any]) -> None:
         now = line.get(Key.NOW)
@@ -174,8 +192,8 @@ class _TimelineBuilder:
     def timeline(self, outcome: Replayed, voices: Voices) -> Timeline:
         started = self.started or 0.0
         wave = waveform(outcome, voices, started)
-        for hand, (target, from_s) in self.open.items():
-            self.touches.append(TouchSpan(hand, target, from_s, self.now_s))
+        for hand, touch in self.open.items():
+            self.touches.append(touch.ended(hand, self.now_s))
         return Timeline(
             names=self.names,
             pictures=tuple(self.pictures),
@@ -218,11 +236,12 @@ class _TimelineBuilder:
             target = whole(target)  # as the session feels a surface that nothing states
         before = self.open.get(hand)
         is_held = message["phase"] in ("contact", "slide")
-        if before is not None and (not is_held or before[0] != target):
-            self.touches.append(TouchSpan(hand, before[0], before[1], self.now_s))
+        if before is not None and (not is_held or before.target != target):
+            self.touches.append(before.ended(hand, self.now_s))
             del self.open[hand]
-        if is_held and hand not in self.open:
-            self.open[hand] = (target, self.now_s)
+        if is_held:
+            touch = self.open.setdefault(hand, _OpenTouch(target, self.now_s))
+            touch.moves(self.now_s, is_moving=(message.get("speed_mps") or 0.0) > 0.0)
 
     def _reading(self, reading: Mapping[str, Any]) -> None:
         if self.plate and self.now_s - self.plate[-1].t_s < PLATE_STEP_S:

@@ -1,5 +1,7 @@
 // Plays one touch at a time and downloads its files. All data are inside the page.
 import { materialColour, warmthColour } from "hapticvlm/feel";
+import { unwav } from "hapticvlm/felt.formats";
+import { save } from "hapticvlm/felt.saved";
 
 const touches = JSON.parse(document.getElementById("touches").textContent);
 const voice = document.getElementById("voice");
@@ -33,7 +35,7 @@ async function play(button) {
 // The JSON files are compressed (gzip), to a fifth of their size.
 async function bytes(touch, kind) {
   const packed = await (await fetch(`data:application/octet-stream;base64,${touch[kind]}`)).blob();
-  if (kind === "wav") return packed;
+  if (kind === "wav" || kind === "heard") return packed;
   return new Response(packed.stream().pipeThrough(new DecompressionStream("gzip"))).blob();
 }
 
@@ -44,9 +46,20 @@ async function download({ dataset: { touch, kind } }) {
   setTimeout(() => URL.revokeObjectURL(link.href), 1000);
 }
 
+// Returns a touch to save, with the files of this page.
+async function moment(touch) {
+  const data = async (blob) => new Uint8Array(await (await blob).arrayBuffer());
+  const [own, heard] = await Promise.all(["wav", "heard"].map(async (kind) => unwav(await data(bytes(touch, kind)))));
+  const documents = {};
+  for (const kind of ["haptic", "ahap", "hjif"]) documents[kind] = await data(bytes(touch, kind));
+  const { decision, interaction } = touch;
+  return { decision, interaction, picture: null, samples: own.samples, rateHz: own.rateHz, heard: heard.samples, heardHz: heard.rateHz, documents, note: "" };
+}
+
 document.getElementById("main").addEventListener("click", ({ target }) => {
   const button = target.closest("button");
-  if (button?.dataset.kind) download(button);
+  if (button?.dataset.kind === "zip") save(document.getElementById("told"), () => moment(touches[button.dataset.touch]));
+  else if (button?.dataset.kind) download(button);
   else if (button) play(button);
 });
 

@@ -16,7 +16,15 @@ from typing import Any
 
 import numpy as np
 
-from hapticvlm.recordings.page.one_file import HEARD_HZ, PAGES, assembled, encoded, put, sound
+from hapticvlm.recordings.page.one_file import (
+    HEARD_HZ,
+    PAGES,
+    SAVING,
+    assembled,
+    encoded,
+    put,
+    sound,
+)
 from hapticvlm.rendering.vibration.sound_voice import as_sound
 from hapticvlm_studio.touches import ahap, haptic, hjif
 from hapticvlm_studio.touches.clip import Clip
@@ -33,17 +41,17 @@ def page(clips: Iterable[Clip], voice: str = "sound") -> str:
     It plays them in this voice (`vibration.VOICES`) until the reader chooses the other one.
     """
     sections: list[str] = []
-    data: dict[str, dict[str, str]] = {}
+    data: dict[str, dict[str, Any]] = {}
     for _, group in groupby(clips, key=lambda clip: clip.material):
         touches = list(group)
         sections.append(_section(touches))
-        data |= {clip.name: _files(clip) for clip in touches}
+        data |= {clip.name: _facts(clip) | _files(clip) for clip in touches}
     template = (HERE / "gallery.html").read_text(encoding="utf-8")
     option = f'<option value="{voice}">'
     template = put(template, option, option.replace(">", " selected>"))
     filled = put(template, '<main id="main">\n', '<main id="main">\n' + "\n".join(sections))
     styles = (PAGES / "palette.css", HERE / "gallery.css")
-    return assembled(filled, styles, (PAGES / "feel.js",), HERE / "gallery.js", data)
+    return assembled(filled, styles, SAVING, HERE / "gallery.js", data)
 
 
 def _section(touches: list[Clip]) -> str:
@@ -64,13 +72,14 @@ def _item(clip: Clip) -> str:
     touch = html.escape(f"{clip.material}, {clip.interaction}")
     files = "".join(
         f'<button type="button" data-touch="{name}" data-kind="{kind}" '
-        f'aria-label=".{kind} of {touch}">.{kind}</button>'
-        for kind in KINDS
+        f'aria-label="{label} of {touch}">{label}</button>'
+        for kind, label in [("zip", "everything"), *((kind, f".{kind}") for kind in KINDS)]
     )
     return (
         f"<li><h3>{html.escape(clip.interaction)}</h3>"
         f'<button class="play" type="button" aria-pressed="false" data-touch="{name}" '
-        f'aria-label="play {touch}">{_curve(clip)}</button><div class="files">{files}</div></li>'
+        f'aria-label="play {touch}">{_curve(clip)}</button><details class="files">'
+        f"<summary>Save<span class=unseen> {touch}</span></summary>{files}</details></li>"
     )
 
 
@@ -86,6 +95,12 @@ def _curve(clip: Clip) -> str:
         f'<svg viewBox="0 0 {COLUMNS - 1} 100" preserveAspectRatio="none" aria-hidden="true">'
         f'<polygon points="{points}"/></svg>'
     )
+
+
+def _facts(clip: Clip) -> dict[str, Any]:
+    heat = clip.heat
+    decision = {"material": clip.material, "thermal_cue": heat.thermal_cue}
+    return {"interaction": clip.interaction, "decision": decision | {"setpoint_c": heat.contact_c}}
 
 
 def _files(clip: Clip) -> dict[str, str]:

@@ -26,8 +26,15 @@ POLICY = (
     "default-src 'none'; img-src data:; media-src data:; connect-src data:; "
     "style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'; script-src 'sha256-{hash}'"
 )
-_EXPORT = re.compile(r"^export (?=(?:const|function) (\w+))", re.MULTILINE)
-_IMPORT = re.compile(r'^import (\{[^}]*\}) from "hapticvlm/(\w+)";$', re.MULTILINE)
+# The modules of `felt.saved.js`, each after those that it imports.
+SAVING = tuple(
+    PAGES / name for name in ("dom.js", "feel.js", "felt.js", "felt.formats.js", "felt.saved.js")
+)
+_EXPORT = re.compile(r"^export (?=(?:const|(?:async )?function) (\w+))", re.MULTILINE)
+_IMPORT = re.compile(
+    r'^import (\{[^}]*\}|\* as (\w+)) from "(?:hapticvlm/([\w.]+)|\./([\w.]+)\.js)";$',
+    re.MULTILINE,
+)
 SOUND_HZ = 8000  # the lowest rate that browsers play; the vibration ends at 1 kHz
 HEARD_HZ = 12_000  # for the sound voice, which ends at 5 kHz
 
@@ -54,18 +61,25 @@ def bundled(modules: Iterable[Path], script: Path) -> str:
 
     A script of its own cannot be a module of its own in the same file without a data address,
     and a policy that lets those run lets anybody's run. Modules export constants and functions only
-    and import nothing; each has its own scope, so their names do not meet.
+    and import modules before them; each has its own scope, so their names do not meet.
     """
     parts = []
     for file in modules:
         code = file.read_text(encoding="utf-8")
         exports = ", ".join(_EXPORT.findall(code))
-        body = _EXPORT.sub("", code)
-        parts.append(
-            f"const module_{file.stem} = (() => {{\n{body}return {{ {exports} }};\n}})();\n"
-        )
-    code = _IMPORT.sub(r"const \1 = module_\2;", script.read_text(encoding="utf-8"))
-    return "".join([*parts, code])
+        body = _IMPORT.sub(_import, _EXPORT.sub("", code))
+        name = _module(file.stem)
+        parts.append(f"const {name} = (() => {{\n{body}return {{ {exports} }};\n}})();\n")
+    return "".join([*parts, _IMPORT.sub(_import, script.read_text(encoding="utf-8"))])
+
+
+def _import(statement: re.Match[str]) -> str:
+    names, alias, shared, beside = statement.groups()
+    return f"const {alias or names} = {_module(shared or beside)};"
+
+
+def _module(stem: str) -> str:
+    return f"module_{stem.replace('.', '_')}"
 
 
 def put(markup: str, place: str, new: str) -> str:

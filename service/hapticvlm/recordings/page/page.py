@@ -18,7 +18,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.recordings.page.moment import Moment
-from hapticvlm.recordings.page.one_file import HEARD_HZ, PAGES, address, assembled, put, sound
+from hapticvlm.recordings.page.one_file import (
+    HEARD_HZ,
+    PAGES,
+    SAVING,
+    address,
+    assembled,
+    put,
+    sound,
+)
 from hapticvlm.recordings.timeline import Decided, Picture, Timeline
 from hapticvlm.rendering.vibration.sound_voice import as_sound
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
@@ -28,7 +36,8 @@ PEAKS_PER_S = 100
 LONGEST_S = 900.0  # browsers load larger files badly
 _FIELDS = (
     *("object_id", "surface", "material", "confidence", "runner_up", "source", "evidence"),
-    *("contact_c", "setpoint_c", "limited_by"),
+    *("basis", "felt", "pattern"),
+    *("contact_c", "setpoint_c", "thermal_cue", "limited_by"),
 )
 _TYPES = {".jpg": "image/jpeg", ".png": "image/png"}
 
@@ -71,6 +80,7 @@ def document(timeline: Timeline, title: str) -> dict[str, Any]:
                 "name": timeline.name(touch.target),
                 "from_s": round(touch.from_s, 3),
                 "to_s": round(touch.to_s, 3),
+                "motion": [(round(t_s, 3), is_moving) for t_s, is_moving in touch.motion],
             }
             for touch in timeline.touches
         ],
@@ -94,7 +104,7 @@ def page(session: dict[str, Any], shared: Moment | None = None) -> str:
     return assembled(
         markup,
         (PAGES / "palette.css", HERE / "session.css"),
-        (PAGES / "feel.js", HERE / "outline.js"),
+        (*SAVING, HERE / "outline.js"),
         HERE / "session.js",
         session,
     )

@@ -1,11 +1,16 @@
 // Plays a recorded session: a scrubber through frames, decisions, plate and vibration, with its sound.
 import { materialColour, warmthColour } from "hapticvlm/feel";
+import * as felt from "hapticvlm/felt";
+import { unwav } from "hapticvlm/felt.formats";
+import { MOST_S, save } from "hapticvlm/felt.saved";
 import { outlined } from "hapticvlm/outline";
 
 const LOW_C = 16;
 const HIGH_C = 42;
 const NEUTRAL_C = 32;
 const STEP_S = 0.1; // of an arrow key
+const FADES_S = 0.5; // after a touch
+const PEAKS_PER_S = 100;
 const SOURCES = {
   scene: "the scene says so", name: "by its name", shader: "by its shader", encoder: "by its picture", vlm: "by the VLM",
   unknown: "not sure enough",
@@ -49,9 +54,10 @@ function showState(touch) {
   const plate = session.plate[newest(session.plate, now)];
   byId("touching").textContent = touch ? `the ${touch.hand} hand touches` : "nothing is touched";
   byId("name").textContent = touch ? touch.name : "";
-  byId("material").textContent = decision ? decision.material : "";
+  byId("material").textContent = decision ? felt.headline(decision) : "";
   byId("material").style.setProperty("--body", decision ? materialColour(decision.material) : "transparent");
   byId("told").textContent = decision ? confidence(decision) : "";
+  byId("feels").textContent = decision ? felt.sentence(decision, gestureAt(touch), levelAt(now)) : "";
   const rows = [["plate measured", degrees(plate?.plate_c)], ["plate setpoint", degrees(plate?.setpoint_c)]];
   if (decision?.contact_c != null) rows.unshift(["skin should feel", degrees(decision.contact_c)]);
   byId("warmth").replaceChildren(...rows.map(pair));
@@ -63,9 +69,41 @@ function showState(touch) {
 
 function confidence(decision) {
   const sure = decision.source === "scene" || decision.material === "unknown" ? "" : `${Math.round(100 * decision.confidence)} % sure, `;
-  const guess = decision.material === "unknown" && decision.runner_up ? `; perhaps ${decision.runner_up}` : "";
-  const felt = decision.basis === "least_error" ? `; felt as ${decision.felt}` : "";
-  return sure + SOURCES[decision.source] + guess + felt;
+  return sure + SOURCES[decision.source];
+}
+
+// Returns the gesture of this moment of a touch, and the level of its vibration, of full scale.
+function gestureAt({ from_s: from, motion }) {
+  const isMoving = motion.findLast(([at]) => at <= now)?.[1] ?? false;
+  return felt.gesture({ pressed: true, touchedFor: 1000 * (now - from), speed: isMoving ? 1 : 0 });
+}
+
+const levelAt = (at) => Math.max(0, ...session.peaks.slice(Math.max(0, Math.floor((at - 0.05) * PEAKS_PER_S)), Math.ceil((at + 0.05) * PEAKS_PER_S)));
+
+// Returns the touch of this moment to save. Throws Error where there is none.
+async function moment() {
+  const touch = touchAt(now);
+  const decision = touch && decisionOf(touch, now);
+  if (!touch) throw new Error("nothing is touched at this moment; choose one of the touches below.");
+  if (!decision) throw new Error(`it is not yet decided what ${touch.name} is; choose a later moment.`);
+  const next = session.touches.find(({ from_s: from }) => from >= touch.to_s) ?? { from_s: Infinity };
+  const whole = [touch.from_s, Math.min(touch.to_s + FADES_S, next.from_s, session.duration_s)];
+  const from = Math.max(whole[0], Math.min(now - MOST_S / 2, whole[1] - MOST_S));
+  const to = Math.min(whole[1], from + MOST_S);
+  const [own, heard] = await Promise.all([session.voices.true, session.voices.sound].map((address) => cut(address, from, to)));
+  const hasPicture = byId("frame").dataset.frame !== undefined;
+  return {
+    decision,
+    interaction: touch.motion.some(([, isMoving]) => isMoving) ? "slide" : "tap",
+    picture: hasPicture ? { canvas: byId("frame"), region: null } : null, // the frame has its outline
+    samples: own.samples, rateHz: own.rateHz, heard: heard.samples, heardHz: heard.rateHz,
+    note: [hasPicture ? "" : "No frame was kept, so the picture has words and wave only.", to - from < whole[1] - whole[0] ? `It has ${MOST_S} s of the touch.` : ""].filter(Boolean).join(" "),
+  };
+}
+
+async function cut(address, from, to) {
+  const { samples, rateHz } = unwav(new Uint8Array(await (await fetch(address)).arrayBuffer()));
+  return { samples: samples.slice(Math.round(from * rateHz), Math.round(to * rateHz)), rateHz };
 }
 
 function pair([term, text]) {
@@ -221,6 +259,7 @@ byId("voice").addEventListener("change", changeVoice);
 byId("chart").addEventListener("pointerdown", (event) => seek((event.offsetX / event.target.clientWidth) * session.duration_s));
 byId("play").addEventListener("click", play);
 byId("link").addEventListener("click", copyLink);
+byId("save").addEventListener("click", () => save(byId("copied"), moment));
 for (const event of ["play", "pause", "ended"]) sound.addEventListener(event, showPlaying);
 document.addEventListener("keydown", (event) => {
   if (event.target.matches("input, button, a")) return;

@@ -27,6 +27,20 @@ export function wav(samples, rateHz) {
   return new Uint8Array(view.buffer);
 }
 
+// Returns {samples, rateHz} of a 16-bit mono WAV file; chunks besides `fmt ` and `data` are skipped. Throws Error.
+export function unwav(bytes) {
+  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+  const nameAt = (at) => String.fromCharCode(...bytes.subarray(at, at + 4));
+  let rateHz = null;
+  for (let at = 12; at + 8 <= bytes.length; at += 8 + view.getUint32(at + 4, true)) {
+    if (nameAt(at) === "fmt ") rateHz = view.getUint32(at + 12, true);
+    if (nameAt(at) !== "data") continue;
+    const count = Math.min(view.getUint32(at + 4, true), bytes.length - at - 8) >> 1;
+    return { rateHz, samples: Float32Array.from({ length: count }, (_, index) => view.getInt16(at + 8 + 2 * index, true) / 32767) };
+  }
+  throw new Error("its sound is not a WAV file");
+}
+
 export function haptic(moment) {
   const { material, interaction } = moment;
   const amplitude = points(moment);
