@@ -571,7 +571,7 @@ class View(Wire, frozen=True, tag="view", tag_field="type"):
     kind: Watch
     """Kind of event, which decides the fields below."""
     object_id: str | None = None
-    """frames: object shown."""
+    """frames: object shown. waveform: object touched; null: none, or a region."""
     region: Region | None = None
     """frames: position of the object."""
     format: str | None = None
@@ -588,6 +588,8 @@ class View(Wire, frozen=True, tag="view", tag_field="type"):
     """waveform: number of the first sample."""
     samples: list[float] | None = None
     """waveform: samples, -1 to 1 of full scale."""
+    speed_mps: float | None = None
+    """waveform: speed of the hand that touches; null: no hand touches. Since 1.2."""
     text: str | None = None
     """log: one line."""
 

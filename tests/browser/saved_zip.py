@@ -1,4 +1,4 @@
-"""What a page saves of a touch: a ZIP with picture, sound, haptic files and a page, each readable."""
+"""The ZIP that a page saves of a touch: picture, sound, haptic files and a page, each readable."""
 
 from __future__ import annotations
 

@@ -204,16 +204,17 @@ KEEP_WORDS = """() => {
 
 
 @pytest.mark.nightly
-def test_what_is_said_of_the_vibration_holds_while_the_hand_does_something_else(
+def test_the_gesture_of_this_moment_is_said_with_the_material(
     service: Service, browser: Browser
 ) -> None:
     with dashboard(browser, service.page, SCREEN) as page:
         page.evaluate(KEEP_WORDS)
-        for interaction in ("strike", "slide"):
+        # A strike is held after it, and a slide goes on.
+        for interaction, gesture in (("strike", "held still"), ("slide", "slide, ")):
             page.locator(f".interaction[data-interaction={interaction}]").hover()
             page.evaluate("words.length = 0")
             page.mouse.down()
-            expect(page.locator("#feel-pattern")).to_have_text("vibrates like wood")
+            expect(page.locator("#feel-pattern")).to_contain_text(f"feels like wood: {gesture}")
             for _ in range(600):  # a strike is over when one looks: each word is kept
                 if FELT_WORDS & set(page.evaluate("words")):
                     break
@@ -221,6 +222,7 @@ def test_what_is_said_of_the_vibration_holds_while_the_hand_does_something_else(
             else:
                 pytest.fail(f"nothing is felt of a {interaction}")
             page.mouse.up()
+            expect(page.locator("#feel-pattern")).to_have_text("vibrates like wood")
         expect(page.locator("#verdict")).to_have_text("You chose it above.")
         expect(page.locator("#rungs")).to_contain_text("not needed")
         expect(page.locator("#owner")).to_contain_text("Nobody owns", timeout=LET_GO_S * 1000)

@@ -399,6 +399,23 @@ async def test_only_the_observer_that_asked_sees_frames_waveform_and_log(service
         assert not [event for event in other.events if event["type"] == "view"]
 
 
+async def test_a_watcher_of_the_waveform_sees_what_the_hand_does_now(service):
+    async with peer(service) as client, peer(service) as watching:
+        await owner_of(client)
+        await watching.hello("observer")
+        await watching.ask(type="set", watch=["waveform"])
+        view = await watching.event("view", kind="waveform")
+        assert view.get("speed_mps") is None
+        await client.touch("slide", "kettle", speed_mps=0.25)
+        view = await watching.event("view", object_id="kettle")
+        assert view["speed_mps"] == 0.25
+        await client.touch("release", "kettle")
+        async with asyncio.timeout(3.0 * PACE):
+            while view.get("speed_mps") is not None:
+                view = await watching.event("view", kind="waveform")
+        assert view.get("object_id") is None
+
+
 async def test_waveform_pieces_follow_each_other_without_gap_or_overlap(service):
     async with peer(service) as client, peer(service) as watching:
         await owner_of(client)

@@ -5,6 +5,7 @@ import * as decisions from "./decisions.js";
 import { byId, clock, setText } from "./dom.js";
 import * as faults from "./faults.js";
 import * as frame from "./frame.js";
+import * as gesture from "./gesture.js";
 import { Link } from "./link.js";
 import { offerSound, sound } from "./hear.js";
 import * as log from "./log.js";
@@ -24,7 +25,7 @@ const TELEMETRY_MS = 100;
 const SILENT = 1e-4; // of full scale
 const STATUS_PATIENCE_MS = 5000;
 const TOKEN_KEY = "hapticvlm-token"; // stored until this tab is closed
-const VIEWS = { frames: frame.take, waveform: speaker.waveform, log: log.take };
+const VIEWS = { frames: frame.take, waveform, log: log.take };
 
 let faultNames = "";
 let connected = "Connected.";
@@ -54,6 +55,11 @@ function receive(message) {
     case "error":
       return faults.trouble(message);
   }
+}
+
+function waveform(view) {
+  speaker.waveform(view);
+  gesture.take(view);
 }
 
 function welcome(message) {
@@ -106,7 +112,7 @@ function showState(state) {
   setText(byId("link"), words[state]);
   setText(byId("gone"), trouble[state] ?? "");
   byId("token-form").hidden = state !== "token";
-  if (state !== "open") for (const panel of [plate, speaker, faults]) panel.gap();
+  if (state !== "open") for (const panel of [plate, speaker, faults, gesture]) panel.gap();
 }
 
 async function askStatus() {

@@ -1,7 +1,7 @@
 // Explains one decision: the material, the evidence of each rung of the ladder, and the effect on the plate.
 import { byId, degrees, list, make, percent, setText } from "./dom.js";
 import { NEUTRAL_C, materialColour, warmthColour, warmthWord } from "./feel.js";
-import { material as feltMaterial } from "./felt.js";
+import * as gesture from "./gesture.js";
 import { OBJECT as TEST_TOUCH } from "./trial.js";
 
 const RUNGS = ["scene", "name", "shader", "texture", "encoder", "vlm"];
@@ -63,11 +63,8 @@ function fillFeel(decision) {
   byId("feel-warmth").style.setProperty("--now", warmthColour(thermal_cue ? setpoint_c : NEUTRAL_C));
   setText(byId("feel-warmth-words"), words);
   setText(byId("feel-surface"), `its surface is at ${degrees(surface_c)}`);
-  setText(byId("feel-pattern"), vibrates(decision));
+  gesture.about(decision);
 }
-
-// A decision is sent once, at the first touch, and the hand may do something else by now: only the material is named.
-const vibrates = (decision) => (decision.pattern ? `vibrates like ${feltMaterial(decision)}` : "not touched yet");
 
 function rungRow(index) {
   const rungs = byId("rungs");

@@ -49,6 +49,7 @@ from hapticvlm.session.actions import (
     SendVibration,
     Watch,
 )
+from hapticvlm.session.hands import Hand
 from hapticvlm.session.overrides import materials_of
 from hapticvlm.session.targets import RecognitionRequest
 from hapticvlm.vision.worker import RecogniserWorker
@@ -183,6 +184,11 @@ class Gateway:
     def leases(self) -> int:
         """Number of hands of the owner that hold a lease."""
         return self.owner.session.leases if self.owner else 0
+
+    @property
+    def touching(self) -> Hand | None:
+        """The hand of the owner that touches, of its latest contact."""
+        return self.owner.session.touching if self.owner else None
 
     def _drive(self, action: OutputAction) -> None:
         self.outputs.drive(action)

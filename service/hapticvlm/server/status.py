@@ -16,7 +16,8 @@ from hapticvlm.server.gateway import Gateway
 from hapticvlm.server.log_writer import LOST
 from hapticvlm.server.outputs import Outputs
 from hapticvlm.server.vlm_queue import VlmQueue
-from hapticvlm.session.hands import NAMES
+from hapticvlm.session.hands import NAMES, Hand
+from hapticvlm.session.targets import ObjectTarget
 from hapticvlm.vision.worker import RecogniserWorker
 
 WAITS = 512
@@ -121,8 +122,11 @@ def telemetry(
     )
 
 
-def waveform(speaker: Speaker, start: int) -> View:
-    """Write the samples played from number `start` (thinned out) on, at most the newest 0.1 s."""
+def waveform(speaker: Speaker, start: int, touching: Hand | None) -> View:
+    """Write the samples played from number `start` (thinned out) on, at most the newest 0.1 s.
+
+    With them goes what the hand does that touches now, if one does.
+    """
     end, samples = speaker.waveform_until(VIEW_SAMPLES + VIEW_STEP)
     # An observer gets each sample once. `start` is where the last view ended; if that is still
     # within the newest stretch the view goes on there, else the loop was held up, and a gap is
@@ -132,9 +136,12 @@ def waveform(speaker: Speaker, start: int) -> View:
         first = start * VIEW_STEP
     first += -first % VIEW_STEP
     kept = samples[samples.size - (end - first) :][::VIEW_STEP]
+    target = None if touching is None else touching.target
     return View(
         id=0,
         kind="waveform",
+        object_id=target.object_id if isinstance(target, ObjectTarget) else None,
+        speed_mps=None if touching is None else touching.motion.speed_mps,
         rate_hz=48_000 / VIEW_STEP,
         start=first // VIEW_STEP,
         samples=[round(sample, VIEW_DIGITS) for sample in kept.tolist()],

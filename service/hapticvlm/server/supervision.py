@@ -124,7 +124,9 @@ class Supervision:
 
     def _send_waveform(self) -> None:
         """Send what the speaker plays to the observers that watch it."""
-        waveform = status.waveform(self._gateway.outputs.speaker, self._waveform_from)
+        waveform = status.waveform(
+            self._gateway.outputs.speaker, self._waveform_from, self._gateway.touching
+        )
         self._waveform_from = (waveform.start or 0) + len(waveform.samples or ())
         if waveform.samples:
             event = Event(waveform)

@@ -44,7 +44,7 @@ from hapticvlm.session.actions import (
     Watch,
 )
 from hapticvlm.session.frames import Frames, recognise_scene
-from hapticvlm.session.hands import Hold
+from hapticvlm.session.hands import Hand, Hold
 from hapticvlm.session.overrides import MaterialOverrides, with_materials
 from hapticvlm.session.scene_model import SceneModel
 from hapticvlm.session.scene_objects import title_of
@@ -111,6 +111,12 @@ class SceneSession:
     def leases(self) -> int:
         """Number of hands that hold a lease."""
         return self._touches.hands.leases
+
+    @property
+    def touching(self) -> Hand | None:
+        """The hand of the latest contact, while it touches."""
+        hand = self._touches.hands.on_plate
+        return hand if hand is not None and hand.is_touching else None
 
     @property
     def late_contacts(self) -> int:

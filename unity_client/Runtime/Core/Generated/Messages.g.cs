@@ -3225,6 +3225,7 @@ namespace HapticVLM.Wire
         public double? RateHz;
         public long? Start;
         public List<double> Samples;
+        public double? SpeedMps;
         public string Text;
 
         /// <summary>Appends this one; throws WireException if a field is missing.</summary>
@@ -3240,6 +3241,7 @@ namespace HapticVLM.Wire
             if (RateHz != null) count++;
             if (Start != null) count++;
             if (Samples != null) count++;
+            if (SpeedMps != null) count++;
             if (Text != null) count++;
             w.MapHeader(count);
             w.Raw(ViewKeys.Type);
@@ -3293,6 +3295,11 @@ namespace HapticVLM.Wire
                 w.Raw(ViewKeys.Samples);
                 w.ArrayHeader(Samples.Count);
                 for (int i = 0; i < Samples.Count; i++) w.Double(Samples[i]);
+            }
+            if (SpeedMps != null)
+            {
+                w.Raw(ViewKeys.SpeedMps);
+                w.Double(SpeedMps.Value);
             }
             if (Text != null)
             {
@@ -3383,6 +3390,13 @@ namespace HapticVLM.Wire
                             Samples.Add(r.Double());
                     }
                 }
+                else if (r.TryKey(ViewKeys.SpeedMps))
+                {
+                    if (!r.TryNil())
+                    {
+                        SpeedMps = r.Double();
+                    }
+                }
                 else if (r.TryKey(ViewKeys.Text))
                 {
                     if (!r.TryNil())
@@ -3413,6 +3427,7 @@ namespace HapticVLM.Wire
             RateHz = default(double?);
             Start = default(long?);
             Samples = default(List<double>);
+            SpeedMps = default(double?);
             Text = default(string);
         }
     }
@@ -3431,6 +3446,7 @@ namespace HapticVLM.Wire
         public static readonly byte[] RateHz = MsgPackWriter.Encoded("rate_hz");
         public static readonly byte[] Start = MsgPackWriter.Encoded("start");
         public static readonly byte[] Samples = MsgPackWriter.Encoded("samples");
+        public static readonly byte[] SpeedMps = MsgPackWriter.Encoded("speed_mps");
         public static readonly byte[] Text = MsgPackWriter.Encoded("text");
         public static readonly byte[] Tag = MsgPackWriter.Encoded("view");
     }
