@@ -13,6 +13,7 @@ from typing import Any, Literal
 import numpy as np
 import pytest
 from dashboard_scene import AXE, PATIENCE_MS
+from phone import PHONE, complaints
 from playwright.sync_api import Browser, BrowserContext, Page, ViewportSize
 
 from hapticvlm_studio.design.form import TEMPLATE
@@ -32,7 +33,7 @@ seconds = {seconds}
 VIBRATIONS = (("carve", "wood carving", "wood"), ("tap", "glass tapping", "glass"))
 REMARK = "schön warm"
 LOOKS: tuple[tuple[Literal["light", "dark"], ViewportSize], ...] = (
-    ("dark", ViewportSize(width=390, height=844)),
+    ("dark", PHONE),
     ("light", ViewportSize(width=1280, height=800)),
 )
 SOUND = "import('./study.sound.js').then((module) => { window.sound = module.sound; })"
@@ -105,6 +106,7 @@ class Sat:
 
     found: dict[str, list[str]] = field(default_factory=dict)  # what axe-core complains of
     too_wide: dict[str, int] = field(default_factory=dict)  # px
+    on_a_phone: dict[str, list[str]] = field(default_factory=dict)  # what `phone.py` complains of
     prompts: list[str] = field(default_factory=list)
     desk: str = ""
     warmths: list[str] = field(default_factory=list)  # of the pilot's colour, in the first trials
@@ -123,6 +125,8 @@ class Sat:
             self.found[f"{state}, {scheme}"] = [each["id"] for each in found]
             wide = page.evaluate("document.scrollingElement.scrollWidth") - size["width"]
             self.too_wide[f"{state}, {scheme}"] = wide
+            if size == PHONE:
+                self.on_a_phone[state] = complaints(page)
 
 
 @pytest.fixture(scope="module")
@@ -207,6 +211,11 @@ def test_axe_finds_nothing_in_any_state_of_either_page(sat: Sat) -> None:
     assert {state: ids for state, ids in sat.found.items() if ids} == {}
     assert len(sat.found) == 20
     assert sat.faults == []
+
+
+def test_every_state_fits_a_phone(sat: Sat) -> None:
+    assert {state: what for state, what in sat.on_a_phone.items() if what} == {}
+    assert len(sat.on_a_phone) == 10
 
 
 def test_no_state_scrolls_sideways(sat: Sat) -> None:
