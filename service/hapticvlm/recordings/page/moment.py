@@ -1,6 +1,7 @@
 """Chooses the moment of a session that a shared page opens at: time, title and picture.
 
-Without a given time it is the strongest half second of the vibration. Writes no page.
+Without a given time it is the strongest half second of the vibration, at which every page of a
+session opens. Writes no page.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ class Moment:
 
 def moment(timeline: Timeline, at_s: float | None = None) -> Moment:
     """Return the moment at a time, or the strongest one."""
-    t_s = _strongest(timeline) if at_s is None else min(max(at_s, 0.0), timeline.duration_s)
+    t_s = strongest(timeline) if at_s is None else min(max(at_s, 0.0), timeline.duration_s)
     touch = timeline.touch_at(t_s)
     decision = touch and timeline.decision_at(t_s, touch.target)
     if touch is None or not decision:
@@ -46,8 +47,8 @@ def moment(timeline: Timeline, at_s: float | None = None) -> Moment:
     return Moment(t_s, title, description, _poster(timeline, t_s, object_id))
 
 
-def _strongest(timeline: Timeline) -> float:
-    """Find the middle of the half second with the most energy."""
+def strongest(timeline: Timeline) -> float:
+    """Return the middle (s) of the half second of the vibration with the most energy."""
     size = RATE_HZ // 10
     tenths = np.square(timeline.wave[: timeline.wave.size // size * size].reshape(-1, size))
     if not tenths.size:

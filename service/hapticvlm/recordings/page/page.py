@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.recordings.page.moment import Moment
+from hapticvlm.recordings.page.moment import Moment, strongest
 from hapticvlm.recordings.page.one_file import (
     HEARD_HZ,
     PAGES,
@@ -69,6 +69,7 @@ def document(timeline: Timeline, title: str) -> dict[str, Any]:
         "title": title,
         "facts": f"{timeline.duration_s:.1f} s, {len(timeline.touches)} touches, "
         f"{len(timeline.pictures)} frames; vibration rendered again from the record",
+        "at_s": strongest(timeline),
         "duration_s": round(timeline.duration_s, 3),
         "frames": [_frame(picture) for picture in timeline.pictures],
         "decisions": [_decision(decided) for decided in timeline.decisions],
