@@ -861,7 +861,7 @@ export interface View {
    */
   'kind': Watch;
   /**
-   * frames: object shown.
+   * frames: object shown. waveform: object touched; null: none, or a region.
    */
   'object_id'?: string | null;
   /**
@@ -896,6 +896,10 @@ export interface View {
    * waveform: samples, -1 to 1 of full scale.
    */
   'samples'?: number[] | null;
+  /**
+   * waveform: speed of the hand that touches; null: no hand touches. Since 1.2.
+   */
+  'speed_mps'?: number | null;
   /**
    * log: one line.
    */
