@@ -10,26 +10,24 @@ from typing import Any
 import numpy as np
 import pytest
 from feel_parity import GOLDEN, Deviation, deviations
+from heard_parity import (
+    TOUCHES,
+    assert_is_the_sound_voice,
+    assert_is_the_true_voice,
+    sound_voice,
+    true_voice,
+)
 from numpy.typing import NDArray
 from pace import PACE
 from toolchains import require
 
 import feel_vectors
 from hapticvlm.materials import MATERIALS
-from hapticvlm.rendering.vibration.equaliser import Playback
-from hapticvlm.rendering.vibration.sound_voice import IN_HZ, SoundVoice
-from hapticvlm.rendering.vibration.vibration import INTERACTIONS, Motion
-from hapticvlm.rendering.vibration.voices import Command, Voices
-from hapticvlm.session.hands import LEASE_S
+from hapticvlm.rendering.vibration.vibration import INTERACTIONS
 
 pytestmark = pytest.mark.process
 
 HERE = Path(__file__).parent
-HEARD_HZ = 8000
-BLOCK = 128
-BLOCKS = 24  # 0.4 s
-PAGE_UP = 4
-WINDOW_SAMPLES = 9  # by which the reader of the sound voice is late
 FEEL = HERE.parents[1] / "examples" / "webxr" / "client" / "feel.json"
 
 
@@ -147,49 +145,25 @@ def test_the_mode_says_which_of_the_two_is_felt(felt: dict[str, Any]) -> None:
     assert "no service answers" in felt["service, none"]["silence"]
 
 
-@pytest.mark.parametrize(("material", "phase"), [("glass", "strike"), ("rubber", "slide")])
+@pytest.mark.parametrize(("material", "phase"), TOUCHES)
 def test_a_touch_is_heard_as_the_service_plans_it_for_controllers(
     material: str, phase: str
 ) -> None:
-    touches = touching(material, phase)
-    heard = heard_by_the_player(touches, HEARD_HZ, "true")
-    wanted = played_by_the_service(touches, HEARD_HZ)
-    assert np.sqrt(np.mean(wanted**2)) > 0.01
-    assert np.sqrt(np.mean((heard - wanted) ** 2)) < 0.05 * np.sqrt(np.mean(wanted**2))
+    asked = true_voice(material, phase)
+    assert_is_the_true_voice(asked, heard_by_the_player(asked))
 
 
-@pytest.mark.parametrize(("material", "phase"), [("glass", "strike"), ("rubber", "slide")])
+@pytest.mark.parametrize(("material", "phase"), TOUCHES)
 @pytest.mark.parametrize("rate_hz", [44_100, 48_000])
 def test_as_sound_it_is_the_sound_voice_of_the_service(
     material: str, phase: str, rate_hz: int
 ) -> None:
-    touches = touching(material, phase)
-    blocks = round(BLOCKS * rate_hz / HEARD_HZ)  # as long as the other
-    late = [{**each, "block": round(each["block"] * rate_hz / HEARD_HZ)} for each in touches]
-    heard = heard_by_the_player(late, rate_hz, "sound", blocks)
-    true = played_by_the_service(late, IN_HZ, BLOCK * IN_HZ / rate_hz, blocks)
-    wanted = SoundVoice(PAGE_UP).render(true.astype(np.float32))
-    at = np.arange(heard.size) * PAGE_UP * IN_HZ / rate_hz - WINDOW_SAMPLES
-    resampled = np.interp(at, np.arange(wanted.size), wanted)
-    assert np.sqrt(np.mean(wanted**2)) > 0.03
-    assert np.corrcoef(heard, resampled)[0, 1] > 0.97
-    assert np.std(heard) == pytest.approx(np.std(resampled), rel=0.1)
+    asked = sound_voice(material, phase, rate_hz)
+    assert_is_the_sound_voice(asked, heard_by_the_player(asked))
 
 
-def touching(material: str, phase: str) -> list[dict[str, Any]]:
-    """A strike, or a stroke that is renewed every four blocks."""
-    fields = {"hand": "right", "object_id": material, "speed_mps": 0.4, "force_n": 1.5}
-    return [
-        {"block": at, "touch": {**fields, "phase": "contact" if not at else "slide"}}
-        for at in range(0, 1 if phase == "strike" else BLOCKS, 4)
-    ]
-
-
-def heard_by_the_player(
-    touches: list[dict[str, Any]], rate_hz: int, voice: str, blocks: int = BLOCKS
-) -> NDArray[np.float64]:
+def heard_by_the_player(asked: dict[str, Any]) -> NDArray[np.float64]:
     require("node")
-    asked = {"rate": rate_hz, "voice": voice, "block": BLOCK, "blocks": blocks, "touches": touches}
     ran = subprocess.run(
         ["node", str(HERE / "hear_feel.mjs"), str(FEEL)],
         input=json.dumps(asked),
@@ -200,21 +174,3 @@ def heard_by_the_player(
     )
     assert ran.returncode == 0, ran.stderr
     return np.array(json.loads(ran.stdout))
-
-
-def played_by_the_service(
-    touches: list[dict[str, Any]], rate_hz: int, block: float = BLOCK, blocks: int = BLOCKS
-) -> NDArray[np.float64]:
-    """The true voice; `block` is the length of a block in samples, with fractions."""
-    voices = Voices(1.0, MATERIALS, Playback(rate_hz, full_scale_db=None))
-    played = []
-    for at in range(blocks):
-        for each in (one for one in touches if one["block"] == at):
-            is_onset = each["touch"]["phase"] == "contact"
-            kind = "strike" if is_onset else "slide"
-            ends = at * block / rate_hz + LEASE_S
-            material = each["touch"]["object_id"]
-            voices.apply(Command(1, material, kind, is_onset, Motion(0.4, 1.5), 1, ends))
-        begin, end = round(at * block), round((at + 1) * block)
-        played.append(voices.render(end - begin, begin / rate_hz))
-    return np.concatenate(played)

@@ -4,10 +4,20 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import mono
+import numpy as np
 import pytest
 from feel_parity import GOLDEN, deviations
+from heard_parity import (
+    TOUCHES,
+    assert_is_the_sound_voice,
+    assert_is_the_true_voice,
+    sound_voice,
+    true_voice,
+)
+from numpy.typing import NDArray
 from pace import PACE
 
 pytest_plugins = ("mono_build",)
@@ -38,3 +48,28 @@ def test_a_file_that_is_not_a_feel_is_refused_and_says_what_to_do(
         build.run("baked.exe", str(file), text="[]", timeout=60.0 * PACE)
     assert named in str(failed.value)
     assert "bake" in str(failed.value)
+
+
+@pytest.mark.parametrize(("material", "phase"), TOUCHES)
+def test_a_touch_is_heard_as_the_service_plans_it_for_controllers(
+    build: mono.Build, material: str, phase: str
+) -> None:
+    asked = true_voice(material, phase)
+    assert_is_the_true_voice(asked, heard(build, asked))
+
+
+@pytest.mark.parametrize(("material", "phase"), TOUCHES)
+@pytest.mark.parametrize("rate_hz", [44_100, 48_000])
+def test_as_sound_it_is_the_sound_voice_of_the_service(
+    build: mono.Build, material: str, phase: str, rate_hz: int
+) -> None:
+    asked = sound_voice(material, phase, rate_hz)
+    assert_is_the_sound_voice(asked, heard(build, asked))
+
+
+def heard(build: mono.Build, asked: dict[str, Any]) -> NDArray[np.float64]:
+    """The samples of the C# player, as they come out of the ring of the audio thread."""
+    text = json.dumps(asked)
+    return np.array(
+        json.loads(build.run("baked.exe", str(FEEL), "heard", text=text, timeout=60.0 * PACE))
+    )

@@ -29,9 +29,9 @@ def check_changes(output: str) -> None:
     gaps = re.findall(r"^(?:stroke \w+|by hand) gap_ms ([\d.]+)", output, re.MULTILINE)
     assert len(gaps) == 3
     assert max(map(float, gaps)) <= MOST_GAP_MS
-    assert re.findall(r"^strikes (\w+) lost (\d+)", output, re.MULTILINE) == [
-        ("Dead", "0"),
-        ("Frozen", "0"),
+    assert re.findall(r"^strikes (\w+) lost (\d+) unheard (\d+)", output, re.MULTILINE) == [
+        ("Dead", "0", "0"),
+        ("Frozen", "0", "0"),
     ]
     assert output.count("by Baked Service") == 2  # each was felt
 
@@ -55,16 +55,16 @@ def test_a_strike_that_a_frozen_service_swallowed_is_played_within_100_ms(switch
 
 
 def test_nothing_is_felt_after_a_stop_whoever_takes_over_until_the_hand_lets_go(switched):
-    assert "stop with a service held 0.000 again True" in switched
-    assert "stop without a service held 0.000 again True" in switched
-    assert "stopped by another held 0.000" in switched
+    assert "stop with a service held 0.000 heard 0.000 again True" in switched
+    assert "stop without a service held 0.000 heard 0.000 again True" in switched
+    assert "stopped by another held 0.000 heard 0.000" in switched
 
 
 def test_each_mode_is_felt_from_what_it_names(switched):
-    assert "mode Auto with a service felt True by Service" in switched
-    assert "mode Auto without a service felt True by Baked" in switched
-    assert "mode Baked with a service felt True by Baked" in switched
-    assert "mode Service without a service felt False by Service" in switched
+    assert "mode Auto with a service felt True heard False by Service" in switched
+    assert "mode Auto without a service felt True heard True by Baked" in switched
+    assert "mode Baked with a service felt True heard True by Baked" in switched
+    assert "mode Service without a service felt False heard False by Service" in switched
 
 
 def test_a_controller_is_felt_from_the_bake_until_a_service_answers_and_says_so(build, service):
@@ -95,6 +95,21 @@ def test_a_bake_tells_what_the_scene_does_not_and_a_script_overrides_it(build):
     refused = [line for line in output.splitlines() if "materials.json: version 2" in line]
     assert len(refused) == 1  # once, not in each frame
     assert "bake it again" in refused[0]
+
+
+def test_a_speaker_is_heard_while_the_bake_is_felt_and_silent_after_a_stop(build):
+    output = build.run("components.exe", "felt-speaker", NOBODY)
+    for expected in (
+        "heard Sound",
+        "heard True",
+        "gaps 0",
+        "while the service is felt 0\n",
+        "after a stop 0\n",
+        "enabled after a stop 0\n",
+        "without a client 0\n",
+        "bytes of the audio thread 0 exceptions 0 errors 0",
+    ):
+        assert expected in output, output
 
 
 @pytest.mark.nightly

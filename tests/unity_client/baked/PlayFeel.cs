@@ -1,4 +1,5 @@
-// Plays golden cases with the C# player: `baked.exe FEEL` reads cases and prints them with its plans.
+// Plays golden cases with the C# player: `baked.exe FEEL` reads cases and prints them with its plans. `baked.exe FEEL heard`
+// reads {rate, voice, block, touches: [{block, touch}], blocks} and prints the samples.
 using System;
 using System.Collections.Generic;
 using System.Globalization;
@@ -12,6 +13,11 @@ public static class PlayFeel
     public static int Main(string[] arguments)
     {
         Feel feel = Feel.Open(File.ReadAllText(arguments[0]));
+        if (arguments.Length > 1)
+        {
+            Console.WriteLine("[" + Text(Rendered(feel, (Map)Json.Parse(Console.In.ReadToEnd()))) + "]");
+            return 0;
+        }
         var cases = (List<object>)Json.Parse(Console.In.ReadToEnd());
         Console.WriteLine("[" + string.Join(",", cases.Select(one => Played(feel, (Map)one))) + "]");
         return 0;
@@ -36,6 +42,26 @@ public static class PlayFeel
             return "{\"at_s\":" + Text(now) + ",\"amplitude\":" + Text(player.Plan(hand, "amplitude", now)) + ",\"parametric\":" + Text(player.Plan(hand, "parametric", now)) + "}";
         }
         return "{}";
+    }
+
+    // Through the ring, as a speaker plays them.
+    private static IEnumerable<double> Rendered(Feel feel, Map asked)
+    {
+        double rate = (double)asked["rate"], block = (double)asked["block"];
+        var heard = new Heard(feel, (int)rate, (string)asked["voice"] == "true" ? HeardVoice.True : HeardVoice.Sound);
+        var ring = new SampleRing();
+        List<Map> touches = ((List<object>)asked["touches"]).ConvertAll(each => (Map)each);
+        var samples = new List<double>();
+        for (int at = 0; at < (double)asked["blocks"]; at++)
+        {
+            double now = at * block / rate;
+            foreach (Map each in touches.Where(one => (double)one["block"] == at)) heard.Touch(TouchOf((Map)each["touch"]), now);
+            if (!heard.IsSilent) ring.Write(heard.Render((int)block, now), 1.0);
+            var channels = new float[2 * (int)block];
+            ring.AddTo(channels, 2);
+            for (int sample = 0; sample < block; sample++) samples.Add(0.5 * (channels[2 * sample] + channels[2 * sample + 1]));
+        }
+        return samples;
     }
 
     private static FeltTouch TouchOf(Map touch)

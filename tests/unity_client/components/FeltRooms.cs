@@ -1,6 +1,8 @@
 // A hand with a controller strokes a board beside no service, then beside one, and then without it again.
 using System;
+using System.Reflection;
 using HapticVLM;
+using HapticVLM.Baked;
 using HapticVLM.Wire;
 using UnityEngine;
 using UnityEngine.XR;
@@ -17,6 +19,7 @@ public static class FeltRooms
             case "felt-auto": Auto(url); break;
             case "felt-baked": Baked(); break;
             case "felt-scene": BakedScene(); break;
+            case "felt-speaker": Speaker(); break;
             case "felt-survives": Survive(url); break;
         }
     }
@@ -97,6 +100,86 @@ public static class FeltRooms
         Components.RunFor(5);
         foreach (string line in Debug.Lines) Components.Say(line);
         Object.Destroy(client.gameObject);
+    }
+
+    // A speaker beside the hand: what it plays follows the mode, stops and gains; its audio thread takes no memory.
+    static void Speaker()
+    {
+        HapticClient client = Client(null);
+        Moves.Box("Board", new Vector3(0f, 0f, 0f), new Vector3(8f, 1f, 0.1f), "wood");
+        HapticHand hand = Moves.Hand(new Vector3(-2f, 0f, 0.06f));
+        var speaker = new Loudspeaker();
+        foreach (HeardVoice voice in new[] { HeardVoice.Sound, HeardVoice.True })
+        {
+            speaker.Component.Voice = voice;
+            Stroke(hand, () => speaker.Play() > 0.01f, "nothing is heard");
+            Components.Say("heard " + voice);
+        }
+        Stroke(hand, 36, () => speaker.Play()); // the new voice begins with the next touch
+        Components.Say("gaps " + Silences(hand, speaker, 72));
+        client.Mode = FeltMode.Service;
+        Stroke(hand, Loudspeaker.EndsFrames, () => speaker.Play());
+        Components.Say("while the service is felt " + Loudest(hand, speaker));
+        client.Mode = FeltMode.Baked;
+        Stroke(hand, () => speaker.Play() > 0.01f, "the bake is not heard again");
+        client.Stop();
+        Stroke(hand, Loudspeaker.EndsFrames, () => speaker.Play());
+        Components.Say("after a stop " + Loudest(hand, speaker));
+        speaker.Component.enabled = false;
+        Player.Tick();
+        speaker.Component.enabled = true;
+        Components.Say("enabled after a stop " + Loudest(hand, speaker));
+        hand.transform.position = new Vector3(0f, 0f, 1f);
+        Components.RunFor(30);
+        hand.transform.position = new Vector3(-2f, 0f, 0.06f);
+        Stroke(hand, () => speaker.Play() > 0.01f, "the stop does not end");
+        Object.Destroy(client.gameObject);
+        Stroke(hand, Loudspeaker.EndsFrames, () => speaker.Play());
+        Components.Say("without a client " + Loudest(hand, speaker));
+        Components.Say("bytes of the audio thread " + speaker.Bytes + " exceptions " + Debug.Exceptions + " errors " + Debug.Errors);
+    }
+
+    static float Loudest(HapticHand hand, Loudspeaker speaker)
+    {
+        float loudest = 0f;
+        Stroke(hand, 36, () => loudest = Math.Max(loudest, speaker.Play()));
+        return loudest;
+    }
+
+    static int Silences(HapticHand hand, Loudspeaker speaker, int frames)
+    {
+        int silences = 0;
+        Stroke(hand, frames, () => silences += speaker.Play() == 0f ? 1 : 0);
+        return silences;
+    }
+
+    // Plays what the component beside its Audio Source gives: one block of the output for each frame.
+    sealed class Loudspeaker
+    {
+        public const int EndsFrames = 8; // 0.11 s: what is rendered ahead, the fade and the delay of the sound voice
+        public readonly FeltSpeaker Component;
+        public long Bytes; // of managed memory that its blocks took
+        readonly Action<float[], int> read;
+        readonly float[] data = new float[2 * 48000 / 72];
+
+        public Loudspeaker()
+        {
+            Component = new GameObject("speaker").AddComponent<FeltSpeaker>();
+            MethodInfo method = typeof(FeltSpeaker).GetMethod("OnAudioFilterRead", BindingFlags.Instance | BindingFlags.NonPublic);
+            read = (Action<float[], int>)Delegate.CreateDelegate(typeof(Action<float[], int>), Component, method);
+        }
+
+        // Returns the largest sample of the next block.
+        public float Play()
+        {
+            Array.Clear(data, 0, data.Length);
+            long before = GC.GetAllocatedBytesForCurrentThread();
+            read(data, 2);
+            Bytes += GC.GetAllocatedBytesForCurrentThread() - before;
+            float largest = 0f;
+            foreach (float sample in data) largest = Math.Max(largest, Math.Abs(sample));
+            return largest;
+        }
     }
 
     // Strokes at 72 frames a second until standard input ends; prints the longest time without vibration and the longest frame.

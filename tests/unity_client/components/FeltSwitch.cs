@@ -15,6 +15,7 @@ public sealed class FeltSwitch
     enum State { Alive, Frozen, Dead }
 
     const double Step = 0.001, FrameS = 1.0 / 72.0, AnswerS = 0.002, PlanEveryS = 0.04, TelemetryEveryS = 0.1, ReconnectS = 0.25;
+    const int HeardHz = 8000;
     const int FramesPerTouch = 2; // as the hand renews at 40 Hz where 72 frames are drawn a second
 
     static Feel feel;
@@ -29,6 +30,8 @@ public sealed class FeltSwitch
     readonly VibrationPlan motor = new VibrationPlan();
     readonly List<KeyValuePair<double, double>> played = new List<KeyValuePair<double, double>>();
     readonly Felt felt;
+    readonly Heard heard = new Heard(feel, HeardHz, HeardVoice.True);
+    readonly List<KeyValuePair<double, double>> sounds = new List<KeyValuePair<double, double>>();
 
     FeltSwitch(FeltMode mode, bool hasService = true)
     {
@@ -40,6 +43,12 @@ public sealed class FeltSwitch
             if (plan.Hand == HandName.Right && plan.Amplitude.Count == 0) motor.Silence();
             else if (plan.Hand == HandName.Right) motor.Take(plan, now);
         };
+        felt.Touched += (hand, touch) =>
+        {
+            Mute();
+            heard.Touch(touch, now);
+        };
+        felt.Stopped += heard.Stop;
         if (!hasService) Change(State.Dead);
     }
 
@@ -83,7 +92,7 @@ public sealed class FeltSwitch
     // Strikes at every moment around a change: from 60 ms before to 60 ms after it.
     static void Strikes(State to, int changes)
     {
-        int lost = 0;
+        int lost = 0, unheard = 0;
         double weakest = 1.0, latest = 0.0;
         for (int i = 0; i < changes; i++)
         {
@@ -101,10 +110,11 @@ public sealed class FeltSwitch
             one.Pass(0.16, () => one.Touch(Phase.Contact, "glass"));
             double strongest = one.Strongest(since);
             if (strongest < 0.2) lost++;
+            if (offset < 0.0 && Loudest(one.sounds, since) < 0.3) unheard++;
             weakest = Math.Min(weakest, strongest);
             latest = Math.Max(latest, one.played.First(each => each.Key >= since && (each.Value >= 0.2 || strongest < 0.2)).Key - since);
         }
-        Components.Say("strikes " + to + " lost " + lost + " weakest " + Text(weakest) + " latest_ms " + Text(1e3 * latest));
+        Components.Say("strikes " + to + " lost " + lost + " unheard " + unheard + " weakest " + Text(weakest) + " latest_ms " + Text(1e3 * latest));
     }
 
     // A stop in the middle of a stroke that goes on; then the other one takes over, and has to hold as well. A service that
@@ -120,13 +130,13 @@ public sealed class FeltSwitch
         double since = one.now;
         one.Change(hasService ? State.Dead : State.Alive);
         one.Pass(2.0, () => one.Touch(Phase.Slide, "stone"));
-        double held = one.Strongest(since);
+        double held = one.Strongest(since), sound = Loudest(one.sounds, since);
         one.Touch(Phase.Release, null);
         one.Pass(0.05, null);
         double again = one.now;
         one.Touch(Phase.Contact, "stone");
         one.Pass(0.2, () => one.Touch(Phase.Slide, "stone"));
-        Components.Say("stop " + (hasService ? "with" : "without") + " a service held " + Text(held) + " again " + (one.Strongest(again) > 0.0));
+        Components.Say("stop " + (hasService ? "with" : "without") + " a service held " + Text(held) + " heard " + Text(sound) + " again " + (one.Strongest(again) > 0.0));
     }
 
     // An operator stops the service, which dies while the hand strokes on.
@@ -139,7 +149,7 @@ public sealed class FeltSwitch
         double since = one.now;
         one.Change(State.Dead);
         one.Pass(0.9, () => one.Touch(Phase.Slide, "stone"));
-        Components.Say("stopped by another held " + Text(one.Strongest(since)));
+        Components.Say("stopped by another held " + Text(one.Strongest(since)) + " heard " + Text(Loudest(one.sounds, since)));
     }
 
     static void Mode(FeltMode mode, bool hasService)
@@ -148,7 +158,7 @@ public sealed class FeltSwitch
         one.Begin("stone");
         double since = one.now;
         one.Pass(0.3, () => one.Touch(Phase.Slide, "stone"));
-        Components.Say("mode " + mode + (hasService ? " with" : " without") + " a service felt " + (one.Strongest(since) > 0.0) + " by " + one.felt.By(one.now));
+        Components.Say("mode " + mode + (hasService ? " with" : " without") + " a service felt " + (one.Strongest(since) > 0.0) + " heard " + (Loudest(one.sounds, since) > 0.0) + " by " + one.felt.By(one.now));
     }
 
     // A person turns the switch while stroking.
@@ -224,6 +234,8 @@ public sealed class FeltSwitch
             frameAt = now + FrameS;
             while (arrived.Count > 0) felt.Serve(arrived.Dequeue());
             felt.Tick(now);
+            Mute();
+            sounds.Add(new KeyValuePair<double, double>(now, heard.Render((int)(HeardHz * FrameS), now).Max(sample => Math.Abs(sample))));
             double hz;
             played.Add(new KeyValuePair<double, double>(now, motor.RemainingS(now) > 0.0 ? motor.Strongest(now, FrameS, out hz) : 0.0));
             if (touch != null && frames++ % FramesPerTouch == 0) touch();
@@ -253,9 +265,20 @@ public sealed class FeltSwitch
         }
     }
 
+    // As a Felt Speaker does.
+    void Mute()
+    {
+        heard.Mute("right", !felt.IsBaked(HandName.Right, now));
+    }
+
     double Strongest(double since)
     {
-        return played.Where(each => each.Key >= since).Select(each => each.Value).DefaultIfEmpty().Max();
+        return Loudest(played, since);
+    }
+
+    static double Loudest(List<KeyValuePair<double, double>> values, double since)
+    {
+        return values.Where(each => each.Key >= since).Select(each => each.Value).DefaultIfEmpty().Max();
     }
 
     // The longest time without vibration after `since`, from the end of the last frame that had some.

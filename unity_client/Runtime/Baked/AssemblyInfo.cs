@@ -1,3 +1,4 @@
 using System.Runtime.CompilerServices;
 
 [assembly: InternalsVisibleTo("HapticVLM.Editor")]
+[assembly: InternalsVisibleTo("HapticVLM.Unity")]

@@ -122,6 +122,20 @@ namespace HapticVLM.Baked
             return hands[hand].Planner.Plan(form, now);
         }
 
+        /// <summary>Whether Render would give zeros until the next touch.</summary>
+        internal bool IsSilent
+        {
+            get { return hands["left"].Heard.IsSilent && hands["right"].Heard.IsSilent; }
+        }
+
+        /// <summary>Keeps the sound of a hand silent, or lets it be heard from the next touch; Plan does not change.</summary>
+        internal void Mute(string name, bool isMuted)
+        {
+            Hand hand = hands[name];
+            if (isMuted && !hand.IsMuted) hand.Heard.Rest();
+            hand.IsMuted = isMuted;
+        }
+
         /// <summary>The next samples of both hands, -1..1, at the rate of the constructor.</summary>
         public double[] Render(int count, double now)
         {
@@ -149,7 +163,7 @@ namespace HapticVLM.Baked
                 Hum = hand.Touches ? surface.Hum : null,
             };
             hand.Planner.Apply(command, now);
-            if (hand.Heard != null) hand.Heard.Apply(command);
+            if (hand.Heard != null && !hand.IsMuted) hand.Heard.Apply(command);
         }
 
         /// <summary>One hand: `Hand` and `Hold` of the service.</summary>
@@ -157,7 +171,7 @@ namespace HapticVLM.Baked
         {
             public readonly Planner Planner;
             public readonly Voices Heard;
-            public bool IsHeld, IsArmed, Touches, Vibrates;
+            public bool IsHeld, IsArmed, IsMuted, Touches, Vibrates;
             public double LeaseUntil = double.PositiveInfinity;
             private bool slides;
             private string interaction;

@@ -38,6 +38,7 @@ namespace HapticVLM
             public double PlannedAt = double.NegativeInfinity;
             public FeltPlan Missed; // an impact that the service did not play
             public double MissedAt;
+            public FeltTouch MissedTouch;
         }
 
         readonly Hand[] hands = { new Hand { Name = HandName.Left, Word = "left" }, new Hand { Name = HandName.Right, Word = "right" } };
@@ -60,6 +61,15 @@ namespace HapticVLM
         /// <summary>The vibration of one hand from now on, whoever planned it. The object is reused.</summary>
         public event Action<Vibration> Vibrated;
 
+        /// <summary>A touch as the bake's player receives it, whoever is felt. One that is struck again is released first.</summary>
+        public event Action<HandName, FeltTouch> Touched;
+
+        /// <summary>A stop, by this scene or by the service.</summary>
+        public event Action Stopped;
+
+        /// <summary>The tables of the bake; null until they are opened.</summary>
+        public Feel Feel { get; private set; }
+
         public FeltMode Mode { get; private set; }
 
         /// <summary>Whether there is a bake to feel.</summary>
@@ -78,6 +88,7 @@ namespace HapticVLM
         /// <summary>Plays these tables from now on.</summary>
         public void Open(Feel feel)
         {
+            Feel = feel;
             player = new FeelPlayer(feel) { Gain = gain };
         }
 
@@ -121,12 +132,15 @@ namespace HapticVLM
             if (to.IsConnected && to.IsOwner && Mode != FeltMode.Baked && isAnswered) askedAt = now;
             if (player == null) return;
             Hand hand = Of(touch.Hand);
-            bool isOnset = player.Touch(Played(ref touch, hand, surface), now);
+            FeltTouch played = PlayedTouch.Of(ref touch, surface);
+            bool isOnset = player.Touch(played, now);
+            if (Touched != null) Touched(hand.Name, played);
             if (touch.Phase == Phase.Release) hand.Missed = null;
             if (isOnset)
             {
                 hand.Missed = Plan(hand, now);
                 hand.MissedAt = now;
+                hand.MissedTouch = played;
             }
             if (!IsBaked(hand, now)) return;
             if (isOnset) SendMissed(hand, now);
@@ -141,7 +155,7 @@ namespace HapticVLM
         {
             if (Mode == FeltMode.Baked) return;
             Hand hand = Of(vibration.Hand);
-            if (vibration.Stopped == true && player != null) player.Stop();
+            if (vibration.Stopped == true) StopPlayer();
             bool vibrates = vibration.Amplitude.Count > 0;
             if (vibrates && player != null && player.IsHeld(hand.Word)) return;
             hand.IsServed = true;
@@ -153,7 +167,7 @@ namespace HapticVLM
         /// <summary>Ends everything at once; a hand is felt again after its release and a new touch.</summary>
         public void Stop(double now)
         {
-            if (player != null) player.Stop();
+            StopPlayer();
             foreach (Hand hand in hands)
             {
                 hand.Missed = null;
@@ -192,9 +206,26 @@ namespace HapticVLM
             foreach (Hand hand in hands)
             {
                 if (!IsBaked(hand, now)) continue;
-                if (hand.Missed != null) SendMissed(hand, now);
+                if (hand.Missed != null) StrikeAgain(hand, now);
                 else if (atOnce || now - hand.PlannedAt >= PlanEveryS) Send(hand, now);
             }
+        }
+
+        void StopPlayer()
+        {
+            if (player != null) player.Stop();
+            if (Stopped != null) Stopped();
+        }
+
+        /// <summary>Strikes what the service did not play: for the controllers, and as sound.</summary>
+        void StrikeAgain(Hand hand, double now)
+        {
+            if (Touched != null && now - hand.MissedAt < MissedS)
+            {
+                Touched(hand.Name, new FeltTouch { Phase = PlayedTouch.Word(Phase.Release), Hand = hand.Word });
+                Touched(hand.Name, hand.MissedTouch);
+            }
+            SendMissed(hand, now);
         }
 
         /// <summary>Sends the plan of an impact that the service did not play; it begins now.</summary>
@@ -242,43 +273,6 @@ namespace HapticVLM
         {
             list.Clear();
             list.AddRange(values);
-        }
-
-        static FeltTouch Played(ref Touch touch, Hand hand, FeltSurface surface)
-        {
-            return new FeltTouch
-            {
-                Phase = Word(touch.Phase),
-                Hand = hand.Word,
-                Interaction = touch.Interaction == null ? null : Word(touch.Interaction.Value),
-                SpeedMps = touch.SpeedMps,
-                ForceN = touch.ForceN,
-                Surface = surface,
-            };
-        }
-
-        static string Word(Phase phase)
-        {
-            switch (phase)
-            {
-                case Phase.Approach: return "approach";
-                case Phase.Contact: return "contact";
-                case Phase.Slide: return "slide";
-                default: return "release";
-            }
-        }
-
-        static string Word(Interaction interaction)
-        {
-            switch (interaction)
-            {
-                case Interaction.Tap: return "tap";
-                case Interaction.Press: return "press";
-                case Interaction.Slide: return "slide";
-                case Interaction.Carve: return "carve";
-                case Interaction.Swing: return "swing";
-                default: return "strike";
-            }
         }
     }
 }

@@ -49,6 +49,8 @@ namespace HapticVLM
             return IsOwner || IsBaked(hand);
         }
 
+        internal Felt Felt { get { return felt; } }
+
         /// <summary>The reason why nothing of the bake is felt, with the remedy; null if there is none.</summary>
         internal string BakedSilence
         {
