@@ -4,6 +4,7 @@ import math
 from itertools import product
 from typing import Any, NamedTuple
 
+import numpy as np
 import pytest
 from tiers import nightly_except
 
@@ -22,7 +23,7 @@ from hapticvlm.rendering.heat.limits import (
 )
 from hapticvlm.rendering.heat.trajectory import ThermalTrajectory
 from hapticvlm.session.actions import DrivePlate
-from hapticvlm.session.hands import Hand
+from hapticvlm.session.hands import LEAD_IN_VAIN_C, Hand
 from hapticvlm.session.session import SceneSession
 from hapticvlm.session.settings import SessionSettings
 
@@ -37,10 +38,11 @@ class Moment(NamedTuple):
 
 
 APPROACH_S, TOUCH_S = 0.6, 10.0
+AWAITED = ("approach", APPROACH_S, {"distance_m": 0.05, "closing_mps": 0.2})  # near all the time
 STILL_BEHIND = (("glass", 15.0, 1e-3), ("metal", 22.0, 1e-3))  # 0.40, 0.31: deep skin missed most
 
 
-def palm(material, room_c, resistance, phases, *, known=True):
+def palm(material, room_c, resistance, phases, *, known=True, **stated):
     """Skin on the plate each tick while a hand goes through (phase, seconds, fields).
 
     The plate gets setpoints as often as a board does: a changed one every CHANGE_INTERVAL_S.
@@ -49,7 +51,7 @@ def palm(material, room_c, resistance, phases, *, known=True):
     session = SceneSession(
         SessionSettings(owner=True, reading=AT_REST, plate_resistance=resistance if known else 0.0)
     )
-    thing = SceneObject(object_id="thing", material=material)
+    thing = SceneObject(object_id="thing", material=material, **stated)
     session.receive(Scene(id=1, objects=[thing], replace=True, ambient_c=room_c), 0.0)
     now, setpoint_c, moments = 0.0, NEUTRAL_C, []
     sent_c, sent_at = NEUTRAL_C, -math.inf
@@ -97,7 +99,7 @@ def touched(material, room_c, resistance, **options):
 
     Heat from the core of the hand keeps it above a neutral plate by the resistance times 0.4 kW/m2.
     """
-    phases = [("approach", APPROACH_S, {}), ("contact", TOUCH_S, {"interaction": "press"})]
+    phases = [AWAITED, ("contact", TOUCH_S, {"interaction": "press"})]
     moments = palm(material, room_c, resistance, phases, **options)
     above_c = moments[0].skin_c - NEUTRAL_C
     found = moments[round(APPROACH_S / TICK_S) :]
@@ -177,56 +179,95 @@ def test_a_contact_after_a_real_approach_is_as_good_as_one_long_awaited(material
         ("approach", 0.02, {"distance_m": 0.004 * n, "closing_mps": 0.2}) for n in range(20, 0, -1)
     ]
     real = led(material, [("approach", 1.0, {"distance_m": 0.5, "closing_mps": 0.1}), *near])
-    awaited = led(material, [("approach", APPROACH_S, {})])
+    awaited = led(material, [AWAITED])
     second = round(1.0 / TICK_S)
     assert abs(real[second]) < {"stone": 0.6, "metal": 1.3}.get(material, 0.5)
     assert abs(real[second] - awaited[second]) < (0.25 if material != "metal" else 0.75)
     assert abs(real[-1] - awaited[-1]) < 0.1
 
 
-def test_an_older_clients_approach_leads_by_a_quarter_and_then_fades():
+def sways(mean_m, seed, seconds=6.0):
+    """A hand that sways by 5 mm rms at 0.3 to 1.5 Hz, as the client tells it."""
+    random = np.random.default_rng(seed)
+    rates = 2.0 * math.pi * random.uniform(0.3, 1.5, 5)
+    phases = random.uniform(0.0, 2.0 * math.pi, 5)
+    size_m = 0.005 * math.sqrt(2.0 / 5.0)
+    for step in range(round(seconds / TICK_S)):
+        angles = rates * step * TICK_S + phases
+        distance_m = max(mean_m + size_m * float(np.sin(angles).sum()), 0.0)
+        closing_mps = -size_m * float(rates @ np.cos(angles))
+        yield "approach", TICK_S, {"distance_m": distance_m, "closing_mps": closing_mps}
+
+
+HOVERS = {
+    "sways at 1 cm": [*sways(0.01, 0)],
+    "sways at 1 cm otherwise": [*sways(0.01, 1)],
+    "sways at 2 cm": [*sways(0.02, 2)],
+    "tells a distance and no speed": [("approach", 3.0, {"distance_m": 0.005})],
+    "an older client": [("approach", 3.0, {})],
+    "an older client, in and out of reach": [("approach", 0.5, {}), ("release", 0.5, {})] * 5,
+}
+
+
+@pytest.mark.parametrize("object_c", [22.0, 5.0])
+@pytest.mark.parametrize("hover", HOVERS.values(), ids=HOVERS)
+def test_a_hand_that_hovers_without_touching_never_feels_it(hover, object_c):
+    """On the palm that conducts best: the peak of the skin, not its mean."""
+    skin_c = skin(palm("metal", 22.0, 2e-4, hover, temperature_c=object_c))
+    assert max(abs(celsius - skin_c[0]) for celsius in skin_c) <= 0.3
+
+
+def test_an_older_clients_approach_leads_a_little_and_then_fades():
     skin_c = skin(palm("metal", 22.0, 2e-4, [("approach", 10.0, {})]))
-    assert 0.15 < NEUTRAL_C - min(skin_c[:60]) < 1.3
-    assert abs(skin_c[-1] - skin_c[0]) < 0.3
+    assert 0.15 < skin_c[0] - min(skin_c) <= 0.3
+    assert abs(skin_c[-1] - skin_c[0]) < 0.05
 
 
-def sways(seconds):
-    """A hand that sways by 5 mm rms at 2 cm, as the client tells it."""
-    for step in range(round(seconds / 0.1)):
-        phase = 2.0 * math.pi * step * 0.1
-        told = {"distance_m": 0.02 + 0.007 * math.sin(phase)}
-        yield "approach", 0.1, told | {"closing_mps": -0.044 * math.cos(phase)}
+def approach(distance_m, closing_mps):
+    """One touch of a hand that approaches."""
+    given: dict[str, Any] = {"hand": "left", "object_id": "a", "speed_mps": 0.0, "force_n": 0.0}
+    given |= {"captured_at": 0.0, "distance_m": distance_m, "closing_mps": closing_mps}
+    return Touch(id=1, phase="approach", **given)
 
 
-@pytest.mark.parametrize(
-    "phases",
-    [[*sways(20.0)], [("approach", 0.5, {}), ("release", 0.5, {})] * 20],
-    ids=["sways", "an older client, in and out of reach"],
-)
-def test_a_hand_that_hovers_without_touching_is_not_cold_on_average(phases):
-    skin_c = skin(palm("metal", 22.0, 2e-4, phases))
-    assert abs(sum(skin_c) / len(skin_c) - skin_c[0]) < 0.3
+def test_a_slow_approach_leads_a_little_and_one_that_speeds_up_leads_fully_from_then_on():
+    hand = Hand(0)
+    hand.update(approach(0.02, 0.06), 0.0)
+    assert hand.lead_limit_c(0.1) == LEAD_IN_VAIN_C
+    assert hand.lead_limit_c(0.7) == 0.0, "too long awaited"
+    hand.update(approach(0.015, 0.15), 0.8)
+    assert hand.lead_limit_c(0.8) == math.inf
+    hand.update(approach(0.005, 0.05), 0.9)
+    assert hand.lead_limit_c(0.9) == math.inf, "it brakes before the contact"
+    assert hand.lead_limit_c(1.5) == 0.0
 
 
-def test_a_lead_in_vain_is_followed_by_none_for_two_seconds_unless_the_hand_comes_nearer():
+def test_a_sway_in_vain_does_not_hold_back_a_real_approach():
+    hand = Hand(0)
+    for turn in range(4):
+        hand.update(approach(0.01, 0.05), 0.5 * turn)
+        hand.update(approach(0.01, -0.05), 0.5 * turn + 0.25)
+    hand.update(approach(0.04, 0.2), 2.0)
+    assert hand.lead_limit_c(2.0) == math.inf
+
+
+def test_a_full_lead_in_vain_is_followed_by_none_for_two_seconds_unless_the_hand_comes_nearer():
     def touch(distance_m):
-        given: dict[str, Any] = {"hand": "left", "object_id": "a", "speed_mps": 0.0, "force_n": 0.0}
-        given |= {"captured_at": 0.0, "distance_m": distance_m, "closing_mps": 0.5}
-        return Touch(id=1, phase="approach", **given)
+        return approach(distance_m, 0.5)
 
     hand = Hand(0)
     hand.update(touch(0.1), 0.0)
-    assert hand.lead(0.1) == 1.0
+    assert hand.lead_limit_c(0.1) == math.inf
     hand.update(touch(0.4), 0.2)
     hand.update(touch(0.1), 0.4)
-    assert hand.lead(0.5) == 0.0
+    assert hand.lead_limit_c(0.5) == 0.0
     hand.update(touch(0.05), 0.6)
-    assert hand.lead(0.6) == 1.0
+    assert hand.lead_limit_c(0.6) == math.inf
     hand.update(touch(0.4), 0.7)
     hand.update(touch(0.1), 2.8)
-    assert hand.lead(2.8) == 0.0, "the second in vain: four seconds"
+    assert hand.lead_limit_c(2.8) == 0.0, "the second in vain: four seconds"
     hand.update(touch(0.1), 4.8)
-    assert hand.lead(4.8) == 1.0
+    assert hand.lead_limit_c(4.8) == math.inf
 
 
 @pytest.mark.parametrize(("material", "at_a_quarter", "at_one"), [("metal", 0.47, 0.83)])

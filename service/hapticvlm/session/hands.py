@@ -23,14 +23,18 @@ NAMES: tuple[HandName, ...] = ("left", "right")
 OUTPUTS: tuple[Output, ...] = ("speaker", "peltier")
 LEAD_WITHIN_S = 0.4  # to contact, from when the plate leads (physics.md 1.3); our choice
 LONGEST_LEAD_S = 0.6  # without a contact, then the plate goes back to neutral; our choice
-# A lead that no contact followed was a mistake, and the next one soon after it most likely is too:
-# a hand that sways over cold metal would be cold without ever touching. Only one that comes nearer
-# than it ever was leads again at once.
+# A full lead that no contact followed was a mistake, and the next one soon after it most likely is
+# too: a hand that reaches for cold metal again and again would be cold without ever touching. Only
+# one that comes nearer than it ever was leads again at once.
 # The pause doubles with each failed lead until a contact; our choice.
 RETRY_S = 2.0
 LONGEST_RETRY_S = 16.0
-# A client that sends no distance means anything from a reach to a touch; our choice.
-UNKNOWN_DISTANCE_LEAD = 0.25
+# A lead may be in vain: a hand that sways above an object comes and goes at up to 0.1 m/s, and an
+# approach without a distance means anything from a reach to a touch. Until the hand closes faster
+# than a sway does, the plate moves by so little that the skin cannot be led further than this: the
+# skin never changes by more than the plate, whatever the resistance between them. Our choices.
+CERTAIN_MPS = 0.1
+LEAD_IN_VAIN_C = 0.3
 STILL = Motion(speed_mps=0.0, force_n=0.0)
 
 
@@ -47,8 +51,9 @@ class Hand:
     motion: Motion = STILL
     is_sliding: bool = False
     near_since: float | None = None
+    is_certain: bool = False  # that the lead ends in a contact, by the speed of the approach
     nearest_m: float | None = None  # of the newest lead; None where the client sends no distance
-    failed_leads: int = 0  # leads that ended without a contact, since the last contact
+    failed_leads: int = 0  # full leads that ended without a contact, since the last contact
     last_failed_at: float = -math.inf  # when the last of them ended
 
     @property
@@ -78,14 +83,15 @@ class Hand:
         """Whether this hand vibrates: in contact, or swinging."""
         return self.is_active and (self.contact_at is not None or self.interaction == "swing")
 
-    def lead(self, now: float) -> float:
-        """Return how far the plate should lead this approach, 0..1.
+    def lead_limit_c(self, now: float) -> float:
+        """Return how far the plate may lead this approach, degC from neutral.
 
-        It leads while contact is near and not long awaited.
+        It leads while contact is near and not long awaited: 0 before and after. Without a certain
+        contact it is LEAD_IN_VAIN_C, with one inf.
         """
         if self.near_since is None or not 0.0 <= now - self.near_since <= LONGEST_LEAD_S:
             return 0.0
-        return UNKNOWN_DISTANCE_LEAD if self.nearest_m is None else 1.0
+        return math.inf if self.is_certain else LEAD_IN_VAIN_C
 
     def update(self, touch: Touch, now: float) -> bool:
         """Receive a touch other than a release; return whether it is an onset."""
@@ -119,22 +125,27 @@ class Hand:
             return
         is_other = (self._target_of(touch), touch.region) != (self.target, self.region)
         if self.near_since is None or is_other:
-            self._begin_lead(touch.distance_m, now)
+            self._begin_lead(touch, now)
         elif touch.distance_m is not None and self.nearest_m is not None:
             self.nearest_m = min(self.nearest_m, touch.distance_m)
+        if self.near_since is not None and not self.is_certain and _is_certain(touch):
+            self.near_since = now  # the full lead has its whole time, however long it was capped
+            self.is_certain = True
 
-    def _begin_lead(self, distance_m: float | None, now: float) -> None:
+    def _begin_lead(self, touch: Touch, now: float) -> None:
+        distance_m = touch.distance_m
         before_m = self.nearest_m
         comes_nearer = distance_m is not None and before_m is not None and distance_m < before_m
         retry_after_s = min(RETRY_S * 2.0 ** (self.failed_leads - 1), LONGEST_RETRY_S)
         if now - self.last_failed_at < retry_after_s and not comes_nearer:
             return
         self.near_since = now
+        self.is_certain = False
         self.nearest_m = distance_m
 
     def _end_lead(self, now: float) -> None:
-        """Note a lead that ended without a contact."""
-        if self.near_since is not None:
+        """End the lead; note a full one, which ended without a contact."""
+        if self.near_since is not None and self.is_certain:
             self.failed_leads += 1
             self.last_failed_at = min(now, self.near_since + LONGEST_LEAD_S)
         self.near_since = None
@@ -170,6 +181,12 @@ def _is_near(touch: Touch) -> bool:
     if touch.distance_m is None or touch.closing_mps is None:
         return True
     return touch.distance_m <= max(touch.closing_mps, 0.0) * LEAD_WITHIN_S
+
+
+def _is_certain(touch: Touch) -> bool:
+    """Whether a near approach closes too fast to be the sway of a hand that hovers."""
+    is_measured = touch.distance_m is not None and touch.closing_mps is not None
+    return is_measured and (touch.closing_mps or 0.0) > CERTAIN_MPS
 
 
 class Hands:

@@ -80,8 +80,10 @@ class PlateTarget:
         """Go on with what this hand does now; None = no hand holds a lease."""
         self._trajectory = self._after(hand, contact, now)
         waits = hand is not None and not hand.is_touching and self._trajectory.begun_at is None
-        lead = hand.lead(now) if hand is not None and waits else 1.0
-        wanted = self._trajectory.target_c(now, self.gain * lead)
+        wanted = self._trajectory.target_c(now, self.gain)
+        if hand is not None and waits:
+            most_c = hand.lead_limit_c(now)
+            wanted = min(max(wanted, NEUTRAL_C - most_c), NEUTRAL_C + most_c)
         if not self._is_driving and self.reading.plate_c is not None:
             low = plate_limits.SETPOINT_MIN_C
             high = plate_limits.SETPOINT_MAX_C
@@ -101,7 +103,7 @@ class PlateTarget:
         if hand is None:
             return self._trajectory.release(now)
         if not hand.is_touching:
-            return self._trajectory.approach(contact, now, leads=hand.lead(now) > 0.0)
+            return self._trajectory.approach(contact, now, leads=hand.lead_limit_c(now) > 0.0)
         bulk = contact.thermal if contact and isinstance(hand.target, HandRegion) else None
         return self._trajectory.touch(contact, (hand.name, hand.target, bulk), now)
 
