@@ -1,10 +1,11 @@
 """Writes `.hjif` of MPEG haptics (ISO/IEC 23090-31): vibration and temperature of a touch. Pure.
 
 Field names and rules are those of MPEGGroup/HapticReferenceSoftware, whose JSON schema is not
-public. Positions are in ticks of 1 ms, frequencies in Hz. The amplitude of a keyframe times the
-gain of its channel is 0..1 of full scale. This is the only export with heat: the Main profile has a
-modality for temperature. Its scale is not fixed by the format, so the description of the perception
-states it: setpoint = NEUTRAL_C + SPAN_C value, where the value includes the gain.
+public. The vibration is one tone for each octave, in a band of its own. Positions are in ticks of
+1 ms, frequencies in Hz. The amplitude of a keyframe times the gain of its channel is 0..1 of full
+scale. This is the only export with heat: the Main profile has a modality for temperature. Its scale
+is not fixed by the format, so the description of the perception states it: setpoint = NEUTRAL_C +
+SPAN_C value, where the value includes the gain.
 
 The binary form of the format has two rules that its text form does not need. The ids of channels
 are unique in the whole document, or its decoder aborts. An amplitude of a keyframe has 8 bits, so
@@ -19,11 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.perception import NEUTRAL_C
-from hapticvlm_studio.touches.clip import Clip
+from hapticvlm_studio.touches.clip import Band, Clip
 
 TICKS_PER_S = 1000
 LOW_HZ = 1
-HIGH_HZ = 1000
 SPAN_C = 16.0  # degC from neutral at a value of 1; wider than the limits of the setpoint
 HEAT_STEP_S = 0.1
 KEYWORDS = {  # from the format's list, which has neither glass nor fabric
@@ -51,23 +51,32 @@ def document(clip: Clip, date: str) -> dict[str, Any]:
 
 
 def _vibration(clip: Clip) -> dict[str, Any]:
-    levels, gain = _normalised(clip.points())
+    tones = clip.bands()
+    levels, gain = _normalised(np.array([tone.levels for tone in tones]))
+    at = [round(at * TICKS_PER_S) for at in clip.times_s.tolist()]
+    bands = [
+        _tone(tone, at, points, KEYWORDS.get(clip.material))
+        for tone, points in zip(tones, levels, strict=True)
+    ]
+    description = "vibration of the palm, 1 is full scale"
+    return _perception(0, "Vibrotactile", description, bands, gain)
+
+
+def _tone(tone: Band, at: list[int], levels: list[float], keyword: str | None) -> dict[str, Any]:
     keyframes = [
         {
-            "relative_position": round(at * TICKS_PER_S),
+            "relative_position": tick,
             "amplitude_modulation": level,
-            "frequency_modulation": round(float(hertz)),
+            "frequency_modulation": round(hertz),
         }
-        for at, level, hertz in zip(clip.times_s.tolist(), levels, clip.frequency_hz, strict=True)
+        for tick, level, hertz in zip(at, levels, tone.frequency_hz.tolist(), strict=True)
     ]
-    band = {
+    return {
         "band_type": "VectorialWave",
-        "lower_frequency_limit": LOW_HZ,
-        "upper_frequency_limit": HIGH_HZ,
-        "effects": [_effect(keyframes, KEYWORDS.get(clip.material))],
+        "lower_frequency_limit": tone.low_hz,
+        "upper_frequency_limit": tone.high_hz,
+        "effects": [_effect(keyframes, keyword)],
     }
-    description = "vibration of the palm, 1 is full scale"
-    return _perception(0, "Vibrotactile", description, band, gain)
 
 
 def _temperature(clip: Clip) -> dict[str, Any]:
@@ -76,7 +85,7 @@ def _temperature(clip: Clip) -> dict[str, Any]:
     count = max(round(end_s / HEAT_STEP_S), 2)  # the decoder renders two keyframes as silence
     at_s = np.linspace(0.0, end_s, count + 1)
     plate_c = np.interp(at_s, heat.time_s, heat.setpoint_c)
-    levels, gain = _normalised((plate_c - NEUTRAL_C) / SPAN_C)
+    (levels,), gain = _normalised((plate_c - NEUTRAL_C)[None] / SPAN_C)
     keyframes = [
         {
             "relative_position": round(at * TICKS_PER_S),
@@ -93,15 +102,17 @@ def _temperature(clip: Clip) -> dict[str, Any]:
     }
     scale = f"{NEUTRAL_C:g} + {SPAN_C:g} x value"
     description = f"setpoint of the plate, degC = {scale}; value = keyframe x gain"
-    return _perception(1, "Temperature", description, band, gain)
+    return _perception(1, "Temperature", description, [band], gain)
 
 
-def _normalised(values: NDArray[np.float64]) -> tuple[list[float], float]:
-    """Return the values divided by their largest size, and that size: the gain, at least 0."""
-    peak = float(np.abs(values).max())
-    if peak == 0.0:
-        return [0.0] * values.size, 1.0
-    return [round(value, 4) for value in (values / peak).tolist()], peak
+def _normalised(values: NDArray[np.float64]) -> tuple[list[list[float]], float]:
+    """Return the values, (bands, points), divided by their largest size, and that size: the gain.
+
+    Where all are 0, the gain is 1.
+    """
+    peak = float(np.abs(values).max()) or 1.0
+    rows = (values / peak).tolist()
+    return [[round(value, 4) for value in row] for row in rows], peak
 
 
 def _effect(keyframes: list[dict[str, Any]], keyword: str | None) -> dict[str, Any]:
@@ -116,7 +127,7 @@ def _effect(keyframes: list[dict[str, Any]], keyword: str | None) -> dict[str, A
 
 
 def _perception(
-    number: int, modality: str, description: str, band: dict[str, Any], gain: float
+    number: int, modality: str, description: str, bands: list[dict[str, Any]], gain: float
 ) -> dict[str, Any]:
     return {
         "id": number,
@@ -134,7 +145,7 @@ def _perception(
                 "gain": gain,
                 "mixing_coefficient": 1.0,
                 "body_part_mask": _UNSPECIFIED,
-                "bands": [band],
+                "bands": bands,
             }
         ],
     }
