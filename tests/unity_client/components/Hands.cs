@@ -9,7 +9,7 @@ using Object = UnityEngine.Object;
 
 public static class Hands
 {
-    const double Seconds = 4.5;
+    const double Seconds = 5.5;
 
     public static void Run(string url, bool silentWithSpeaker)
     {
