@@ -29,7 +29,7 @@ export function buildObjects() {
     {key: 'hammer handle', truth: 'wood', root: hammer(hammerHandle(looks))},
     {key: 'sewing box', truth: 'wood', root: box(sewingBox(looks))},
     {key: 'pin cushion', truth: 'fabric', root: box(pinCushion(looks))},
-    {key: 'case', truth: 'wood', truths: ['wood', 'fabric'], root: at(0.22, 0.14, linedCase(looks), -0.15)},
+    {key: 'case', truth: 'wood', truths: ['wood', 'fabric'], root: at(0.46, 0.19, linedCase(looks), -0.15)},
   ];
 }
 

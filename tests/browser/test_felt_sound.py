@@ -56,4 +56,4 @@ def test_a_strike_is_heard_when_it_is_sent_and_nothing_after_a_stop(page: Any) -
     peaks = page.evaluate(RENDER)
     assert peaks["before"] == 0
     assert peaks["struck"] > 0.3
-    assert peaks["after"] == 0
+    assert peaks["after"] < 1e-4  # the filters of the sound voice ring on below -80 dB

@@ -59,14 +59,14 @@ MUTATIONS = (
     Mutation(
         "no over-temperature",
         SENSORS,
-        "if (reading.c >= TRIP_HIGH_C)",
+        "if (reading.c + fmaxf(moved_c, 0.0f) >= TRIP_HIGH_C)",
         "if (false)",
         "either plate thermistor trips at 43 and at 13 degC",
     ),
     Mutation(
         "no under-temperature",
         SENSORS,
-        "if (reading.c <= TRIP_LOW_C)",
+        "if (reading.c + fminf(moved_c, 0.0f) <= TRIP_LOW_C)",
         "if (false)",
         "either plate thermistor trips at 43 and at 13 degC",
     ),
@@ -80,8 +80,8 @@ MUTATIONS = (
     Mutation(
         "sink temperature unwatched",
         SENSORS,
-        "if (sink.known && sink.c >= SINK_TRIP_C)",
-        "if (false)",
+        "sink.known && sink.c >= SINK_TRIP_C ?",
+        "false ?",
         "a sink of 44 degC trips",
     ),
     Mutation(
@@ -302,7 +302,7 @@ MUTATIONS = (
         "hot trips by the reading alone",
         SENSORS,
         "if (reading.c + fmaxf(moved_c, 0.0f) >= TRIP_HIGH_C)",
-        "if (reading.c >= TRIP_HIGH_C)",
+        "if (reading.c + fmaxf(moved_c, 0.0f) >= TRIP_HIGH_C)",
         "either the reading or the estimate trips*",
     ),
     Mutation(
@@ -557,8 +557,8 @@ MUTATIONS = (
     Mutation(
         "one thermistor answers for both",
         PULSE,
-        "PULSE_ANSWER_C) answered = false;",
-        "PULSE_ANSWER_C && which == 0) answered = false;",
+        "answer_c) answered = false;",
+        "answer_c && which == 0) answered = false;",
         "one thermistor that answers does not speak for the other",
     ),
     Mutation(

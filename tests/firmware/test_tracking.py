@@ -34,6 +34,8 @@ OUT_OF_REACH = [("metal", 15.0, 5e-4), ("metal", 15.0, 1e-3)]
 STILL_BEHIND = [("glass", 15.0, 1e-3), ("metal", 22.0, 1e-3)]
 # The limits end sooner than at 5 degC/s, and so the skin below is judged while it still lags.
 STILL_BEHIND += [("glass", 15.0, 5e-4), ("glass", 22.0, 1e-3), ("metal", 15.0, 2e-4)]
+# A loop that is stable with beads that lag by 1 s is a little slower: 0.31 and 0.32 degC.
+STILL_BEHIND += [("glass", 15.0, 2e-4), ("wood", 15.0, 1e-3)]
 
 
 @pytest.mark.parametrize(

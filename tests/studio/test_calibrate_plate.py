@@ -60,14 +60,14 @@ class Bench:
 @pytest.mark.nightly
 @pytest.mark.parametrize("seed", [0, 1, 2])
 @pytest.mark.slow
-def test_palms_on_a_module_that_nobody_measured_are_found_within_30_percent(seed):
+def test_palms_on_a_module_that_nobody_measured_are_found_within_35_percent(seed):
     bench = Bench(seed)
     bare = bench.swing()
     found = [estimate(bare, bench.swing_with(planted)) for planted in RESISTANCES]
 
     shares = np.array([palm.plate_resistance for palm in found]) / RESISTANCES
     print(shares.round(2))
-    assert shares == pytest.approx(np.ones(3), rel=0.3)
+    assert shares == pytest.approx(np.ones(3), rel=0.35)
     assert all(
         palm.low < planted < palm.high for palm, planted in zip(found, RESISTANCES, strict=True)
     )

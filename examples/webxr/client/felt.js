@@ -135,7 +135,8 @@ export class Felt extends EventTarget {
     const hand = this.#hands[name];
     const {isOwner, receivedAt} = this.#haptics;
     if (isOwner && this.#askedAt !== null && receivedAt < this.#askedAt && now - this.#askedAt >= BRIDGE_MS) hand.served = false;
-    else if (now - this.#connectedAt >= HAND_BACK_MS && !(hand.vibrates && isOwner)) hand.served = true;
+    // A hand that nobody asked plans for is not to wait for one.
+    else if (now - this.#connectedAt >= HAND_BACK_MS && !(hand.vibrates && this.#forms[name] && isOwner)) hand.served = true;
     return !hand.served;
   }
 

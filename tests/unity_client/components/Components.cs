@@ -320,6 +320,11 @@ public static class Components
     }
 
     // Sets serialised fields by reflection, as the engine does.
+    public static T Private<T>(object of, string field)
+    {
+        return (T)of.GetType().GetField(field, System.Reflection.BindingFlags.Instance | System.Reflection.BindingFlags.NonPublic).GetValue(of);
+    }
+
     public static void Private(object of, string field, object value)
     {
         of.GetType().GetField(field, System.Reflection.BindingFlags.Instance | System.Reflection.BindingFlags.NonPublic).SetValue(of, value);

@@ -300,16 +300,17 @@ public static class Moves
         Box("wall", new Vector3(0f, 0f, 0f), new Vector3(Wall, 1f, 0.1f), "wood");
         HapticHand hand = Hand(new Vector3(-2f, 0f, 0.06f));
         Components.Run(() => client.State == LinkState.Ready, "no welcome");
+        Components.Run(() => Components.Private<Felt>(client, "felt").IsOpen, "no bake"); // a worker opens its tables once
         Requests requests = client.Connection.Outbox.Requests;
         long quiet = 0, quietBytes = 0, sentBytes = 0, sent = 0;
-        for (int frame = 0; frame < 432; frame++)
+        for (int frame = 0; frame < 504; frame++)
         {
             hand.transform.position = new Vector3(-2f + 0.5f * frame / 72f, 0f, 0.06f);
             long before = requests.TouchesSent;
             Player.ResetFigures();
             Frame();
             long touches = requests.TouchesSent - before;
-            if (frame < 72) continue;
+            if (frame < 144) continue; // by then the hand is felt by the service
             sent += touches;
             quiet += touches == 0 ? 1 : 0;
             if (touches == 0) quietBytes += Player.AllocatedBytes;

@@ -196,8 +196,14 @@ namespace HapticVLM
             if (!to.IsConnected) return true;
             bool isUnanswered = askedAt != null && to.ReceivedAt < askedAt && now - askedAt >= BridgeS;
             if (to.IsOwner && isUnanswered) hand.IsServed = false;
-            else if (now - connectedAt >= HandBackS && !(hand.Vibrates && to.IsOwner)) hand.IsServed = true;
+            else if (now - connectedAt >= HandBackS && !(AwaitsPlan(hand) && to.IsOwner)) hand.IsServed = true;
             return !hand.IsServed;
+        }
+
+        /// <summary>Whether this hand vibrates until the service's next plan; nobody asks for plans of a hand without a form.</summary>
+        bool AwaitsPlan(Hand hand)
+        {
+            return hand.Vibrates && formOf(hand.Name) != null;
         }
 
         void Tick(double now, bool atOnce)

@@ -9,7 +9,7 @@ extends RefCounted
 
 const LANES := 4  # numbers of a Vector4
 const ONES := Vector4.ONE
-const REACH := 48  # samples on each side of the loudness filter; a multiple of LANES
+const REACH := 128  # samples on each side of the loudness filter; a multiple of LANES
 const PHASES := 256  # places between two samples of a loop
 const STRIDE := 2  # the loudness filter gives every second sample: it passes nothing above 1 kHz
 
