@@ -67,7 +67,8 @@ def furnish(folder: Path) -> None:
     write_room(folder / "room.glb")
     write_room(folder / "scenes" / "room.glb")
     (folder / "scene.json").write_text(json.dumps(SCENE))
-    (folder / "stated.json").write_text(json.dumps({"oak_table": "wood"}))
+    stated = {"objects": [{"object_id": "oak_table", "material": "wood"}]}
+    (folder / "stated.json").write_text(json.dumps(stated))
     shutil.copy(ROOT / "examples" / "hapticvlm.toml", folder)
     with Image.open(frames[0]) as picture:
         for name in ("planks_basecolor.png", "atlas.png"):
