@@ -75,7 +75,7 @@ FeelForm = Literal["amplitude", "parametric"]
 """`amplitude`: one value every 12.5 ms, for actuators with a single frequency; `parametric`:
 amplitude and frequency every 5 ms, and transients."""
 Basis = Literal["material", "least_error", "expectation", "neutral"]
-"""`material`: the decided material is rendered; `least_error`: none is probable enough
+"""`material`: the decided material is rendered; `least_error`: none is probable enough,
 and the one that errs least on average is rendered (`felt`); `expectation`: the mean over all
 probable materials, if the service was started with `--feel graded`; `neutral`: nothing."""
 HelloRole = Literal["scene", "observer"]

@@ -793,7 +793,7 @@ export type SurfaceSource = "ambient" | "name" | "scene" | "sun";
 export type Limit = "current" | "dose" | "setpoint" | "sink" | "slew";
 
 /**
- * `material`: the decided material is rendered; `least_error`: none is probable enough and the one that errs least on average is rendered (`felt`); `expectation`: the mean over all probable materials, if the service was started with `--feel graded`; `neutral`: nothing.
+ * `material`: the decided material is rendered; `least_error`: none is probable enough, and the one that errs least on average is rendered (`felt`); `expectation`: the mean over all probable materials, if the service was started with `--feel graded`; `neutral`: nothing.
  */
 export type Basis = "expectation" | "least_error" | "material" | "neutral";
 

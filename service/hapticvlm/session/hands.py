@@ -185,8 +185,7 @@ def _is_near(touch: Touch) -> bool:
 
 def _is_certain(touch: Touch) -> bool:
     """Whether a near approach closes too fast to be the sway of a hand that hovers."""
-    is_measured = touch.distance_m is not None and touch.closing_mps is not None
-    return is_measured and (touch.closing_mps or 0.0) > CERTAIN_MPS
+    return touch.distance_m is not None and (touch.closing_mps or 0.0) > CERTAIN_MPS
 
 
 class Hands:
