@@ -167,6 +167,7 @@ public static class FeltRooms
             Component = new GameObject("speaker").AddComponent<FeltSpeaker>();
             MethodInfo method = typeof(FeltSpeaker).GetMethod("OnAudioFilterRead", BindingFlags.Instance | BindingFlags.NonPublic);
             read = (Action<float[], int>)Delegate.CreateDelegate(typeof(Action<float[], int>), Component, method);
+            read(data, 2); // the runtime may take memory to compile what is called for the first time
         }
 
         // Returns the largest sample of the next block.
