@@ -30,7 +30,7 @@ FETS_OHM = 0.15  # two switches of a driver that still works [assumption]
 # 15 min at 41.55 degC are 2 CEM43. Cold is as near the coldest setpoint, 18 degC, as the 1 % of two
 # thermistors lets it be: 2 A cool the skin by another 4 degC before a slow bead has felt it
 CUT_OUT_HOT_C, CUT_OUT_COLD_C = 41.5, 17.0  # [assumption]
-# Of its own thermistor: a build has to show 1.2 s at its first switch-on [assumption]
+# Of its own thermistor: a build has to show 1 s at its first switch-on [assumption]
 CUT_OUT_LAG_S = 1.5
 
 
@@ -55,8 +55,9 @@ class CutOut:
     `reads` converts the bead's temperature to the one its dividers represent.
     """
 
-    def __init__(self, plate_c: float) -> None:
+    def __init__(self, plate_c: float, lag_s: float = CUT_OUT_LAG_S) -> None:
         self._bead_c = plate_c
+        self._lag_s = lag_s
         self.is_open = False
         self.is_welded = (
             False  # its switching contact; force guidance then keeps the break contact open
@@ -65,7 +66,7 @@ class CutOut:
 
     def feel(self, plate_c: float, dt_s: float) -> None:
         """Let `dt_s` pass beside a plate at `plate_c`."""
-        self._bead_c += (plate_c - self._bead_c) * min(dt_s / CUT_OUT_LAG_S, 1.0)
+        self._bead_c += (plate_c - self._bead_c) * min(dt_s / self._lag_s, 1.0)
         if not self.is_welded and not CUT_OUT_COLD_C < self.reads(self._bead_c) < CUT_OUT_HOT_C:
             self.is_open = True
 

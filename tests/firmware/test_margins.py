@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from hapticvlm.devices.simulated.plant import RESISTANCE, SEEBECK, Module, Plant
 
 from .build import FIRMWARE
+from .hardware import CutOut, Driver
 
 STEP_S = 0.02
 DRIVER_RAD_S = 2.0 * math.pi * 64.0  # the filter of its control voltage
@@ -97,6 +98,36 @@ def test_a_board_that_was_not_told_its_lag_does_not_ring() -> None:
 
     print(min(margins))
     assert min(margins) >= 20.0
+
+
+FIRST_SWITCH_ON_LAG_S = 1.0  # of the cut-out's bead at most (README, step 6)
+
+
+@pytest.mark.parametrize("start_c", [18.0, 21.0, 26.0, 32.0])
+@pytest.mark.parametrize("face_j_per_k", [0.6, 1.0, 1.5])
+def test_a_shorted_bridge_leaves_a_pressed_palm_above_13_degrees(
+    face_j_per_k: float, start_c: float
+) -> None:
+    plant = Plant(
+        15.0, palm_resistance=5e-5, plate_c=32.0, module=Module(face_j_per_k=face_j_per_k)
+    )
+    current_a = 0.0
+    for _ in range(1200):  # a loop of no board, slow and steady
+        error_c = start_c - plant.plate_c
+        current_a = min(max(current_a + 0.03 * error_c, -2.0), 0.75)
+        plant.step(min(max(current_a + error_c, -2.0), 0.75), 0.05)
+    assert plant.plate_c == pytest.approx(start_c, abs=0.3)
+    cut_out, driver = CutOut(plant.plate_c, FIRST_SWITCH_ON_LAG_S), Driver(shorted=-1)
+    coldest_c = plant.skin_c
+    for _ in range(1500):
+        emf_v = SEEBECK * (plant.plate_c - plant.sink_c)
+        plant.step(0.0 if cut_out.is_open else driver.current_a(0.0, emf_v), 0.01)
+        cut_out.feel(plant.plate_c, 0.01)
+        coldest_c = min(coldest_c, plant.skin_c)
+
+    print(coldest_c)
+    assert cut_out.is_open
+    assert coldest_c >= 13.0
 
 
 def constant_ms(name: str) -> int:
