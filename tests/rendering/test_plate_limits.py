@@ -126,3 +126,32 @@ def test_a_plate_at_its_current_limit_is_named_when_nothing_else_is() -> None:
     assert limit(20.0, 20.0, 0.02, weak).limited_by == "current"
     assert limit(20.0, 20.0, 0.02, weak).setpoint_c == 20.0
     assert limit(20.0, 32.0, 0.02, weak).limited_by == "slew"
+
+
+@pytest.mark.parametrize(
+    ("plate_c", "at_full_current", "named"),
+    [
+        (27.0, True, "current"),
+        (25.5, True, "current"),
+        (25.3, True, "slew"),  # it follows
+        (27.0, False, "slew"),
+        (23.0, True, "slew"),  # it is ahead
+        (None, True, "slew"),
+    ],
+)
+def test_a_plate_that_full_current_leaves_behind_is_limited_by_the_current(
+    plate_c: float | None, at_full_current: bool, named: str
+) -> None:
+    falling = replace(CALM, plate_c=plate_c, setpoint_c=25.0, current_limited=at_full_current)
+
+    limited = limit(18.0, 25.0, 0.02, falling)
+
+    assert limited.limited_by == named
+    assert limited.setpoint_c == pytest.approx(24.84)
+
+
+def test_a_plate_that_full_current_leaves_behind_on_its_way_up_is_limited_by_the_current() -> None:
+    rising = replace(CALM, plate_c=33.0, setpoint_c=35.0, current_limited=True)
+
+    assert limit(38.0, 35.0, 0.02, rising).limited_by == "current"
+    assert limit(20.0, 35.0, 0.02, rising).limited_by == "slew"

@@ -38,6 +38,7 @@ PLATE_TRIP_HIGH_C = 43.0
 PLATE_TRIP_LOW_C = 13.0
 
 _SINK_WARM_C = 38.0  # from here to the trip the coldest setpoint rises to neutral; our choice
+_BEHIND_C = 0.4  # of a setpoint in motion: more than a sound loop's error; our choice
 _LONGEST_SLEW_S = 0.1  # a caller that was stalled must not get a jump of many degrees
 
 
@@ -111,13 +112,15 @@ def limit(
     """Return the setpoint to send now: as `settle`, then slewed from `previous_c`.
 
     `elapsed_s` is the time since `previous_c` (degC) was sent. `limited_by` names the limit that
-    decided the result, or None.
+    decided the result, or None. A plate at its current limit that cannot follow the slew is
+    limited by the current: it would be no faster if the setpoint moved faster.
     """
     settled = settle(unlimited_c, limits_of(reading))
     slewed_c = _slew(settled.setpoint_c, previous_c, elapsed_s)
-    if slewed_c != settled.setpoint_c:
-        return Limited(slewed_c, settled.unlimited_c, "slew")
-    return settled
+    if slewed_c == settled.setpoint_c:
+        return settled
+    is_behind = _is_behind(reading, towards=slewed_c - previous_c)
+    return Limited(slewed_c, settled.unlimited_c, "current" if is_behind else "slew")
 
 
 def settle(unlimited_c: float, limits: PlateLimits) -> Limited:
@@ -138,6 +141,13 @@ def settle(unlimited_c: float, limits: PlateLimits) -> Limited:
     if limited_by is None and limits.is_current_limited:
         limited_by = "current"
     return Limited(setpoint_c, banded.unlimited_c, limited_by)
+
+
+def _is_behind(reading: PlateReading, towards: float) -> bool:
+    """Return whether full current leaves the plate behind a setpoint that moves `towards`."""
+    if reading.plate_c is None or not reading.current_limited:
+        return False
+    return math.copysign(1.0, towards) * (reading.setpoint_c - reading.plate_c) > _BEHIND_C
 
 
 def sink_share(sink_c: float | None) -> float:
