@@ -46,6 +46,9 @@ func cases() -> Dictionary[String, Callable]:
 		"auto, none": _mode.bind("auto", false),
 		"baked, service": _mode.bind("baked", true),
 		"service, none": _mode.bind("service", false),
+		"heard with a service": _heard.bind("alive", false),
+		"heard after a freeze": _heard.bind("frozen", false),
+		"heard of a stop": _heard.bind("frozen", true),
 		"unknown": _unknown,
 		"materials": _materials,
 	}
@@ -199,6 +202,21 @@ func _mode(mode: String, has_service: bool) -> Dictionary:
 	_touch("contact", "stone")
 	_pass(300, _touch.bind("slide", "stone"))
 	return {"felt": _strongest(since) > 0.0, "by": _felt.by()}
+
+
+## Strikes glass once, and says what a speaker is told. `is_stopped`: the service stopped the other hand meanwhile.
+func _heard(state: String, is_stopped: bool) -> Array[String]:
+	_begin("auto")
+	var heard: Array[String] = []
+	_felt.touched.connect(func(fields: Dictionary, _at: float) -> void: heard.append(fields["phase"]))
+	_felt.stopped.connect(func() -> void: heard.append("stop"))
+	_pass(1500)
+	_state = state
+	_touch("contact", "glass")
+	if is_stopped:
+		_felt.serve({"hand": "left", "amplitude": [], "stopped": true})
+	_pass(140)
+	return heard
 
 
 func _unknown() -> String:

@@ -1,4 +1,4 @@
-"""The GDScript player of `feel.json` in a real engine beside the service: the same vibration."""
+"""The GDScript player of `feel.json` in a real engine: the service's vibration, and its sound."""
 
 from __future__ import annotations
 
@@ -12,10 +12,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from feel_parity import GOLDEN, deviations
 from godot_pack import pack, project_files
 from godot_scene import CHROMIUM, ENGINE, LLVMPIPE, PATIENCE_S, PROJECT, TEMPLATE
+from heard_parity import TOUCHES, assert_is_the_true_voice, true_voice
+from numpy.typing import NDArray
 from playwright.sync_api import sync_playwright
 from static_server import served
 
@@ -40,7 +43,12 @@ script = ExtResource("1")
 """
 
 
+AUDIBLE = ("--autoplay-policy=no-user-gesture-required",)  # else a page is silent until a click
 LONGEST_PLAN_MS = 4.0  # a frame of a headset is 11 ms
+LONGEST_SOUND_MS = 2.0  # of each frame
+SOUND_HZ = 8000
+FADED_S = 0.02
+STROKES = ("stroke", "baked again", "touched again")
 
 
 @dataclass(frozen=True)
@@ -50,6 +58,10 @@ class Played:
     cases: list[dict[str, Any]]
     plans_us: dict[str, list[float]]  # by interaction and form
     switched: dict[str, Any]  # what the motor was told while the service died and came back
+    heard: list[NDArray[np.float64]]  # the samples of TOUCHES
+    changed: dict[str, NDArray[np.float64]]  # of a stroke, half of them before the named change
+    speaker: dict[str, Any]  # what a HapticSpeaker put out in each phase
+    sounds_us: dict[str, list[float]]  # by interaction
 
 
 @pytest.fixture(scope="module")
@@ -103,6 +115,66 @@ def test_the_mode_says_which_of_the_two_is_felt(gdscript: Played) -> None:
     assert gdscript.switched["service, none"] == {"felt": False, "by": "service"}
 
 
+@pytest.mark.parametrize("touch", range(len(TOUCHES)))
+def test_a_touch_is_rendered_as_the_service_renders_it(gdscript: Played, touch: int) -> None:
+    assert_is_the_true_voice(true_voice(*TOUCHES[touch]), gdscript.heard[touch])
+
+
+@pytest.mark.parametrize("change", ["stop", "mute", "release"])
+def test_what_is_heard_of_a_stroke_fades_without_a_click(gdscript: Played, change: str) -> None:
+    wave = gdscript.changed[change]
+    begin = wave.size // 2
+    stroke, fade = wave[:begin], wave[begin - 1 :]
+    assert np.std(stroke) > 0.02
+    assert np.abs(np.diff(fade)).max() <= np.abs(np.diff(stroke)).max()
+    assert np.count_nonzero(fade[round(FADED_S * SOUND_HZ) :]) == 0
+
+
+def test_a_speaker_is_heard_while_the_bake_is_felt_and_says_why_else(gdscript: Played) -> None:
+    for phase in STROKES:
+        assert gdscript.speaker[phase]["peak"] > 0.05, phase
+        assert gdscript.speaker[phase]["silence"] == ""
+    assert gdscript.speaker["released"]["peak"] == 0
+    silent = {
+        "no autoload": "the autoload HapticVLM is missing: enable the plugin",
+        "no bake": "no feel.json: ",
+        "service": "the service is felt, and plays on its own speaker",
+        "stop": "stopped: release and touch again",
+        "enabled after a stop": "stopped: release and touch again",
+    }
+    for phase, reason in silent.items():
+        assert gdscript.speaker[phase]["peak"] == 0, phase
+        assert gdscript.speaker[phase]["silence"].startswith(reason), phase
+
+
+@pytest.mark.realtime
+def test_a_speaker_plays_a_stroke_without_gaps(gdscript: Played) -> None:
+    gaps = [
+        gdscript.speaker[phase]["gap_ms"] for phase in ("stroke", "baked again", "touched again")
+    ]
+    assert min(gaps) == 0, gaps  # longer ones say how busy the machine is
+
+
+@pytest.mark.realtime
+def test_the_sound_of_any_gesture_takes_a_sixth_of_a_frame(
+    gdscript: Played, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with capsys.disabled():
+        for kind, us in gdscript.sounds_us.items():
+            median, slow = np.percentile(us, [50, 99]) / 1000
+            print(f"\nms of a frame of sound, {kind}: median {median:.1f}, p99 {slow:.1f}", end="")
+    medians = {kind: statistics.median(us) / 1000 for kind, us in gdscript.sounds_us.items()}
+    assert max(medians.values()) <= LONGEST_SOUND_MS, medians
+
+
+def test_a_strike_that_the_service_swallowed_is_heard_but_not_after_a_stop(
+    gdscript: Played,
+) -> None:
+    assert gdscript.switched["heard with a service"] == ["contact"]
+    assert gdscript.switched["heard after a freeze"] == ["contact", "release", "contact"]
+    assert gdscript.switched["heard of a stop"] == ["contact", "stop"]
+
+
 def test_a_thing_that_no_bake_knows_is_named(gdscript: Played) -> None:
     assert "does not know `thing`: bake the scene" in gdscript.switched["unknown"]
 
@@ -123,7 +195,7 @@ def played(cases: list[dict[str, Any]]) -> Played:
         sync_playwright() as playwright,
     ):
         browser = playwright.chromium.launch(
-            executable_path=shutil.which(CHROMIUM), args=["--no-sandbox", *LLVMPIPE]
+            executable_path=shutil.which(CHROMIUM), args=["--no-sandbox", *LLVMPIPE, *AUDIBLE]
         )
         page = browser.new_page()
 
@@ -141,12 +213,19 @@ def played(cases: list[dict[str, Any]]) -> Played:
             page.wait_for_timeout(100)
         browser.close()
     assert complaints == [], complaints[:6]
-    played = [each["detail"] for each in said if each["what"] == "case"]
-    switched: dict[str, Any] = {}
+    details: dict[str, list[dict[str, Any]]] = {}
     for each in said:
-        if each["what"] == "switch":
-            switched |= each["detail"]
-    return Played(played, said[-1]["detail"]["plans_us"], switched)
+        details.setdefault(each["what"], []).append(each["detail"])
+    [done] = details["done"]
+    return Played(
+        cases=details["case"],
+        plans_us=done["plans_us"],
+        switched={name: told for one in details["switch"] for name, told in one.items()},
+        heard=[np.array(one["wave"]) for one in details["heard"]],
+        changed={one["name"]: np.array(one["wave"]) for one in details["change"]},
+        speaker=details["speaker"][0],
+        sounds_us=done["sounds_us"],
+    )
 
 
 def exported(folder: Path, cases: list[dict[str, Any]]) -> Path:
@@ -154,12 +233,14 @@ def exported(folder: Path, cases: list[dict[str, Any]]) -> Path:
     project = folder / "project"
     project.mkdir()
     shutil.copytree(ADDON, project / "addons" / "hapticvlm")
-    for script in ("play_feel.gd", "switch_feel.gd"):
+    for script in ("play_feel.gd", "switch_feel.gd", "hear_feel.gd"):
         shutil.copy(HERE / script, project)
     (project / "project.godot").write_text(SETTINGS)
     (project / "play.tscn").write_text(SCENE)
     files = project_files(project)
     files["addons/hapticvlm/feel.json"] = (ADDON / "feel.json").read_bytes()
+    asked = [true_voice(*touch) for touch in TOUCHES]
+    files["heard.json"] = json.dumps(asked).encode()
     files["cases.json"] = json.dumps(cases).encode()
     for name in ENGINE:
         os.link(TEMPLATE / name, folder / name)

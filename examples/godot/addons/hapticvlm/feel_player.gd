@@ -4,6 +4,8 @@ extends RefCounted
 ##
 ## Follows the rules of the service's hands: a touch lasts 250 ms unless it is renewed, and a stop
 ## holds a hand until its release and a new touch. Knows no clock: times are arguments, in s.
+##
+## It plans for a motor. With `sound_hz` above 0 it renders samples for an audio output instead.
 
 const VERSION := 1
 
@@ -17,11 +19,11 @@ var _hands := {}
 var _onsets := 0
 
 
-func _init(feel: Dictionary, surfaces: Callable) -> void:
+func _init(feel: Dictionary, surfaces: Callable, sound_hz := 0.0) -> void:
 	_feel = feel
 	surface_of = surfaces
 	for name: String in ["left", "right"]:
-		_hands[name] = Hand.new(feel)
+		_hands[name] = SoundHand.new(feel, sound_hz) if sound_hz > 0.0 else Hand.new(feel, feel.rules.plan.rate_hz)
 
 
 ## Opens the text of a `feel.json`; an empty dictionary, and an error in the log, if it is none.
@@ -65,10 +67,16 @@ func touch(fields: Dictionary, now: float) -> bool:
 
 ## Ends everything at once; a hand is felt again after its release and a new approach or contact.
 func stop() -> void:
-	for hand: Hand in _hands.values():
-		hand.is_held = true
-		hand.is_armed = false
-		hand.release()
+	for name: String in _hands:
+		hold(name)
+
+
+## Ends one hand at once, as `stop` does.
+func hold(name: String) -> void:
+	var hand: Hand = _hands[name]
+	hand.is_held = true
+	hand.is_armed = false
+	hand.release()
 
 
 ## Returns whether a stop keeps this hand silent.
@@ -82,6 +90,30 @@ func plan(name: String, form: String, now: float) -> Dictionary:
 	var hand: Hand = _hands[name]
 	hand.lapse(now)
 	return hand.plan(form, now, gain)
+
+
+## Returns whether `render` would give zeros until the next touch.
+func is_silent() -> bool:
+	return _hands.values().all(func(hand: SoundHand) -> bool: return hand.is_silent())
+
+
+## Fades a hand and keeps it silent, or lets its touches be heard from their next renewal.
+func mute(name: String, is_muted: bool) -> void:
+	var hand: SoundHand = _hands[name]
+	if is_muted and not hand.is_muted:
+		hand.rest()
+	hand.is_muted = is_muted
+
+
+## Returns the next samples of both hands, -1..1; `now` is the time of the first.
+func render(count: int, now: float) -> PackedFloat64Array:
+	var wave: PackedFloat64Array = _hands.left.render(count, now)
+	if _hands.right.is_silent():
+		return wave
+	var right: PackedFloat64Array = _hands.right.render(count, now)
+	for at in count:
+		wave[at] = clampf(wave[at] + right[at], -1.0, 1.0)
+	return wave
 
 
 func _play(hand: Hand, fields: Dictionary, onset: bool, now: float) -> void:
@@ -129,9 +161,9 @@ class Hand:
 	var _renewal: Variant = null
 	var _expires_at := -INF
 
-	func _init(feel: Dictionary) -> void:
+	func _init(feel: Dictionary, rate_hz: float) -> void:
 		_feel = feel
-		_voices = FeelVoices.new(feel, feel.rules.plan.rate_hz)
+		_voices = FeelVoices.new(feel, rate_hz)
 
 	func interaction_name() -> String:
 		if _slides and not _interaction in FeelVoices.TEXTURES:
@@ -233,3 +265,22 @@ class Hand:
 		if _renewal != null:
 			_voices.apply(_renewal)
 		_renewal = null
+
+
+## One hand whose touches are heard. What ends fades instead of a click.
+class SoundHand:
+	extends Hand
+	var is_muted := false
+
+	func is_silent() -> bool:
+		return _voices.is_silent()
+
+	func rest() -> void:
+		_voices.rest()
+
+	func apply(command: Dictionary, _now: float) -> void:
+		if not is_muted:
+			_voices.apply(command)
+
+	func render(count: int, now: float) -> PackedFloat64Array:
+		return _voices.render(count, now)

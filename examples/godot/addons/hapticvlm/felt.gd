@@ -6,6 +6,11 @@ extends RefCounted
 ## plan (100 ms) has ended. It hands a hand back when the service sends that hand its next plan. Knows no socket and no
 ## clock: times are arguments, in s.
 
+## A touch as the bake's player receives it, whoever is felt. One that is struck again is released first.
+signal touched(fields: Dictionary, now: float)
+## A stop, by this scene or by the service.
+signal stopped
+
 const BRIDGE_S := 0.06
 const PLAN_EVERY_S := 0.035  # with a plan of 100 ms, two are there for each moment
 const HAND_BACK_S := 1.0  # after which a service that stays silent means silence
@@ -22,6 +27,8 @@ var forms := {}
 var is_owner := false
 ## auto, service or baked; `select` changes it.
 var mode := "auto"
+## The opened `feel.json`; empty: there is none.
+var feel := {}
 
 var _player: FeelPlayer  # null: no feel.json
 var _objects := {}  # of materials.json
@@ -36,14 +43,17 @@ var _unknown := ""  # the touched object whose material nobody knows
 
 class Hand:
 	var is_served := false
+	var touches := false
 	var vibrates := false
 	var planned_at := -INF
 	var missed := {}  # the plan of an impact that the service has not played
+	var missed_touch := {}
 	var missed_at := -INF
 
 
 ## Takes the contents of `feel.json`, opened, and of `materials.json`; empty dictionaries: there is none.
-func open(feel: Dictionary, materials: Dictionary) -> void:
+func open(tables: Dictionary, materials: Dictionary) -> void:
+	feel = tables
 	_objects = materials.get("objects", {})
 	_player = null if feel.is_empty() else FeelPlayer.new(feel, surface_of)
 
@@ -70,11 +80,21 @@ func by() -> String:
 	return "baked" if (hands if vibrating.is_empty() else vibrating).any(_is_baked) else "service"
 
 
+## Returns whether this hand feels the bake.
+func is_baked(name: String) -> bool:
+	return _is_baked(_hands[name])
+
+
+## Returns whether a stop keeps this hand silent in the bake.
+func is_held(name: String) -> bool:
+	return _player != null and _player.is_held(name)
+
+
 ## Returns the reason why the bake is silent, in one sentence; empty if it is not.
 func silence() -> String:
 	if _player == null:
 		return "no feel.json: add *.json to the export's filter of files that are not resources"
-	if _hands.keys().any(_player.is_held):
+	if _hands.keys().any(func(name: String) -> bool: return _hands[name].touches and is_held(name)):
 		return "stopped: release and touch again"
 	if not _unknown.is_empty():
 		return "the bake does not know `%s`: bake the scene, or state a material" % _unknown
@@ -121,11 +141,14 @@ func touch(fields: Dictionary, now: float) -> bool:
 	if _player == null:
 		return is_sent
 	var hand: Hand = _hands[fields["hand"]]
+	hand.touches = fields["phase"] != "release"
 	var begins_impact := _player.touch(fields, now)
+	touched.emit(fields, now)
 	if fields["phase"] == "release":
 		hand.missed = {}
 	if begins_impact:
 		hand.missed = _plan(fields["hand"], now)
+		hand.missed_touch = fields
 		hand.missed_at = now
 	if _is_baked(hand):
 		if begins_impact:
@@ -141,9 +164,9 @@ func touch(fields: Dictionary, now: float) -> bool:
 func serve(vibration: Dictionary) -> bool:
 	var name: String = vibration["hand"]
 	if vibration.get("stopped", false) and _player != null:
-		_player.stop()
+		_stop_player()
 	var vibrates: bool = not vibration.get("amplitude", []).is_empty()
-	if mode == "baked" or (vibrates and _player != null and _player.is_held(name)):
+	if mode == "baked" or (vibrates and is_held(name)):
 		return false
 	_hands[name].is_served = true
 	_hands[name].missed = {}
@@ -155,9 +178,8 @@ func serve(vibration: Dictionary) -> bool:
 func stop() -> void:
 	if _player == null:
 		return
-	_player.stop()
+	_stop_player()
 	for name: String in _hands:
-		_hands[name].missed = {}
 		if _is_baked(_hands[name]) and forms.has(name):
 			_post(name, {"period_ms": 12.5, "amplitude": [], "frequency_hz": [], "transients": []}, true)
 
@@ -170,7 +192,7 @@ func step(now: float) -> void:
 		if _player == null or not _is_baked(hand):
 			continue
 		if not hand.missed.is_empty():
-			_post_missed(name, now)
+			_strike_again(name, now)
 		elif now - hand.planned_at >= PLAN_EVERY_S:
 			_post_plan(name, now)
 
@@ -200,6 +222,22 @@ func _change_over(hand: Hand, now: float) -> void:
 		hand.is_served = false
 	elif now - _connected_at >= HAND_BACK_S and not (hand.vibrates and is_owner):
 		hand.is_served = true
+
+
+func _stop_player() -> void:
+	_player.stop()
+	for hand: Hand in _hands.values():
+		hand.missed = {}
+	stopped.emit()
+
+
+## Strikes what the service did not play: for the motors, and as sound.
+func _strike_again(name: String, now: float) -> void:
+	var hand: Hand = _hands[name]
+	if now - hand.missed_at < LATEST_S:
+		touched.emit({"phase": "release", "hand": name}, now)
+		touched.emit(hand.missed_touch, now)
+	_post_missed(name, now)
 
 
 ## Posts the plan of an impact that the service did not play; it begins now.

@@ -44,7 +44,7 @@ static var current: HapticService
 ## Which of the two is felt now: service or baked.
 var by: String:
 	get:
-		return _felt.by()
+		return felt.by()
 ## Required when the service is on another machine. It is not stored in the project's files:
 ## set it in the environment variable HAPTICVLM_TOKEN or with `connect_to`.
 var token := OS.get_environment("HAPTICVLM_TOKEN")
@@ -52,7 +52,7 @@ var token := OS.get_environment("HAPTICVLM_TOKEN")
 var feels := {}:
 	set(value):
 		feels = value
-		_felt.forms = value
+		felt.forms = value
 		_ask_to_feel()
 ## Air temperature in the scene, degC; NAN: not stated.
 var ambient_c := NAN:
@@ -60,6 +60,8 @@ var ambient_c := NAN:
 		ambient_c = value
 		_registry.ambient_c = value
 var is_owner := false
+## The switch between service and bake, for nodes that play touches themselves.
+var felt := Felt.new()
 ## The newest decision for each object id, on whichever of its surfaces.
 var decisions := {}
 ## Numbers of dropped messages: touches without a link or a bake, frames replaced by a newer one.
@@ -70,7 +72,6 @@ var lost: Dictionary:
 var _link := Link.new()
 var _frames := FrameSlot.new(_link)
 var _textures := TextureMaps.new()
-var _felt := Felt.new()
 var _url := ""
 var _registry := SceneRegistry.new()
 var _lost_touches := 0
@@ -91,8 +92,8 @@ func _enter_tree() -> void:
 	_textures.send = _send_texture
 	_link.on_message = _receive
 	_link.on_lost = _lose
-	_felt.on_vibration = vibrated.emit
-	_felt.material_of = _registry.material_of
+	felt.on_vibration = vibrated.emit
+	felt.material_of = _registry.material_of
 	_set_mode(mode)
 
 
@@ -110,7 +111,7 @@ func _process(_delta: float) -> void:
 		_send_scene()
 	if _link.is_open:
 		_textures.step(Link.now_s())
-	_felt.step(Link.now_s())
+	felt.step(Link.now_s())
 
 
 ## Connects to the service at this address.
@@ -145,7 +146,7 @@ func touch(message: Dictionary) -> void:
 	sent["force_n"] = clampf(message.get("force_n", 0.0), 0.0, STRONGEST_N)
 	if message["phase"] == "release":
 		_is_stopped = false
-	if not _felt.touch(sent, Link.now_s()):
+	if not felt.touch(sent, Link.now_s()):
 		_lost_touches += int(not _plays_bake())
 		return
 	if not is_owner:
@@ -167,7 +168,7 @@ func stop(scope := "all") -> void:
 	if is_open():
 		_link.send("stop", {"scope": scope})
 	if scope != "peltier":
-		_felt.stop()
+		felt.stop()
 
 
 ## Requests the outputs. The service grants them if they are free or their owner is idle.
@@ -180,7 +181,7 @@ func take_outputs() -> void:
 ## Returns the reason why nothing is felt, in one sentence; empty if there is none.
 func silence() -> String:
 	if _plays_bake():
-		var reason := _felt.silence()
+		var reason := felt.silence()
 		return reason if _has_touched or not reason.is_empty() else NO_TOUCH
 	if not is_open():
 		var why := "" if _link.said.is_empty() else " (%s)" % _link.said
@@ -205,11 +206,11 @@ func _set_mode(value: String) -> void:
 	mode = value
 	if current != self:
 		return  # not in the tree yet
-	if mode != "service" and not _felt.has_bake():
+	if mode != "service" and not felt.has_bake():
 		_open_bake()
 	if mode != "baked" and _url.is_empty():
 		connect_to(Link.address(), token)
-	_felt.select(mode, Link.now_s())
+	felt.select(mode, Link.now_s())
 
 
 ## Opens the project's bake; the built-in materials where it has none.
@@ -221,16 +222,16 @@ func _open_bake() -> void:
 		materials = JSON.parse_string(FileAccess.get_file_as_string(folder.path_join("materials.json")))
 	feel = feel if FileAccess.file_exists(feel) else FEEL
 	if FileAccess.file_exists(feel):
-		_felt.open(FeelPlayer.open(FileAccess.get_file_as_string(feel)), materials if materials is Dictionary else {})
+		felt.open(FeelPlayer.open(FileAccess.get_file_as_string(feel)), materials if materials is Dictionary else {})
 
 
 func _plays_bake() -> bool:
-	return mode == "baked" or (_felt.has_bake() and _felt.by() == "baked")
+	return mode == "baked" or (felt.has_bake() and felt.by() == "baked")
 
 
 func _receive(message: Dictionary, asked: String) -> void:
 	_frames.hear(int(message.get("id", 0)))
-	_felt.hear(Link.now_s())
+	felt.hear(Link.now_s())
 	match message.get("type"):
 		"welcome":
 			_welcome(message)
@@ -240,11 +241,11 @@ func _receive(message: Dictionary, asked: String) -> void:
 			_hear_what_was_left_out(message)
 		"decision":
 			decisions[message.get("object_id", "")] = message
-			_felt.decide(message)
+			felt.decide(message)
 			decided.emit(message)
 		"vibration":
 			_is_stopped = message.get("stopped", false)
-			if _felt.serve(message):
+			if felt.serve(message):
 				vibrated.emit(message)
 		"textures":
 			_textures.want(message["hashes"])
@@ -264,7 +265,7 @@ func _welcome(message: Dictionary) -> void:
 	_scene_refusal = ""
 	_registry.materials = message["materials"]
 	_registry.restart()
-	_felt.connection_changed(true, Link.now_s())
+	felt.connection_changed(true, Link.now_s())
 	_send_scene()
 	_own(message["owner"])
 	opened.emit(message)
@@ -318,14 +319,14 @@ func _lose() -> void:
 	_frames.clear()
 	_own(false)
 	closed.emit()
-	_felt.connection_changed(false, Link.now_s())  # after `closed`, which ends the plans of the service
+	felt.connection_changed(false, Link.now_s())  # after `closed`, which ends the plans of the service
 
 
 func _own(value: bool) -> void:
 	if value == is_owner:
 		return
 	is_owner = value
-	_felt.is_owner = value
+	felt.is_owner = value
 	if is_owner:
 		_begin()
 	ownership_changed.emit(value)
