@@ -170,12 +170,13 @@ function stopped(hasService) {
   pass(one, 6000, () => touch(one, 'slide', 'stone')); // longer than until the next attempt to connect
   const isBack = one.felt.by === 'service';
   const held = strongest(one, since);
+  const silences = [one.felt.silence];
   touch(one, 'release', undefined);
   pass(one, 50);
   const again = now;
   touch(one, 'contact', 'stone');
   pass(one, 100);
-  return {held, isBack, again: strongest(one, again)};
+  return {held, isBack, again: strongest(one, again), silences: [...silences, one.felt.silence]};
 }
 
 /** An operator stops the service in the middle of a stroke, and then the service dies. */
@@ -189,6 +190,20 @@ function stoppedByAnother() {
   const since = now;
   change('dead');
   pass(one, 900, () => touch(one, 'slide', 'stone'));
+  return {held: strongest(one, since)};
+}
+
+/** The service swallows a strike, tells that the other hand was stopped, and dies. */
+function stoppedMeanwhile() {
+  const one = scene('auto');
+  pass(one, 1500);
+  change('frozen');
+  const since = now;
+  touch(one, 'contact', 'glass');
+  const stop = {type: 'vibration', id: 0, hand: 'left', period_ms: 12.5, amplitude: [], stopped: true};
+  for (const socket of service.sockets) socket.onmessage({data: encode(stop)});
+  change('dead');
+  pass(one, 140);
   return {held: strongest(one, since)};
 }
 
@@ -211,6 +226,7 @@ console.log(JSON.stringify({
   'stop with a service': stopped(true),
   'stop without one': stopped(false),
   'stop by another': stoppedByAnother(),
+  'stop of a missed strike': stoppedMeanwhile(),
   'auto, service': mode('auto', true),
   'auto, none': mode('auto', false),
   'baked, service': mode('baked', true),

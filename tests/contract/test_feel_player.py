@@ -132,9 +132,18 @@ def test_a_strike_is_played_whatever_the_service_does(felt: dict[str, Any]) -> N
 def test_nothing_is_felt_after_a_stop_though_the_other_one_takes_over(felt: dict[str, Any]) -> None:
     assert felt["stop without one"]["isBack"]  # the service that began after the stop was there
     assert felt["stop by another"]["held"] == 0
+    assert felt["stop of a missed strike"]["held"] == 0
     for case in ("stop with a service", "stop without one"):
         assert felt[case]["held"] == 0
         assert felt[case]["again"] > 0.5
+
+
+def test_a_stop_is_the_reason_for_silence_while_the_touching_hand_is_held(
+    felt: dict[str, Any],
+) -> None:
+    held, again = felt["stop with a service"]["silences"]
+    assert held == "outputs stopped: release and touch again"
+    assert again == ""  # though the hand that rests is still held
 
 
 def test_the_mode_says_which_of_the_two_is_felt(felt: dict[str, Any]) -> None:

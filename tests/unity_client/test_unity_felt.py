@@ -58,6 +58,8 @@ def test_nothing_is_felt_after_a_stop_whoever_takes_over_until_the_hand_lets_go(
     assert "stop with a service held 0.000 heard 0.000 again True" in switched
     assert "stop without a service held 0.000 heard 0.000 again True" in switched
     assert "stopped by another held 0.000 heard 0.000" in switched
+    assert "stop of a missed strike held 0.000 heard 0.000 stopped True" in switched
+    assert "touched again stopped False" in switched  # though the other hand is still held
 
 
 def test_each_mode_is_felt_from_what_it_names(switched):

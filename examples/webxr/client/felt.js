@@ -22,7 +22,7 @@ export class Felt extends EventTarget {
   #decided = new Map(); // materials that the service rendered, by object id and surface
   #mode;
   #forms = {};
-  #hands = Object.fromEntries(HANDS.map((name) => [name, {served: false, vibrates: false, plannedAt: -Infinity, missed: null}]));
+  #hands = Object.fromEntries(HANDS.map((name) => [name, {served: false, touches: false, vibrates: false, plannedAt: -Infinity, missed: null}]));
   #connectedAt = -Infinity;
   #askedAt = null; // time of the first touch that the service has not answered
   #timer = 0;
@@ -65,7 +65,7 @@ export class Felt extends EventTarget {
   /** The reason why nothing is felt, in one sentence; empty if there is none. */
   get silence() {
     if (this.by === 'service') return this.#haptics?.silence ?? 'this page has no service: choose `auto` or `baked`';
-    return HANDS.some((name) => this.#player.isHeld(name)) ? 'outputs stopped: release and touch again' : '';
+    return HANDS.some((name) => this.#hands[name].touches && this.#player.isHeld(name)) ? 'outputs stopped: release and touch again' : '';
   }
 
   /** Describes all objects of the scene, as `Haptics.scene`. */
@@ -90,6 +90,7 @@ export class Felt extends EventTarget {
   touch(touch) {
     const now = performance.now();
     const hand = this.#hands[touch.hand];
+    hand.touches = touch.phase !== 'release';
     if (this.#haptics?.isConnected && this.#mode !== 'baked') {
       const isAnswered = this.#askedAt === null || this.#haptics.receivedAt >= this.#askedAt;
       if (this.#haptics.isOwner && isAnswered) this.#askedAt = now;
@@ -115,9 +116,8 @@ export class Felt extends EventTarget {
   stop(scope = 'all') {
     this.#haptics?.stop(scope);
     if (scope === 'peltier') return;
-    this.#player.stop();
+    this.#stopPlayer();
     for (const name of HANDS) {
-      this.#hands[name].missed = null;
       if (this.#isBaked(name)) this.#post(name, {period_ms: 12.5, amplitude: [], frequency_hz: [], transients: []}, true);
     }
   }
@@ -154,7 +154,7 @@ export class Felt extends EventTarget {
    */
   #served(vibration) {
     if (this.#mode === 'baked') return;
-    if (vibration.stopped) this.#player.stop();
+    if (vibration.stopped) this.#stopPlayer();
     const vibrates = (vibration.amplitude?.length ?? 0) > 0;
     if (vibrates && this.#player.isHeld(vibration.hand)) return;
     const hand = this.#hands[vibration.hand];
@@ -162,6 +162,11 @@ export class Felt extends EventTarget {
     hand.missed = null;
     hand.vibrates = vibrates;
     this.dispatchEvent(new CustomEvent('vibration', {detail: vibration}));
+  }
+
+  #stopPlayer() {
+    this.#player.stop();
+    for (const hand of Object.values(this.#hands)) hand.missed = null;
   }
 
   #tick(atOnce = false) {

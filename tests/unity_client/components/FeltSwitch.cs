@@ -63,6 +63,7 @@ public sealed class FeltSwitch
         Stopped(true);
         Stopped(false);
         StoppedByAnother();
+        StoppedMeanwhile();
         Mode(FeltMode.Auto, true);
         Mode(FeltMode.Auto, false);
         Mode(FeltMode.Baked, true);
@@ -150,6 +151,25 @@ public sealed class FeltSwitch
         one.Change(State.Dead);
         one.Pass(0.9, () => one.Touch(Phase.Slide, "stone"));
         Components.Say("stopped by another held " + Text(one.Strongest(since)) + " heard " + Text(Loudest(one.sounds, since)));
+    }
+
+    // The service swallows a strike, tells that the other hand was stopped, and dies.
+    static void StoppedMeanwhile()
+    {
+        var one = new FeltSwitch(FeltMode.Auto);
+        one.Begin("glass");
+        one.Touch(Phase.Release, null);
+        one.Pass(0.3, null);
+        one.Change(State.Frozen);
+        double since = one.now;
+        one.Touch(Phase.Contact, "glass");
+        one.felt.Serve(new Vibration { Hand = HandName.Left, PeriodMs = 12.5, Stopped = true });
+        one.Change(State.Dead);
+        one.Pass(0.14, null);
+        Components.Say("stop of a missed strike held " + Text(one.Strongest(since)) + " heard " + Text(Loudest(one.sounds, since)) + " stopped " + one.felt.IsStopped);
+        one.Touch(Phase.Release, null);
+        one.Touch(Phase.Contact, "glass");
+        Components.Say("touched again stopped " + one.felt.IsStopped);
     }
 
     static void Mode(FeltMode mode, bool hasService)

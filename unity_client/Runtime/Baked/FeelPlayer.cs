@@ -95,12 +95,16 @@ namespace HapticVLM.Baked
         /// <summary>Ends everything at once; a hand is felt again after its release and a new approach or contact.</summary>
         public void Stop()
         {
-            foreach (Hand hand in hands.Values)
-            {
-                hand.IsHeld = true;
-                hand.IsArmed = false;
-                hand.Release();
-            }
+            foreach (string name in hands.Keys) Hold(name);
+        }
+
+        /// <summary>Ends one hand at once, as Stop does.</summary>
+        public void Hold(string name)
+        {
+            Hand hand = hands[name];
+            hand.IsHeld = true;
+            hand.IsArmed = false;
+            hand.Release();
         }
 
         /// <summary>Whether a stop keeps this hand silent.</summary>

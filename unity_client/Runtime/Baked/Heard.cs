@@ -58,6 +58,12 @@ namespace HapticVLM.Baked
             player.Stop();
         }
 
+        /// <summary>Ends one hand, as Stop does.</summary>
+        public void Hold(string hand)
+        {
+            player.Hold(hand);
+        }
+
         /// <summary>Returns the next samples, -1..1; `now` is the time of the first, s.</summary>
         public double[] Render(int count, double now)
         {

@@ -34,6 +34,7 @@ namespace HapticVLM
             public HandName Name;
             public string Word;
             public bool IsServed; // by the service
+            public bool Touches;
             public bool Vibrates;
             public double PlannedAt = double.NegativeInfinity;
             public FeltPlan Missed; // an impact that the service did not play
@@ -118,8 +119,14 @@ namespace HapticVLM
             return IsBaked(Of(hand), now);
         }
 
-        /// <summary>Whether a stop keeps a hand silent in the bake.</summary>
-        public bool IsHeld { get { return player != null && (player.IsHeld("left") || player.IsHeld("right")); } }
+        /// <summary>Whether a stop keeps a hand that touches silent in the bake.</summary>
+        public bool IsStopped { get { return hands[0].Touches && IsHeld(HandName.Left) || hands[1].Touches && IsHeld(HandName.Right); } }
+
+        /// <summary>Whether a stop keeps this hand silent in the bake, until its release and a new touch.</summary>
+        public bool IsHeld(HandName hand)
+        {
+            return player != null && player.IsHeld(Of(hand).Word);
+        }
 
         /// <summary>
         /// Receives a touch beside the service; call it with the time from before the touch was sent. Touch at 30 Hz or
@@ -132,6 +139,7 @@ namespace HapticVLM
             if (to.IsConnected && to.IsOwner && Mode != FeltMode.Baked && isAnswered) askedAt = now;
             if (player == null) return;
             Hand hand = Of(touch.Hand);
+            hand.Touches = touch.Phase != Phase.Release;
             FeltTouch played = PlayedTouch.Of(ref touch, surface);
             bool isOnset = player.Touch(played, now);
             if (Touched != null) Touched(hand.Name, played);
@@ -170,7 +178,6 @@ namespace HapticVLM
             StopPlayer();
             foreach (Hand hand in hands)
             {
-                hand.Missed = null;
                 if (IsBaked(hand, now)) Post(hand, new FeltPlan(), true);
             }
         }
@@ -220,6 +227,7 @@ namespace HapticVLM
         void StopPlayer()
         {
             if (player != null) player.Stop();
+            foreach (Hand hand in hands) hand.Missed = null;
             if (Stopped != null) Stopped();
         }
 

@@ -81,7 +81,10 @@ namespace HapticVLM
             rendered = voice;
             if (feel == null) return;
             heard = new Heard(feel, rate, voice);
-            if (felt.IsHeld) heard.Stop();
+            foreach (HandName hand in new[] { HandName.Left, HandName.Right })
+            {
+                if (felt.IsHeld(hand)) heard.Hold(Word(hand));
+            }
         }
 
         void Touch(HandName hand, FeltTouch touch)
@@ -98,7 +101,12 @@ namespace HapticVLM
 
         void Mute(HandName hand)
         {
-            heard.Mute(hand == HandName.Left ? "left" : "right", !felt.IsBaked(hand, Clock.Now));
+            heard.Mute(Word(hand), !felt.IsBaked(hand, Clock.Now));
+        }
+
+        static string Word(HandName hand)
+        {
+            return hand == HandName.Left ? "left" : "right";
         }
     }
 }

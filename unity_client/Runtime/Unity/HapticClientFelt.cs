@@ -57,7 +57,7 @@ namespace HapticVLM
             get
             {
                 if (unopened != null) return "the bake cannot be read: " + unopened.Message;
-                if (felt.IsHeld) return "outputs stopped: release and touch again";
+                if (felt.IsStopped) return "outputs stopped: release and touch again";
                 if (vibrationGain <= 0f) return "Vibration Gain of the Haptic Client is 0";
                 return unfelt == null ? null : "the bake has no material of '" + unfelt + "': choose GameObject > HapticVLM > Bake Scene, or set its material";
             }
