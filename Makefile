@@ -4,7 +4,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 CAPTURE := examples/captures/make
 
-.PHONY: demo fuzz test nightly unit check schemas hashes format pictures toolchains coverage clean
+.PHONY: demo fuzz test nightly unit check schemas hashes format pictures site toolchains coverage clean
 
 demo: $(VENV)/.demo
 	@$(BIN)/hapticvlm demo
@@ -64,6 +64,10 @@ fuzz: $(VENV)/.dev
 pictures: $(VENV)/.dev toolchains
 	$(BIN)/python -m hapticvlm_lab.bench.pictures $(NAMES)
 
+# The documents with a menu and a search, in build/site.
+site: $(if $(wildcard $(VENV)/.dev),$(VENV)/.dev,$(VENV)/.site)
+	$(BIN)/python .ci/site build/site
+
 coverage: $(VENV)/.dev
 	$(BIN)/python -m pytest --cov=hapticvlm --cov=hapticvlm_studio --cov-report=term
 
@@ -85,6 +89,11 @@ $(VENV)/.demo: pyproject.toml constraints.txt hashes.txt
 $(VENV)/.unit: pyproject.toml constraints.txt hashes.txt
 	@echo "What these tests need goes into $(VENV) and takes about 900 MB."
 	@$(PYTHON) .ci/environment $(VENV) unit
+	@touch $@ $(VENV)/.demo
+
+$(VENV)/.site: pyproject.toml constraints.txt hashes.txt
+	@echo "What builds the site goes into $(VENV) and takes about 400 MB."
+	@$(PYTHON) .ci/environment $(VENV) docs
 	@touch $@ $(VENV)/.demo
 
 $(VENV)/.dev: pyproject.toml constraints.txt hashes.txt

@@ -90,7 +90,7 @@ def add(commands: Commands) -> None:
         "--threads", type=int, default=1, metavar="N", help="CPU threads of one batch (%(default)s)"
     )
     replicas = app.add_argument_group("replicas, on Ray")
-    replicas.add_argument("--replicas", metavar="N|LEAST:MOST", help="number of replicas (1)")
+    replicas.add_argument("--replicas", metavar="N_OR_LEAST:MOST", help="number of replicas (1)")
     replicas.add_argument("--cpus", type=float, metavar="N", help="CPUs for each replica (1)")
     replicas.add_argument(
         "--gpus",

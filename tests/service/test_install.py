@@ -271,7 +271,7 @@ def test_the_metadata_says_licence_python_and_addresses_anyone_can_open(built):
     for address in said.get_all("Project-URL", []):
         assert re.fullmatch(r"[^,]+, https://[\w.-]+/\S*", address)
     ours = {"models", "lite2", "remote", "video", "studio", "fleet", "ray", "screen", "completion"}
-    assert set(said.get_all("Provides-Extra", [])) == ours | {"train", "unit", "dev"}
+    assert set(said.get_all("Provides-Extra", [])) == ours | {"train", "unit", "dev", "docs"}
 
 
 def test_the_source_archive_holds_what_is_needed_to_test_it_and_nothing_built(built):

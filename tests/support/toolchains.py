@@ -54,7 +54,7 @@ TOOLCHAINS: dict[str, tuple[Callable[[], bool], str]] = {
     "simavr": (_has_simavr, SYSTEM),
     **{name: (_module(name), DEV) for name in ("cv2", "playwright", "ray", "statsmodels")},
     **{name: (_module(name), DEV) for name in ("torch", "transformers", "uvicorn")},
-    **{name: (_module(name), DEV) for name in ("accelerate", "fastapi", "openai")},
+    **{name: (_module(name), DEV) for name in ("accelerate", "fastapi", "openai", "zensical")},
     "tkinter": (_module("tkinter"), "apt-get install python3-tk"),
     **{
         name: (_file(f"{folder}/node_modules/{path}"), f"npm ci --prefix {folder}")

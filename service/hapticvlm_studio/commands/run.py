@@ -60,7 +60,7 @@ def add(parts: Commands) -> None:
     )
     run.add_argument(
         "--participants",
-        metavar="N|CODES",
+        metavar="N_OR_CODES",
         help="number of participants, or their codes separated by commas; never use names (1)",
     )
     run.add_argument(
