@@ -1,7 +1,7 @@
-"""Draws the wiring of the maker's first two rungs, rung1.svg and rung2.svg: `python rungs.py`.
+"""Draws the wiring of the maker's rungs 1, 2 and 2b as rung*.svg: `python rungs.py`.
 
-Neither contains the plate, whose circuit is drawn by circuit.py. `--check` writes nothing and exits
-with 1 when a file is not current.
+Rung 2b shows how the parts of the plate join; circuit.py draws its circuit. `--check` writes
+nothing and exits with 1 when a file is not current.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ DIVIDERS = (("A0", "plate thermistor 1"), ("A1", "plate thermistor 2"), ("A2", "
 
 def main() -> int:
     """Write both files, or check them."""
-    made = {"rung1.svg": rung1(), "rung2.svg": rung2()}
+    made = {"rung1.svg": rung1(), "rung2.svg": rung2(), "rung2b.svg": rung2b()}
     if "--check" not in sys.argv[1:]:
         for name, text in made.items():
             (HERE / name).write_text(text, encoding="utf-8")
@@ -103,6 +103,49 @@ def rung2() -> str:
     return _svg(760, 495, body)
 
 
+def rung2b() -> str:
+    """Return the parts of the plate without a speaker, and the lines between them."""
+    body = [
+        _text(20, 30, "Step 2b: the plate, without a speaker", "bold", size=15),
+        *_box(20, 70, 110, 80, "computer", "USB"),
+        *_box(200, 60, 120, 100, "board", "Uno or Nano"),
+        *_box(410, 60, 130, 100, "driver", "MAX1968 kit"),
+        *_box(610, 60, 110, 100, "limiter", "D1, R13, R14"),
+        *_box(20, 250, 110, 70, "supply", "5 V, fuse 3 A"),
+        *_box(410, 250, 130, 70, "cut-out", "relay K1"),
+        f'<path d="M610 250H720V274H610Z" fill="{HOT}" stroke="{INK}"/>',
+        f'<path d="M610 274H720V330H610Z" fill="#d1d5db" stroke="{INK}"/>',
+        f'<path d="M620 250q4 -34 45 -34t45 34Z" fill="#f6d9c6" stroke="{INK}"/>',
+        _text(728, 238, "palm", "bold"),
+        _text(665, 267, "module", "bold", "middle", ink="white"),
+        _text(665, 306, "sink", "bold", "middle"),
+        _wire(130, 110, 200, 110),
+        _text(165, 101, "USB", anchor="middle"),
+        _wire(320, 90, 410, 90),
+        _text(365, 81, "D8 enable", anchor="middle"),
+        _wire(320, 120, 410, 120),
+        _text(365, 137, "D9 heat,", anchor="middle"),
+        _text(365, 152, "D10 cool", anchor="middle"),
+        _wire(540, 110, 610, 110),
+        _text(575, 101, "J1", anchor="middle"),
+        _line("M720 110H790V262H720"),
+        _text(784, 190, "leads", anchor="end"),
+        _wire(130, 285, 410, 285),
+        _text(232, 302, "supply of driver and module"),
+        _wire(490, 250, 490, 160),
+        _text(496, 210, "5 V, switched"),
+        _line("M410 265H300V160"),
+        _text(306, 210, "D7: relay released"),
+        _wire(540, 256, 610, 256),
+        _text(565, 247, "RT4", anchor="middle"),
+        _line("M610 268H585V360H220V160"),
+        _text(402, 353, "A0, A1: thermistors of the plate; A2: of the sink", anchor="middle"),
+        _text(20, 392, "The cut-out has its own thermistor, RT4, and obeys no program."),
+        _text(20, 409, "Grounds join at one point. Every value and pin is in wiring.md."),
+    ]
+    return _svg(850, 425, body)
+
+
 def _divider(y: int, pin: str, what: str) -> list[str]:
     """Draw 5V - 10 kohm - pin, and GND - 10 kohm from the same node."""
     found = [_text(180, y - 14, what, ink=SOFT), _dot(200, y), _wire(200, y, 200, y + 36)]
@@ -147,6 +190,10 @@ def _box(x: int, y: int, width: int, height: int, name: str, what: str) -> list[
 
 def _wire(x1: int, y1: int, x2: int, y2: int) -> str:
     return f'<path d="M{x1} {y1}L{x2} {y2}" stroke="{INK}"/>'
+
+
+def _line(path: str) -> str:
+    return f'<path d="{path}" stroke="{INK}"/>'
 
 
 def _dot(x: int, y: int) -> str:

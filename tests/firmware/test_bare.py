@@ -1,17 +1,24 @@
-"""The firmware on a board without a plate, as a maker can try it before buying one."""
+"""The firmware on a board without a plate, or with a pad in its place, as a maker may try it."""
 
 from __future__ import annotations
 
+import math
 import random
 
 import pytest
 
+from hapticvlm.devices.simulated.plant import Module, Plant
+
+from . import scenes
 from .board import Board
-from .hardware import PLATE_A, PLATE_B, SINK, SUPPLY_MV
+from .build import Chip
+from .hardware import PLATE_A, PLATE_B, SINK, SUPPLY_MV, Driver
 from .rawhost import RawHost
+from .scenes import Rig
 
 PORTB, LIGHT = 0x25, 1 << 5  # the LED marked L
 ROOM_MV = SUPPLY_MV / 2.0  # two 10 kohm resistors: a thermistor at 25 degC
+PAD_W = 2.0
 MISSING = {"PLATE_A_OPEN", "PLATE_B_OPEN", "SINK_OPEN"}
 
 
@@ -34,6 +41,18 @@ def reads(board: Board, millivolts: float) -> None:
     """Replace the thermistors by three fixed resistors."""
     for channel in (PLATE_A, PLATE_B, SINK):
         board.sensors[channel] = lambda _: millivolts
+
+
+class Pad(Driver):
+    """A transistor and a heating pad: its heat is the duty's share of PAD_W, and it cannot cool."""
+
+    def current_a(self, duty: float, emf_v: float = 0.0) -> float:
+        del emf_v  # a resistor has no voltage of its own
+        return math.sqrt(2.0 * PAD_W * max(duty, 0.0) / PAD.resistance)
+
+
+# No Peltier effect; half of I^2 R reaches the face, and 0.02 W/K are lost to the room.
+PAD = Module(seebeck=1e-9, resistance=2.0, conductance=0.02)
 
 
 @pytest.fixture
@@ -99,6 +118,26 @@ def test_a_wire_that_moves_during_a_touch_is_named(stand_in: RawHost) -> None:
     stand_in.board.sensors[PLATE_A] = lambda _: SUPPLY_MV  # A0's lower resistor
     stand_in.advance(0.3)
     assert "PLATE_A_OPEN" in stand_in.state().faults
+
+
+@pytest.mark.parametrize("material", ["wood", "metal"])
+def test_a_heating_pad_in_place_of_the_module_is_switched_off_when_a_touch_needs_cooling(
+    chip: Chip, material: str
+) -> None:
+    board = chip.board()
+    board.plant = Plant(board.ambient_c, sink_k_per_w=0.01, module=PAD)
+    board.driver = Pad()
+    rig = Rig(board)
+    try:
+        assert rig.live(5.0)[-1].reading.faults == ()
+        rig.course = rig.course.touch(
+            scenes.contact(material, board.ambient_c), material, board.now
+        )
+        assert rig.live(2.0)[-1].reading.faults == ("runaway",)
+        assert not board.is_driven
+    finally:
+        rig.close()
+        board.close()
 
 
 def test_the_light_is_steady_while_the_bridge_is_driven_and_dark_after_it(host: RawHost) -> None:

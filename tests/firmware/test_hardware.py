@@ -42,7 +42,7 @@ def test_the_drawing_and_the_wiring_are_those_of_the_parts() -> None:
     assert subprocess.run(command, check=False).returncode == 0
 
 
-def test_the_pictures_of_the_first_rungs_are_current_and_name_the_pins_of_the_protocol() -> None:
+def test_the_pictures_of_the_rungs_are_current_and_have_the_names_of_the_circuit() -> None:
     command = [sys.executable, str(HARDWARE / "rungs.py"), "--check"]
     pins = (FIRMWARE / "PROTOCOL.md").read_text().split("## Pins")[1]
 
@@ -52,6 +52,11 @@ def test_the_pictures_of_the_first_rungs_are_current_and_name_the_pins_of_the_pr
         assert words in row
     assert "(A0, A1) | plate thermistors" in pins
     assert "(D13, the LED marked L)" in pins
+    drawn = set(re.findall(r"\b(?:[ADJKR]|RT)\d+\b", (HARDWARE / "rung2b.svg").read_text()))
+    board = parts.BY_NAME["U1"].pins.keys()
+    assert {"D7", "D8", "D9", "D10", "A0", "A1", "A2"} == drawn & board
+    assert {"D1", "R13", "R14", "J1", "K1", "RT4"} == drawn - board
+    assert drawn - board <= parts.BY_NAME.keys()
 
 
 def test_no_net_ends_at_a_single_pin() -> None:
