@@ -14,6 +14,7 @@ from serving import endpoint, says, sends
 
 from hapticvlm.vlm.contract import VlmSettings
 from hapticvlm.vlm.remote import RemoteVlm
+from hapticvlm_studio.commands.evaluate_ambient import print_outcome
 from hapticvlm_studio.evaluation.asking import Answered, by_vlm
 from hapticvlm_studio.evaluation.grades import figures, grade
 from hapticvlm_studio.evaluation.pictures import (
@@ -197,6 +198,26 @@ def test_a_remote_model_is_graded_and_drawn(labelled: Path, tmp_path: Path) -> N
     for path in figures["files"]:
         assert Path(path).stat().st_size > 5000
     assert {Path(path).suffix for path in figures["files"]} == {".png", ".svg"}
+
+
+def test_an_error_is_said_to_be_lower_or_higher_and_a_missing_answer_why(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    truths = (20.0, 21.0, 22.0, 23.0)
+    for said, side in ((truths, "lower"), ((50.0, 51.0, 52.0, None), "higher")):
+        print_outcome(grade(answered(truths, said)), "vlm", ())
+        verdict = capsys.readouterr().out.splitlines()[-2]
+        assert f" degC {side} [" in verdict
+        assert " -" not in verdict
+    assert verdict.endswith("1 of 4 not answered, the last: down")
+
+
+def test_a_method_that_answers_nothing_ends_with_the_reason(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    print_outcome(grade(answered((20.0, 21.0), (None, None))), "vlm", ())
+    ending = "answered nothing; 2 of 2 not answered, the last: down"
+    assert capsys.readouterr().out.splitlines()[-1].endswith(ending)
 
 
 def test_an_endpoint_that_fails_once_is_waited_for(labelled: Path) -> None:

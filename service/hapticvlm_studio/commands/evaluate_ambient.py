@@ -94,14 +94,17 @@ def _percent(rate: Share) -> str:
 
 def _verdict(outcome: Outcome, method: str) -> str:
     asked = len(outcome.answers)
-    answered = outcome.score.n if outcome.score else 0
-    missing = f"; {asked - answered} of {asked} not answered" if answered < asked else ""
+    reasons = [answer.why_not for answer in outcome.answers if answer.guess is None]
+    missing = (
+        f"; {len(reasons)} of {asked} not answered, the last: {reasons[-1]}" if reasons else ""
+    )
     if outcome.gain_c is None:
         return f"\n{method} answered nothing{missing}"
     value, low, high = outcome.gain_c
     worth = "is better than" if low > 0 else "is worse than" if high < 0 else "does not differ from"
-    side = f"its error is lower by {value:.1f} degC [{low:.1f}, {high:.1f}]"
+    side = f"its error is {abs(value):.1f} degC {'lower' if value >= 0 else 'higher'}"
+    ends = f"[{low:.1f}, {high:.1f}]" if value >= 0 else f"[{-high:.1f}, {-low:.1f}]"
     return (
-        f"\n{method} {worth} the best constant guess ({outcome.best}): {side}{missing}\n"
+        f"\n{method} {worth} the best constant guess ({outcome.best}): {side} {ends}{missing}\n"
         f"Brackets: 95 % intervals. A stated interval should contain {100 * COVERAGE:.0f} %."
     )
