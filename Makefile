@@ -17,7 +17,7 @@ test: $(VENV)/.dev toolchains
 	@echo "About 5,400 tests follow: some ten minutes on two cores. \`make nightly\` runs the rest."
 	$(BIN)/python .ci/tests test
 
-nightly: $(VENV)/.dev toolchains
+nightly: $(VENV)/.dev toolchains build/chat-servers/.done
 	@echo "About 1,300 long tests follow: some twenty minutes on two cores."
 	$(BIN)/python .ci/tests nightly
 
@@ -101,6 +101,13 @@ $(VENV)/.dev: pyproject.toml constraints.txt hashes.txt
 	@echo "compilers are looked for, and installed by apt-get where that may be done."
 	@$(PYTHON) .ci/environment $(VENV) dev
 	@touch $@ $(VENV)/.demo
+
+# Chat servers that others wrote, in an environment of their own: they pin what ours does not.
+build/chat-servers/.done: tests/vlm/foreign_servers.txt
+	@echo "Chat servers for long tests go into build/chat-servers and take about 800 MB."
+	@$(PYTHON) -m venv build/chat-servers
+	@build/chat-servers/bin/pip install --quiet --only-binary :all: -r $< && touch $@ \
+	|| echo "not installed: the tests that need them are skipped and say so"
 
 clean:
 	rm -rf $(VENV) demo-output build dist .mypy_cache .ruff_cache .pytest_cache .import_linter_cache

@@ -55,6 +55,7 @@ TOOLCHAINS: dict[str, tuple[Callable[[], bool], str]] = {
     **{name: (_module(name), DEV) for name in ("cv2", "playwright", "ray", "statsmodels")},
     **{name: (_module(name), DEV) for name in ("torch", "transformers", "uvicorn")},
     **{name: (_module(name), DEV) for name in ("accelerate", "fastapi", "openai", "zensical")},
+    "litellm": (_file("build/chat-servers/.done"), "make build/chat-servers/.done"),
     "tkinter": (_module("tkinter"), "apt-get install python3-tk"),
     **{
         name: (_file(f"{folder}/node_modules/{path}"), f"npm ci --prefix {folder}")
