@@ -22,10 +22,13 @@ from dashboard_scene import AXE, PATIENCE_MS, WATCH_POLICY
 from grounds import GROUNDS, drawn
 from PIL import Image
 from playwright.sync_api import Browser, Page, ViewportSize, expect
+from profiles import profile_with_red_and_green_swapped
 
 import hapticvlm
 from hapticvlm.client.local_service import Service, running
 from hapticvlm.vision import plain_ground
+from hapticvlm.vision.bars import content_box
+from hapticvlm.vision.files import read_frame
 
 pytestmark = pytest.mark.browser
 NOTHING = "—"
@@ -47,6 +50,23 @@ OUTLINE = """async ([data, width, height]) => {
   const pixels = Uint8ClampedArray.from(atob(data), (letter) => letter.charCodeAt(0));
   const thing = outline(pixels, width, height);
   return thing && [...thing];
+}"""
+
+CONTENT_BOX = """async ([data, width, height]) => {
+  const { contentBox } = await import("./try.bars.js");
+  const pixels = Uint8ClampedArray.from(atob(data), (letter) => letter.charCodeAt(0));
+  const box = contentBox(pixels, width, height);
+  return box && [box.left, box.top, box.right, box.bottom];
+}"""
+
+# The mean of each channel of the picture that is sent, and its size.
+SENT = """() => {
+  const canvas = document.getElementById("picture");
+  const { width, height } = canvas;
+  const { data } = canvas.getContext("2d").getImageData(0, 0, width, height);
+  const mean = [0, 0, 0, 0];
+  data.forEach((level, at) => mean[at % 4] += level / (width * height));
+  return { mean: mean.slice(0, 3), width, height };
 }"""
 
 # All that the service sends of what its speaker plays.
@@ -203,6 +223,46 @@ def test_the_page_outlines_what_the_service_outlines(browser, service):
             there = page.evaluate(OUTLINE, [pixels, *small.size])
             here = plain_ground.outline(np.asarray(small))
             assert there == (None if here is None else here.astype(int).ravel().tolist()), name
+
+
+def conventions() -> dict[str, Image.Image]:
+    """A smooth picture as files state it otherwise: with bars, alpha and a profile of its own."""
+    levels = np.mgrid[0:120, 0:160].sum(axis=0) % 200
+    image = Image.fromarray(np.stack([levels + 30, levels, 255 - levels], 2).astype(np.uint8))
+    barred, cut, profiled = Image.new("RGB", (160, 220)), image.copy(), image.copy()
+    profiled.info["icc_profile"] = profile_with_red_and_green_swapped()
+    barred.paste(image, (0, 50))
+    pillars = Image.new("RGB", (260, 120), (40, 40, 40))
+    pillars.paste(image, (50, 0))
+    clear, half = image.copy(), image.copy()
+    clear.putalpha(0)
+    half.putalpha(Image.fromarray(np.where(levels < 100, 255, 0).astype(np.uint8)))
+    cut.paste((0, 0, 0), (0, 0, 160, 40))  # a bar on one side is part of the picture
+    barless = {"plain": image, "one bar": cut, "profile": profiled}
+    return {"bars": barred, "pillars": pillars, "alpha of 0": clear, "alpha": half} | barless
+
+
+def test_bars_alpha_and_profile_of_a_picture_count_as_recognise_counts_them(
+    browser, service, tmp_path
+):
+    with visit(browser, service) as page:
+        expect(page.locator("#pane")).to_have_attribute("data-picture", "1")
+        for name, image in conventions().items():
+            rgb = image.convert("RGBA")
+            asked = [base64.b64encode(rgb.tobytes()).decode(), *rgb.size]
+            box = content_box(np.asarray(rgb.convert("RGB")))
+            assert page.evaluate(CONTENT_BOX, asked) == (None if box is None else list(box)), name
+
+            file = tmp_path / f"{name}.png"
+            image.save(file)
+            frame = read_frame(file)
+            pixels = np.frombuffer(frame.image, np.uint8).reshape(-1, 3)
+            before = str(page.locator("#pane").get_attribute("data-picture"))
+            page.locator("#file").set_input_files(str(file))
+            expect(page.locator("#pane")).not_to_have_attribute("data-picture", before)
+            sent = page.evaluate(SENT)
+            assert (sent["width"], sent["height"]) == (frame.width, frame.height), name
+            assert sent["mean"] == pytest.approx(pixels.mean(axis=0), abs=2.0), name
 
 
 @pytest.mark.nightly

@@ -7,7 +7,8 @@ import msgspec
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from PIL import Image, ImageCms
+from PIL import Image
+from profiles import profile_with_red_and_green_swapped
 
 from hapticvlm.messages import MAX_SIDE_PX
 from hapticvlm.vision import pictures
@@ -344,23 +345,6 @@ def test_a_masked_picture_and_a_texture_keep_their_bars(tmp_path: Path) -> None:
 
     assert read_frame(path, np.ones((260, 320), np.bool_)).height == 260
     assert decode_frame(path.read_bytes(), path).height == 260
-
-
-def profile_with_red_and_green_swapped() -> bytes:
-    """An sRGB profile whose first two primaries are swapped and that has another name."""
-    data = bytearray(ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes())
-    count = int.from_bytes(data[128:132], "big")
-    at = {bytes(data[132 + 12 * n : 136 + 12 * n]): 132 + 12 * n for n in range(count)}
-    red, green = at[b"rXYZ"], at[b"gXYZ"]
-    data[red + 4 : red + 12], data[green + 4 : green + 12] = (
-        data[green + 4 : green + 12],
-        data[red + 4 : red + 12],
-    )
-    return (
-        bytes(data)
-        .replace(b"s\0R\0G\0B", b"o\0t\0h\0r")
-        .replace(b"sRGB built-in", b"othr built-in")
-    )
 
 
 @pytest.mark.parametrize("suffix", ["png", "jpg"])

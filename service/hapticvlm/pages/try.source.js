@@ -3,6 +3,7 @@
 // `onPicture` receives each new picture: {number, canvas, jpeg, live, thing}; `thing` is the outline of what lies on a
 // plain ground in a still picture, or null. A live source is read ten times a second, and an unchanged picture is not passed on.
 import { byId, make, setText } from "./dom.js";
+import { contentBox } from "./try.bars.js";
 import { outlined } from "./try.outline.js";
 
 const LONGEST_PX = 1024; // longest side of a sent picture; more would not help the encoder
@@ -10,6 +11,9 @@ const QUALITY = 0.9;
 const LOOK_MS = 100;
 const SMALL = 24; // px per side of the copy for comparison
 const CHANGED = 5; // mean difference in grey levels above which a picture is new, above camera noise
+const GROUND = "rgb(127 127 127)"; // behind what is transparent
+const OPAQUE = 128; // alpha
+const SHOWN = 0.01; // least share of opaque pixels; with fewer the alpha does not count
 const SAMPLES = { table: "a table with eight objects", carafe: "a glass carafe", cloth: "folded cloth", kettle: "a steel kettle" };
 
 const OPENING = "table";
@@ -67,7 +71,7 @@ export async function open(file) {
   wanted++;
   end();
   try {
-    give(await createImageBitmap(file), false);
+    give(await decoded(file), false);
     setText(byId("told"), "");
   } catch {
     setText(byId("told"), `${file.name || "The file"} is not a picture that this browser can read: use a JPEG, PNG or WebP.`);
@@ -121,12 +125,68 @@ function hasChanged() {
   return isOther;
 }
 
+// Returns a file's picture with the colours of its profile, by the rule of vision/files.py for alpha.
+async function decoded(file) {
+  const picture = await createImageBitmap(file);
+  return isShown(picture) ? picture : ((await withoutAlpha(file, picture)) ?? picture);
+}
+
+// Returns the colours of an engine's screenshot, whose alpha is not what is seen; null without WebGL. A 2D canvas keeps
+// no colour where the alpha is 0, a texture does.
+async function withoutAlpha(file, { width, height }) {
+  const { width: resizeWidth, height: resizeHeight } = scaledSize(width, height);
+  const gl = new OffscreenCanvas(1, 1).getContext("webgl");
+  if (!gl) return null;
+  const source = await createImageBitmap(file, { premultiplyAlpha: "none", resizeWidth, resizeHeight });
+  gl.bindTexture(gl.TEXTURE_2D, gl.createTexture());
+  gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, gl.RGBA, gl.UNSIGNED_BYTE, source);
+  gl.bindFramebuffer(gl.FRAMEBUFFER, gl.createFramebuffer());
+  gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, gl.getParameter(gl.TEXTURE_BINDING_2D), 0);
+  const pixels = new ImageData(resizeWidth, resizeHeight);
+  gl.readPixels(0, 0, resizeWidth, resizeHeight, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(pixels.data.buffer));
+  for (let at = 3; at < pixels.data.length; at += 4) pixels.data[at] = 255;
+  return createImageBitmap(pixels);
+}
+
+function scaledSize(width, height) {
+  const scale = Math.min(1, LONGEST_PX / Math.max(width, height));
+  return { width: Math.max(1, Math.round(width * scale)), height: Math.max(1, Math.round(height * scale)) };
+}
+
+function isShown(picture) {
+  const { data } = pixelsOf(scaled(picture));
+  let opaque = 0;
+  for (let at = 3; at < data.length; at += 4) opaque += data[at] >= OPAQUE;
+  return opaque >= SHOWN * (data.length / 4);
+}
+
+function scaled(image, ground = null) {
+  const canvas = make("canvas", "", scaledSize(image.videoWidth ?? image.width, image.videoHeight ?? image.height));
+  const context = canvas.getContext("2d");
+  if (ground) {
+    context.fillStyle = ground;
+    context.fillRect(0, 0, canvas.width, canvas.height);
+  }
+  context.drawImage(image, 0, 0, canvas.width, canvas.height);
+  return canvas;
+}
+
+function pixelsOf(canvas) {
+  return canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+}
+
+// Returns a canvas without its bars, or the canvas itself.
+function withoutBars(canvas) {
+  const box = contentBox(pixelsOf(canvas).data, canvas.width, canvas.height);
+  if (!box) return canvas;
+  const content = make("canvas", "", { width: box.right - box.left, height: box.bottom - box.top });
+  content.getContext("2d").drawImage(canvas, -box.left, -box.top);
+  return content;
+}
+
 async function give(image, live) {
-  const wide = image.videoWidth ?? image.width;
-  const high = image.videoHeight ?? image.height;
-  const scale = Math.min(1, LONGEST_PX / Math.max(wide, high));
-  const canvas = make("canvas", "", { width: Math.max(1, Math.round(wide * scale)), height: Math.max(1, Math.round(high * scale)) });
-  canvas.getContext("2d").drawImage(image, 0, 0, canvas.width, canvas.height);
+  const whole = scaled(image, GROUND);
+  const canvas = live ? whole : withoutBars(whole);
   const mine = ++number;
   const blob = await new Promise((resolve) => canvas.toBlob(resolve, "image/jpeg", QUALITY));
   const jpeg = new Uint8Array(await blob.arrayBuffer());
