@@ -52,6 +52,10 @@ RECIPES: Mapping[str, Recipe] = {
     "chart-vibration.png": _command("chart-vibration.png", "chart", "vibration"),
     "chart-safety.png": _command("chart-safety.png", "chart", "safety"),
     "stability-material.png": _command("stability-material-approach.png", "stability", "material"),
+    "stability-conventions.png": _command(
+        "stability-conventions.png",
+        *("stability", "conventions", str(SIBLING / "report_web"), "--limit", "200"),
+    ),
     "stability-latency.png": _command("stability-latency.png", "stability", "latency"),
     "observer-ours.png": _command("observer-ours.png", "study", "predict", "--guesses", "0"),
     "observer-paper.png": _command("observer-paper.png", "study", "predict", "--guesses", "0"),
