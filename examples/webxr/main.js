@@ -1,12 +1,14 @@
 /** Combines the parts of the example: scene, hands, frames, the service, and the display and sound of touches. */
 import * as THREE from 'three';
 import {Felt, Haptics, Pulses, Textures, openFeel, surfacesOf} from 'hapticvlm';
+import {copyAddress} from '../../dom.js';
 import {offerSound, startWithTouch} from '../../hear.js';
 import {Surface} from '../captures/make/page/collision.js';
 import {pointingHand} from './bodies.js';
 import {Drawing} from './drawing.js';
 import {FrameCamera} from './frames.js';
 import {Hands} from './hands.js';
+import {readMoment, writeMoment} from './moments.js';
 import {buildObjects, makeGlass} from './objects.js';
 import {Board, explain, write} from './panel.js';
 import {Pointer} from './pointer.js';
@@ -77,6 +79,7 @@ let devices = null; // the output devices of the service
 let mode = 'ids';
 let last = null; // the object touched last
 let lastSurface = 0;
+let moment = null; // of the newest touch, or of the address
 export let plate = null; // the newest telemetry
 let steppedAt = 0;
 let shownAt = 0;
@@ -114,14 +117,65 @@ function touched({surface: index, ...fields}, object, point) {
   const decision = decisionOn(object, surface);
   if ((object !== last || surface !== lastSurface) && decision) announce(object, decision);
   [last, lastSurface] = [object, surface];
+  remember(fields, object, index);
   const touch = {...fields, object_id: object.object_id, ...(surface > 0 && {surface})};
   felt.touch(touch);
   stream.touch(touch, felt.surfaceOf(touch));
-  if (fields.phase === 'contact') part('hint').className = 'done';
+  if (fields.phase === 'contact') {
+    part('hint').className = 'done';
+    if (!pointer.isPlaying) part('feel').hidden = true;
+  }
   const warmth_c = decision?.thermal_cue ? decision.setpoint_c : null;
   light.touch(fields, object, point, {material: decision?.material, warmth_c});
   if (fields.phase !== 'release' && point) readout.show(object, surface, decision, point, performance.now());
   if (fields.phase !== 'release' && needsFrame(object)) frameCamera.want(object, point);
+}
+
+/** The names of what a link can open at: objects, and the further surfaces of an object by their material. */
+const places = new Map(objects.flatMap((object) => (object.truths ?? [object.truth]).map((truth, surface) => [surface ? `${object.key} ${truth}` : object.key, {object, surface}])));
+
+/** Keeps the moment of a touch for the link that is copied. */
+function remember({phase, interaction, speed_mps: speed, force_n: force}, object, surface) {
+  const kind = phase === 'slide' ? 'slide' : phase === 'contact' ? interaction : null;
+  if (!kind || pointer.isPlaying) return;
+  const [target] = [...places].find(([, place]) => place.object === object && place.surface === surface);
+  offerLink({target, kind, speed, force});
+}
+
+function offerLink(one) {
+  moment = one;
+  part('link').textContent = 'Copy link to this moment';
+  part('link').hidden = false;
+}
+
+/** Opens at the moment of the address: the hand is over its object, and a key or a tap plays it. */
+function open() {
+  part('feel').hidden = true;
+  try {
+    const one = readMoment(location.hash, [...places.keys()]);
+    if (!one) return;
+    const {object, surface} = places.get(one.target);
+    const place = pointer.find(object, surface);
+    if (!place) throw new Error(`The link opens at "${one.target}", which is hidden from here. Make the window larger, or choose another object.`);
+    part('hint').className = 'done';
+    pointer.hover(place);
+    offerLink(one);
+    offer(one, place);
+  } catch (error) {
+    part('hint').className = '';
+    part('hint').textContent = error.message;
+  }
+}
+
+/** Shows the button that plays a moment. */
+function offer(one, place) {
+  part('feel').textContent = `Feel it: ${one.target}, ${one.kind}`;
+  part('feel').hidden = false;
+  part('feel').onclick = async () => {
+    await startWithTouch();
+    pointer.play(one, place);
+  };
+  part('feel').focus();
 }
 
 /** Returns what is known of a surface: the newest decision of the service, else what the bake has; or null. */
@@ -264,6 +318,7 @@ for (const choice of document.getElementsByName('mode')) {
   choice.addEventListener('change', () => tell(choice.value));
 }
 part('stop').addEventListener('click', () => {
+  pointer.stop();
   stream.silence();
   felt.stop();
 });
@@ -281,6 +336,11 @@ renderer.domElement.addEventListener('pointerdown', () => setTimeout(startWithTo
 part('teach-material').append(...described.materials.map((name) => new Option(name)));
 offerSound();
 addEventListener('resize', resize);
+part('link').addEventListener('click', async () => {
+  part('link').textContent = part('said').textContent = await copyAddress(writeMoment(moment));
+});
+addEventListener('hashchange', open);
 tell('ids');
 showState();
+open();
 renderer.setAnimationLoop(animate);

@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 from dashboard_scene import AXE, PATIENCE_MS
 from pace import PACE
+from phone import PHONE, complaints
 from playwright.sync_api import Browser, Page, expect
 from static_server import served
 from webxr_scene import EXAMPLES, SLOW_MS
@@ -113,6 +114,73 @@ def test_a_link_opens_at_its_moment_and_enter_plays_it(gallery: Page) -> None:
 
 
 @pytest.mark.parametrize(
+    ("fragment", "named"),
+    [
+        ("#gold/strike", '"gold"'),
+        ("#glass/hit", '"hit"'),
+        ("#glass/strike/x", '"strike/x"'),
+        ("#glass/strike?speed=fast", 'speed "fast"'),
+        ("#glass/strike?force=201", 'force "201"'),
+        ("#glass/strike?speed=", 'speed ""'),
+        ("#glass/strike?colour=1", '"colour"'),
+        ("#%E0%A4%A", "%E0%A4%A"),
+    ],
+)
+def test_a_wrong_link_is_named_and_the_page_opens_as_usual(
+    gallery: Page, fragment: str, named: str
+) -> None:
+    gallery.evaluate("(fragment) => { location.hash = fragment; }", fragment)
+    expect(gallery.locator("#told")).to_contain_text(named)
+    assert gallery.locator(".opened").count() == 0
+    assert gallery.locator("article").count() == len(MATERIALS)
+
+
+# Opens at a link, plays it and returns the highest amplitude of its first vibration.
+STRENGTH = """async (fragment) => {
+  const {felt} = await import(new URL('gallery.js', document.baseURI));
+  const changed = new Promise((done) => addEventListener('hashchange', done, {once: true}));
+  location.hash = fragment;
+  await changed;
+  const strength = new Promise((done) => {
+    felt.addEventListener('vibration', function first({detail: {amplitude = []}}) {
+      if (!amplitude.length) return;
+      felt.removeEventListener('vibration', first);
+      done(Math.max(...amplitude));
+    });
+  });
+  document.querySelector('.opened').click();
+  await strength;
+  document.getElementById('stop').click();
+  return strength;
+}"""
+
+
+def test_a_link_states_how_fast_the_strike_is(gallery: Page) -> None:
+    gentle, usual = (
+        gallery.evaluate(STRENGTH, f"#wood/strike{query}")
+        for query in ("?speed=0.1&force=1", "?speed=0.8")
+    )
+    print({"gentle": gentle, "usual": usual})
+    assert 0 < gentle < 0.7 * usual
+
+
+def test_a_copied_link_opens_at_the_moment_that_was_played(gallery: Page) -> None:
+    gallery.evaluate("() => { location.hash = '#stone/slide?speed=0.75'; }")
+    expect(gallery.locator(".opened")).to_have_attribute("id", "stone/slide")
+    gallery.locator(".opened").click()
+    expect(gallery.locator("#told")).to_have_text("stone, slide")
+    gallery.evaluate("() => { location.hash = ''; }")
+    gallery.locator("#link").click()
+    expect(gallery.locator("#link")).not_to_have_text("Copy link to this moment")
+    assert gallery.url.endswith("#stone/slide?speed=0.75")
+    gallery.get_by_role("link", name="press leather").click()
+    expect(gallery.locator("#told")).to_have_text("leather, press")
+    gallery.locator("#link").click()
+    expect(gallery.locator("#link")).not_to_have_text("Copy link to this moment")
+    assert gallery.url.endswith("#leather/press")
+
+
+@pytest.mark.parametrize(
     ("material", "kind"),
     [*FEW, *(pytest.param(*one, marks=pytest.mark.nightly) for one in GRID if one not in FEW)],
 )
@@ -137,6 +205,8 @@ def test_axe_finds_nothing_in_the_gallery(gallery: Page, width: int, height: int
     violations = gallery.evaluate("axe.run()")["violations"]
     assert [entry["id"] for entry in violations] == []
     assert gallery.evaluate("document.scrollingElement.scrollWidth") <= width
+    gallery.evaluate("scrollTo(0, 0)")  # the header stays in front while the page scrolls
+    assert width > PHONE["width"] or complaints(gallery) == []
 
 
 # Presses an object of the room; the pictures until the phone's motor, and what the page says.
@@ -165,6 +235,49 @@ PRESS = """async ([key, patience]) => {
   send('pointerup');
   return {frames: pulses.phone[0]?.frame - begun, said};
 }"""
+
+
+# Opens the room at each of its objects and surfaces; those that the camera does not see.
+HIDDEN = """async () => {
+  const {objects} = await import(new URL('main.js', document.baseURI));
+  const hidden = [];
+  for (const {key, truths = [null]} of objects) {
+    for (const target of truths.map((truth, surface) => (surface ? `${key} ${truth}` : key))) {
+      location.hash = `#${encodeURIComponent(target)}/tap`;
+      await new Promise((done) => addEventListener('hashchange', done, {once: true}));
+      const button = document.getElementById('feel');
+      if (button.hidden || button.textContent !== `Feel it: ${target}, tap`) hidden.push(target);
+    }
+  }
+  return hidden;
+}"""
+
+
+@pytest.mark.nightly
+def test_a_link_opens_the_room_at_its_moment(browser: Browser, address: str) -> None:
+    page = browser.new_page(viewport=PHONE, has_touch=True, is_mobile=True)
+    visit = opened(page, f"{address}scene/webxr/#kettle/strike?speed=1.2")
+    next(visit)
+    feel = page.locator("#feel")
+    expect(feel).to_be_focused(timeout=SLOW_MS)
+    assert feel.inner_text() == "Feel it: kettle, strike"
+    assert complaints(page) == []
+    page.keyboard.press("Enter")
+    page.wait_for_function("() => pulses.phone.length > 0", timeout=PATIENCE_MS)
+    assert page.locator("#said").inner_text() == "The kettle is metal."
+    page.evaluate("() => { location.hash = ''; }")
+    page.locator("#link").click()
+    expect(page.locator("#link")).not_to_have_text("Copy link to this moment")
+    assert page.url.endswith("#kettle/strike?speed=1.2")
+    assert page.evaluate(HIDDEN) == []
+    page.evaluate("() => { location.hash = '#sofa/strike'; }")
+    expect(page.locator("#hint")).to_contain_text('"sofa", which is not here')
+    expect(feel).to_be_hidden()
+    assert complaints(page) == []
+    page.evaluate(AXE.read_text(encoding="utf-8"))
+    violations = page.evaluate("axe.run()")["violations"]
+    assert [entry["id"] for entry in violations] == []
+    assert next(visit, None) is None
 
 
 @pytest.mark.nightly

@@ -35,6 +35,20 @@ export function eachFrame(paint) {
   };
 }
 
+// Copies the page's address with this fragment (`#...`), which also becomes the page's own, and without a token, which is
+// not for others. Returns what to tell.
+export async function copyAddress(fragment) {
+  history.replaceState(null, "", fragment);
+  const address = new URL(location.href);
+  address.searchParams.delete("token");
+  try {
+    await navigator.clipboard.writeText(address.href);
+    return "Copied.";
+  } catch {
+    return "It is in the address bar.";
+  }
+}
+
 export const degrees = (value) => (value == null ? "no reading" : `${value.toFixed(1)} °C`);
 export const percent = (share) => `${Math.round(100 * share)} %`;
 // Returns a device's name, with "simulated" if it is simulated.

@@ -6,6 +6,7 @@ const KEY = "hapticvlm-sound"; // "off" once the user has switched it off
 const VOICE_KEY = "hapticvlm-voice";
 const VOICES = { sound: "as sound", true: "true voice" };
 const ABOUT = "as sound: the vibration moved to where ears and small speakers hear it. true: what the palm speaker gets; needs headphones.";
+const WAIT_MS = 600;
 export const sound = new Sound();
 let isReal = false; // a palm speaker also plays
 
@@ -38,9 +39,11 @@ export function speakerIs({ simulated }) {
   show();
 }
 
-// Starts the sound with a touch, unless a real speaker plays or the user has switched it off.
-export function startWithTouch() {
-  if (!sound.isOn && !isReal && localStorage.getItem(KEY) !== "off") start();
+// Starts the sound with a touch, unless a real speaker plays or the user has switched it off. Resolves when it plays,
+// or after WAIT_MS where the browser has no output.
+export async function startWithTouch() {
+  if (sound.isOn || isReal || localStorage.getItem(KEY) === "off") return;
+  await Promise.race([start(), new Promise((done) => setTimeout(done, WAIT_MS))]);
 }
 
 async function toggle() {

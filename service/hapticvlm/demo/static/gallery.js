@@ -1,26 +1,21 @@
 // The gallery of the materials: touched, heard and felt from a bake, without a service.
 //
-// Each gesture is a link to itself, such as #glass/strike. A page that is opened by it waits there for Enter or a tap,
-// because browsers allow neither sound nor vibration before.
+// Each gesture is a link to itself, such as #glass/strike (moments.js). A page that is opened by it waits there for Enter or
+// a tap.
 import { Felt, Pulses, openFeel } from "hapticvlm";
-import { byId, make } from "./dom.js";
+import { byId, copyAddress, make } from "./dom.js";
 import { materialColour } from "./feel.js";
 import { offerSound, sound, startWithTouch } from "./hear.js";
 import { BakedWave } from "./scene/webxr/baked.js";
+import { KINDS, playMoment, readMoment, usualMoment, writeMoment } from "./scene/webxr/moments.js";
 
-const EVERY_MS = 30; // between two touches of a gesture
+const EVERY_MS = 30; // between two touches of a hand
 const HAND = "right";
+const STRIKE = { kind: "strike", speed: 0.6, force: 4 };
+const TAP = { kind: "tap", speed: 0.25, force: 1.5 };
 const HELD = { speed_mps: 0, force_n: 2 };
+const FASTEST = 20; // m/s, of the protocol
 const FALLS = 0.8; // share of the level that is left after a picture
-// Of each gesture: how long it lasts, s, and its touch at a time, s.
-const GESTURES = {
-  tap: [0.3, () => ({ phase: "contact", interaction: "tap", speed_mps: 0.25, force_n: 1.5 })],
-  strike: [0.4, () => ({ phase: "contact", interaction: "strike", speed_mps: 0.8, force_n: 4 })],
-  press: [1, (at) => ({ phase: "contact", interaction: "press", speed_mps: 0.1, force_n: 1 + 11 * at })],
-  slide: [1.4, (at) => ({ phase: at ? "slide" : "contact", interaction: "slide", speed_mps: stroke(at, 0.3), force_n: 1.5 })],
-  carve: [1.4, (at) => ({ phase: at ? "slide" : "contact", interaction: "carve", speed_mps: stroke(at, 0.2), force_n: 6 })],
-  swing: [1, (at) => ({ phase: "approach", interaction: "swing", speed_mps: 5 * Math.sin(Math.PI * Math.min(at, 1)), force_n: 0 })],
-};
 
 const tables = openFeel(await (await fetch("scene/webxr/client/feel.json")).json());
 export const felt = new Felt(null, tables, { mode: "baked" });
@@ -29,12 +24,16 @@ const wave = new BakedWave(tables, play);
 const names = [...tables.materials.keys()];
 const lights = new Map(); // material -> its light
 let level = 0;
-let gesture = null; // {material, kind, from, timer}
+let gesture = null; // ends what is under way
+let opened = null; // the moment of the address
+let asked = null; // the moment that waits for the sound
+let newest = null; // the moment of the newest touch
 let touched = null; // the material whose light shines
 
 pulses.follow(felt);
 felt.scene(names.map((material) => ({ object_id: material, material })));
 byId("materials").append(...names.map(card));
+byId("link").addEventListener("click", async () => (byId("link").textContent = await copyAddress(writeMoment(newest))));
 byId("stop").addEventListener("click", stop);
 addEventListener("keydown", (event) => event.key === "Escape" && stop());
 addEventListener("hashchange", open);
@@ -44,14 +43,28 @@ requestAnimationFrame(draw);
 
 // Shows the moment of the address; its gesture has the focus, so that Enter plays it.
 function open() {
-  const [material, kind] = decodeURIComponent(location.hash.slice(1)).split("/");
   for (const link of document.querySelectorAll(".opened")) link.classList.remove("opened");
-  const link = names.includes(material) && kind in GESTURES ? document.getElementById(`${material}/${kind}`) : null;
-  if (link) {
+  opened = null;
+  let words = "Press or stroke a surface, or choose a gesture. A gamepad or phone vibrates.";
+  try {
+    opened = readMoment(location.hash, names);
+  } catch (error) {
+    return tell(error.message);
+  }
+  if (opened) {
+    const link = document.getElementById(`${opened.target}/${opened.kind}`);
     link.classList.add("opened");
     link.focus();
+    words = `${titled(opened)}: tap it, or press Enter`;
+    remember(opened);
   }
-  if (!gesture) tell(link ? `${material}, ${kind}: press Enter or tap it` : "Press or stroke a surface, or choose a gesture. A gamepad or phone vibrates.");
+  if (!gesture) tell(words);
+}
+
+// Keeps a moment for the link that is copied.
+function remember(moment) {
+  newest = moment;
+  Object.assign(byId("link"), { textContent: "Copy link to this moment", disabled: false });
 }
 
 function card(material) {
@@ -63,45 +76,39 @@ function card(material) {
   lights.set(material, light);
   offerHand(swatch, material);
   const gestures = make("div", "", { className: "gestures" });
-  gestures.append(...Object.keys(GESTURES).map((kind) => gestureLink(material, kind)));
+  gestures.append(...KINDS.map((kind) => gestureLink(material, kind)));
   box.append(make("h2", material), swatch, gestures);
   return box;
 }
 
 function gestureLink(material, kind) {
   const link = make("a", kind, { id: `${material}/${kind}`, href: `#${material}/${kind}`, ariaLabel: `${kind} ${material}` });
-  link.addEventListener("click", () => {
-    startWithTouch();
-    begin(material, kind);
+  link.addEventListener("click", async (event) => {
+    const isOpened = opened?.target === material && opened.kind === kind;
+    if (isOpened) event.preventDefault(); // keeps its speed and force in the address
+    const moment = isOpened ? opened : usualMoment(material, kind);
+    asked = moment;
+    await startWithTouch();
+    if (asked === moment) begin(moment);
   });
   return link;
 }
 
-// Plays a gesture; one that is under way ends.
-export function begin(material, kind) {
+// Plays a moment; one that is under way ends.
+export function begin(moment) {
   end();
-  const [lasts, touchAt] = GESTURES[kind];
-  const from = performance.now();
-  const step = () => {
-    const at = (performance.now() - from) / 1000;
-    if (at > lasts) return end();
-    send(material, touchAt(at));
-  };
-  gesture = { material, timer: setInterval(step, EVERY_MS) };
-  send(material, touchAt(0));
-  tell(`${material}, ${kind}`);
+  gesture = playMoment(moment, (fields) => send(moment.target, fields), () => (gesture = null));
+  remember(moment);
+  tell(titled(moment));
 }
 
 function end() {
-  if (!gesture) return;
-  clearInterval(gesture.timer);
-  send(gesture.material, { phase: "release", speed_mps: 0, force_n: 0 });
-  gesture = null;
+  asked = null;
+  gesture?.();
 }
 
-// Speed of a hand that moves to and fro, m/s.
-function stroke(at, fastest) {
-  return fastest * Math.abs(Math.sin(Math.PI * (at / 0.7)));
+function titled({ target, kind }) {
+  return `${target}, ${kind}`;
 }
 
 // Makes a swatch a surface: a press strikes it, a drag strokes it at its speed on the screen.
@@ -117,9 +124,15 @@ function offerHand(swatch, material) {
     end();
     swatch.setPointerCapture?.(event.pointerId);
     place((before = at(event)));
-    send(material, { phase: "contact", interaction: event.shiftKey ? "tap" : "strike", speed_mps: event.shiftKey ? 0.25 : 0.6, force_n: 4 });
-    const held = () => send(material, { phase: "contact", ...HELD });
-    gesture = { material, timer: setInterval(held, 2 * EVERY_MS) };
+    const { kind, speed, force } = event.shiftKey ? TAP : STRIKE;
+    send(material, { phase: "contact", interaction: kind, speed_mps: speed, force_n: force });
+    remember({ target: material, kind, speed, force });
+    const timer = setInterval(() => send(material, { phase: "contact", ...HELD }), 2 * EVERY_MS);
+    gesture = () => {
+      clearInterval(timer);
+      gesture = null;
+      send(material, { phase: "release", speed_mps: 0, force_n: 0 });
+    };
     tell(`${material}, your hand`);
   });
   swatch.addEventListener("pointermove", (event) => {
@@ -127,7 +140,11 @@ function offerHand(swatch, material) {
     const now = at(event);
     const metres = (Math.hypot(now.x - before.x, now.y - before.y) / 96) * 0.0254; // CSS px
     place(now);
-    if (metres) send(material, { phase: "slide", speed_mps: (1000 * metres) / (now.at - before.at), force_n: HELD.force_n });
+    const speed = Math.min((1000 * metres) / (now.at - before.at), FASTEST);
+    if (speed) {
+      send(material, { phase: "slide", speed_mps: speed, force_n: HELD.force_n });
+      remember({ target: material, kind: "slide", speed, force: HELD.force_n });
+    }
     before = now;
   });
   for (const type of ["pointerup", "pointercancel"]) {

@@ -1,4 +1,5 @@
 // Plays a recorded session: a scrubber through frames, decisions, plate and vibration, with its sound.
+import { byId, copyAddress } from "hapticvlm/dom";
 import { materialColour, warmthColour } from "hapticvlm/feel";
 import * as felt from "hapticvlm/felt";
 import { unwav } from "hapticvlm/felt.formats";
@@ -16,7 +17,6 @@ const SOURCES = {
   unknown: "not sure enough",
 };
 
-const byId = (id) => document.getElementById(id);
 const session = JSON.parse(byId("session").textContent);
 const sound = byId("sound");
 let now = 0;
@@ -238,14 +238,7 @@ function fromLink() {
 }
 
 async function copyLink() {
-  const hash = `#t=${now.toFixed(2)}`;
-  history.replaceState(null, "", hash);
-  try {
-    await navigator.clipboard.writeText(location.href);
-    byId("copied").textContent = "Copied.";
-  } catch {
-    byId("copied").textContent = "It is in the address bar.";
-  }
+  byId("copied").textContent = await copyAddress(`#t=${now.toFixed(2)}`);
 }
 
 byId("title").textContent = session.title;
