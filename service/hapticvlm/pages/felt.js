@@ -42,3 +42,6 @@ export function sentence(decision, act, level) {
 
 // Returns the same without the material; `act` is of `gesture`.
 export const motion = (act, level) => [act, strongly(level)].filter(Boolean).join(", ");
+
+// Returns a swing at this level in words: its vibration is of the air and not of a material.
+export const swing = (level) => motion("a swing through the air", level);

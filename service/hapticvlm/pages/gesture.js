@@ -2,6 +2,7 @@
 import { inStep } from "./chart.js";
 import { byId, setText } from "./dom.js";
 import * as felt from "./felt.js";
+import { OBJECT, isSwinging } from "./trial.js";
 
 const STEP_MS = 100;
 const LEVEL_FALL = 0.7; // of the level, per piece of the vibration
@@ -40,5 +41,6 @@ function words() {
     const act = felt.gesture({ pressed: true, touchedFor: performance.now() - touch.since, speed: touch.speed });
     return felt.sentence(explained, act, level);
   }
+  if (isSwinging() && explained.object_id === OBJECT) return felt.swing(level);
   return explained.pattern ? `vibrates like ${felt.material(explained)}` : "not touched yet";
 }

@@ -84,6 +84,9 @@ async function press(interaction, element) {
   else setTimeout(sendRelease, RENEW_MS); // the click ended before the outputs were available
 }
 
+// Returns whether a test touch swings the hand through the air now.
+export const isSwinging = () => held.interaction === "swing";
+
 function renew() {
   const { interaction } = held;
   const { speed, force, moves } = INTERACTIONS[interaction];
