@@ -4,6 +4,7 @@ import io
 import pathlib
 import re
 import wave
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from playwright.sync_api import expect
 from recorded_session import record
 from saved_zip import unpacked
 
+from hapticvlm import messages
 from hapticvlm.commands.main import main
 
 pytestmark = [pytest.mark.nightly, pytest.mark.browser]
@@ -62,6 +64,23 @@ def test_a_moment_says_what_was_touched_decided_and_felt(page):
     at(page, 0.2)
     expect(page.locator("#touching")).to_have_text("nothing is touched")
     expect(page.locator("#material")).to_have_text("")
+
+
+def test_each_source_of_a_decision_has_its_words(browser, address, tmp_path):
+    markup = pathlib.Path(address.removeprefix("file://")).read_text(encoding="utf-8")
+    assert '"source": "name"' in markup
+    page = browser.new_page()
+    words = {}
+    for source in get_args(messages.Rung):
+        file = tmp_path / f"{source}.html"
+        file.write_text(markup.replace('"source": "name"', f'"source": "{source}"'), "utf-8")
+        page.goto(file.as_uri())
+        page.wait_for_function(SHOWN)
+        at(page, 1.0)
+        words[source] = page.locator("#told").inner_text()
+    page.close()
+    assert [source for source, text in words.items() if "undefined" in text] == []
+    assert "by its texture" in words["texture"]
 
 
 def test_a_link_opens_at_its_time_and_a_touch_is_such_a_link(page, address):

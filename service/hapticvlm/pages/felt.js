@@ -7,6 +7,12 @@ const TAP_MS = 180; // after a contact, during which it is a tap
 const SILENT = 1e-4; // of full scale
 const STRENGTHS = [[0.05, "gentle", "gently"], [0.2, "clear", "clearly"], [Infinity, "strong", "strongly"]]; // our choice: a stroke over wood is gentle, over stone clear, and a strike is strong
 
+// Words for the source of a decision; a page adds its own for "scene", which is the user or a scene.
+export const SOURCES = {
+  name: "by its name", shader: "by its shader", texture: "by its texture", encoder: "by how it looks",
+  vlm: "by the vision-language model", unknown: "too uncertain to name",
+};
+
 // Returns the name of what is touched: what is felt is always in it.
 export function headline({ material, runner_up: next, felt, basis }) {
   if (material !== "unknown") return material;

@@ -9,10 +9,7 @@ const MAX_LIKELY = 3;
 const PLACES = { object: "The most certain places", sure: "Touch an outlined place.", unsure: "Touch it: a part may be clearer than the whole." };
 const WHOLE = { picture: "The whole picture", thing: "The whole picture, and the thing outlined on its plain ground" };
 const HAND = "Under the hand";
-const SOURCES = {
-  scene: "stated by you", name: "by its name", shader: "by its shader", encoder: "by how it looks",
-  vlm: "by the vision-language model", unknown: "too uncertain to name",
-};
+const SOURCES = { ...felt.SOURCES, scene: "stated by you" };
 const AT_REST = "press to feel it";
 
 let scene = null;

@@ -12,10 +12,7 @@ const NEUTRAL_C = 32;
 const STEP_S = 0.1; // of an arrow key
 const FADES_S = 0.5; // after a touch
 const PEAKS_PER_S = 100;
-const SOURCES = {
-  scene: "the scene says so", name: "by its name", shader: "by its shader", encoder: "by its picture", vlm: "by the VLM",
-  unknown: "not sure enough",
-};
+const SOURCES = { ...felt.SOURCES, scene: "stated by the scene" };
 
 const session = JSON.parse(byId("session").textContent);
 const sound = byId("sound");
