@@ -24,7 +24,7 @@ async ({main, three, session}, {key, patience, feelsPlate}) => {
   function isDone() {
     const decision = main.decisions.get(object.object_id);
     if (!decision || (decision.material === 'unknown' && !decision.evidence.length)) return false;
-    if (!feelsPlate || main.plate.setpoint_c > NEUTRAL_C - 1) return !feelsPlate;
+    if (!feelsPlate || main.plate.setpoint_c >= NEUTRAL_C - 1) return !feelsPlate;
     plate = main.plate;
     return true;
   }

@@ -39,8 +39,8 @@ def test_what_must_hold_holds_beside_random_clients(capsys):
     assert code == 0
     assert told["descriptors"][2] < 100
     counts = told["counts"]
-    assert counts["requests"] > 200
-    assert counts["answers"] > 200
+    assert counts["requests"] > 50
+    assert counts["answers"] > 50
     for check in ("owns", "stops", "lapses", "loses"):
         assert counts[f"checked {check}"] >= 1
 

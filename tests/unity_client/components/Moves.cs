@@ -310,7 +310,7 @@ public static class Moves
             Player.ResetFigures();
             Frame();
             long touches = requests.TouchesSent - before;
-            if (frame < 144) continue; // by then the hand is felt by the service
+            if (frame < 144 || client.FeltBy != FeltMode.Service) continue; // before, or on a slow machine, the bake is felt
             sent += touches;
             quiet += touches == 0 ? 1 : 0;
             if (touches == 0) quietBytes += Player.AllocatedBytes;
