@@ -22,6 +22,12 @@ PIXELS = """() => {
   const canvas = document.getElementById("frame");
   return [...canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data];
 }"""
+# The columns of the card's wave in which something vibrated.
+WAVE = """() => {
+  const pen = document.getElementById("card").getContext("2d");
+  const { width, data } = pen.getImageData(28, 200, 416, 1);
+  return Array.from({ length: width }, (_, at) => data[4 * at] === 69).filter(Boolean).length;
+}"""
 SHOWN = "() => document.getElementById('clock').textContent.includes(' of ')"
 
 
@@ -57,7 +63,7 @@ def at(page, time_s):
 
 def test_a_moment_says_what_was_touched_decided_and_felt(page):
     at(page, 1.0)
-    expect(page.locator("#name")).to_have_text("TeaMug_01")
+    expect(page.locator("#name")).to_have_text("Tea mug")
     expect(page.locator("#material")).to_have_text("ceramic")
     expect(page.locator("#told")).to_contain_text("by its name")
     expect(page.locator("#warmth")).to_contain_text("plate measured31.0 °C")
@@ -120,7 +126,7 @@ def test_a_page_to_send_on_opens_at_its_moment_and_says_what_it_is_without_a_scr
     page = browser.new_page()
     page.goto(out.as_uri())
     page.wait_for_function(SHOWN)
-    assert page.title() == "TeaMug_01: felt as ceramic"
+    assert page.title() == "Tea mug: felt as ceramic"
     assert 0.5 <= page.locator("#scrubber").evaluate("it => Number(it.value)") <= 1.6
     page.close()
     quiet = browser.new_context(java_script_enabled=False).new_page()
@@ -137,6 +143,27 @@ def test_the_touched_object_is_outlined_in_the_frame(page):
         found[time_s] = np.array(page.evaluate(PIXELS)).reshape(-1, 4)[:, :3]
     assert (found[0.2] > 250).all()  # the frame is white
     assert 50 < (found[1.0].min(axis=1) < 200).sum() < 1500
+
+
+def test_the_card_beside_the_touched_object_stays_while_it_is_paused(browser, address):
+    page = browser.new_page(viewport={"width": 1280, "height": 800})
+    page.clock.install()
+    page.goto(address)
+    page.wait_for_function(SHOWN)
+    card = page.locator("#card")
+    at(page, 0.2)
+    expect(card).to_be_hidden()
+    at(page, 1.0)
+    expect(card).to_be_visible()
+    page.wait_for_function(WAVE)
+    page.clock.run_for(6_000)
+    expect(card).to_be_visible()
+    box, frame = card.bounding_box(), page.locator("#frame").bounding_box()
+    beside = box["x"] - (frame["x"] + frame["width"] / 2)
+    assert 10 < beside < 140
+    at(page, 0.55)
+    page.wait_for_function(f"0 < ({WAVE})() && ({WAVE})() < 30")  # no older than the touch
+    page.close()
 
 
 def test_the_vibration_of_the_record_is_what_sounds(page):

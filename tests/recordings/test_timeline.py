@@ -14,6 +14,7 @@ from hapticvlm.recordings.replay import replay
 from hapticvlm.recordings.session_log import SessionLogError
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 from hapticvlm.rendering.vibration.voices import Voices
+from hapticvlm.session.scene_objects import in_plain_words
 from hapticvlm.session.targets import ObjectTarget
 
 
@@ -52,12 +53,40 @@ def test_the_vibration_stands_at_the_time_of_its_touch(session):
 def test_names_decisions_and_plate_are_found_at_their_times(session):
     what = read(session)
     mug = ObjectTarget("mug")
-    assert what.name(mug) == "TeaMug_01"
+    assert (what.name(mug), what.title(mug)) == ("TeaMug_01", "Tea mug")
     assert what.decision_at(0.4, mug) is None or what.decisions[0].t_s <= 0.4
     assert what.decision_at(1.0, mug)["material"] == "ceramic"
     assert {point.plate_c for point in what.plate} == {31.0}
     assert what.touch_at(1.0) is what.touches[0]
     assert what.touch_at(0.2) is None
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("TeaMug_01", "Tea mug"),
+        ("M_BrushedSteel_Kettle", "Brushed steel kettle"),
+        ("Hall, M_OakFloor.001", "Hall, Oak floor"),
+        ("Mug (1)", "Mug"),
+        ("room/PCTower2", "Room/PC tower"),
+        ("Hall, surface 12", "Hall, surface 12"),
+        ("Grandma's Old Kettle", "Grandma's Old Kettle"),
+        ("Schüssel", "Schüssel"),
+        ("湯のみ_2", "湯のみ"),
+        ("_", "_"),
+        ("42", "42"),
+    ],
+)
+def test_a_title_is_the_name_in_plain_words(name, words):
+    assert in_plain_words(name) == words
+
+
+def test_two_names_with_the_same_words_stay_as_they_are(tmp_path):
+    mugs = [{"object_id": name, "name": name} for name in ("Mug_01", "Mug_02", "OldKettle")]
+    said = [(0.0, {"type": "scene", "objects": mugs, "replace": True})]
+    what = read(record_messages(tmp_path, [*said, (0.5, touch("contact", "Mug_01"))]))
+    titles = [what.title(ObjectTarget(mug["object_id"])) for mug in mugs]
+    assert titles == ["Mug_01", "Mug_02", "Old kettle"]
 
 
 def test_each_surface_that_a_hand_touched_is_an_entry_of_its_own_and_replays_the_same(tmp_path):

@@ -1,4 +1,6 @@
 // The card beside the finger: the material, its warmth, and the vibration of the last second. The page has the same text.
+//
+// The page needs #card (canvas) at the top left of the stage. Live vibration is given to `vibrate`, a recording's to `recall`.
 import { byId } from "./dom.js";
 import { materialColour, warmthColour, warmthWord } from "./feel.js";
 
@@ -6,7 +8,7 @@ const SIZE = { width: 236, height: 128 }; // CSS px
 const SCALE = 2;
 const AWAY = { x: 54, y: 96 }; // px from the finger to the card's nearer edge and to its middle
 const EDGE = 8;
-const HISTORY = 84;
+export const HISTORY = 84; // slices
 const SLICE_S = 0.012; // of the vibration's history
 const STAYS_MS = 4000; // after the touch
 const REPAINT_MS = 45;
@@ -15,24 +17,27 @@ const history = new Float32Array(HISTORY);
 let shown = null;
 let at = { x: 0, y: 0 };
 let room = { width: 0, height: 0 };
+let stays = STAYS_MS;
 let until = 0;
 let painted = 0;
 let isDue = false;
 let hiding = null;
 
-export function begin() {
+// The card is beside points of this stage, for `staysMs` after each `show`.
+export function begin(stage = byId("stage"), staysMs = STAYS_MS) {
+  stays = staysMs;
   Object.assign(byId("card"), { width: SIZE.width * SCALE, height: SIZE.height * SCALE });
   Object.assign(byId("card").style, { width: `${SIZE.width}px`, height: `${SIZE.height}px` });
   new ResizeObserver(([{ contentRect }]) => {
     room = contentRect;
     move();
-  }).observe(byId("stage"));
+  }).observe(stage);
 }
 
 // Shows words ({word, source, decision, motion}) beside a point of the stage, px; null hides the card.
 export function show(words, point) {
   shown = words;
-  until = words === null ? 0 : performance.now() + STAYS_MS;
+  until = words === null ? 0 : performance.now() + stays;
   if (point) at = point;
   move();
   paintSoon();
@@ -51,6 +56,13 @@ export function vibrate(samples, rate) {
   }
   if (shown) paintSoon();
   return strongest;
+}
+
+// Replaces the history by these peaks (0..1), the newest last.
+export function recall(peaks) {
+  history.fill(0);
+  history.set(peaks, HISTORY - peaks.length);
+  if (shown) paintSoon();
 }
 
 function move() {
@@ -98,7 +110,7 @@ function paint() {
   text(pen, motion, 32, 86, "500 12.5px", "#e9eff3");
   ribbon(pen);
   clearTimeout(hiding);
-  hiding = setTimeout(paintSoon, until - performance.now());
+  if (Number.isFinite(until)) hiding = setTimeout(paintSoon, until - performance.now());
 }
 
 // Draws the mirrored envelope of the vibration, the newest on the right.

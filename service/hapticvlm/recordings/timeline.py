@@ -31,7 +31,7 @@ from hapticvlm.recordings.session_log import (
 )
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 from hapticvlm.rendering.vibration.voices import Voices
-from hapticvlm.session.scene_objects import title_of
+from hapticvlm.session.scene_objects import in_plain_words, title_of
 from hapticvlm.session.targets import ObjectTarget, ThingTarget, of_object, whole
 
 PLATE_STEP_S = 0.04  # fine enough: a visible change of the plate takes a second
@@ -111,6 +111,13 @@ class Timeline:
         if not isinstance(target, ObjectTarget):
             return "the view"
         return self.names.get(target, target.object_id)
+
+    def title(self, target: ThingTarget) -> str:
+        """Return the name in plain words; a name whose words another one has too stays as it is."""
+        name = self.name(target)
+        words = in_plain_words(name)
+        others = (other for other in self.names.values() if other != name)
+        return name if any(in_plain_words(other) == words for other in others) else words
 
     def touch_at(self, t_s: float) -> TouchSpan | None:
         """Return the newest touch that lasts at this time."""

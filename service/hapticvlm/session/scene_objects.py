@@ -13,6 +13,7 @@ Pure.
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
@@ -38,6 +39,10 @@ NO_OVERRIDES = MaterialOverrides()
 MAX_KNOWN = 8192
 MAX_REFERENCE_VIEWS = 4  # pictures of an object that is sure, as references for the others
 ASK_AGAIN_S = 60.0  # after a question to a VLM that had no answer
+
+_JOINT = re.compile(r"_+|(?<=[a-z\d])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
+_CODE = re.compile(r"\b[A-Z]_(?=[^\W\d_])")
+_COPY = re.compile(r"(?<=[^\W\d])([_.-]*\d+| ?\(\d+\))(?=[,/]|$)")
 T = TypeVar("T")
 
 
@@ -92,6 +97,18 @@ def title_of(facts: SceneObject, index: int) -> str | None:
     if index >= len(surfaces) or len(surfaces) == 1:
         return facts.name
     return f"{facts.name or facts.object_id}, {surfaces[index].name or f'surface {index}'}"
+
+
+def in_plain_words(name: str) -> str:
+    """Return an object's name as a reader would write it: "Tea mug" for "TeaMug_01".
+
+    Words joined by capitals or underscores are parted. An engine's code before them ("M_") and the
+    number of a copy, as Unity and Blender append it, are left out.
+    """
+    words = _JOINT.split(_CODE.sub("", _COPY.sub("", name)))
+    parted = " ".join(word if word.isupper() else word[:1].lower() + word[1:] for word in words)
+    parted = parted.strip()
+    return parted[:1].upper() + parted[1:] or name
 
 
 @dataclass(frozen=True, slots=True)

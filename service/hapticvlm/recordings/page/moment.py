@@ -39,7 +39,7 @@ def moment(timeline: Timeline, at_s: float | None = None) -> Moment:
             f"A session of {timeline.duration_s:.0f} s.",
         )
     else:
-        title = f"{timeline.name(touch.target)}: felt as {decision['material']}"
+        title = f"{timeline.title(touch.target)}: felt as {decision['material']}"
         contact_c = decision.get("contact_c")
         warmth = "" if contact_c is None else f", {contact_c:.0f} °C under the hand"
         description = f"{decision['confidence']:.0%} sure{warmth}. Press play to hear it."

@@ -78,7 +78,7 @@ def document(timeline: Timeline, title: str) -> dict[str, Any]:
                 "hand": touch.hand,
                 "object_id": touch.object_id,
                 "surface": touch.surface,
-                "name": timeline.name(touch.target),
+                "name": timeline.title(touch.target),
                 "from_s": round(touch.from_s, 3),
                 "to_s": round(touch.to_s, 3),
                 "motion": [(round(t_s, 3), is_moving) for t_s, is_moving in touch.motion],
@@ -105,7 +105,7 @@ def page(session: dict[str, Any], shared: Moment | None = None) -> str:
     return assembled(
         markup,
         (PAGES / "palette.css", HERE / "session.css"),
-        (*SAVING, HERE / "outline.js"),
+        (*SAVING, PAGES / "try.card.js", HERE / "outline.js"),
         HERE / "session.js",
         session,
     )
@@ -137,6 +137,7 @@ def _frame(picture: Picture) -> dict[str, Any]:
     return {
         "t_s": round(picture.t_s, 3),
         "object_id": picture.object_id,
+        "region": picture.region,
         "image": _file(picture.file),
         "mask": None if picture.mask is None else _file(picture.mask),
     }

@@ -5,6 +5,7 @@ import * as felt from "hapticvlm/felt";
 import { unwav } from "hapticvlm/felt.formats";
 import { MOST_S, save } from "hapticvlm/felt.saved";
 import { outlined } from "hapticvlm/outline";
+import * as card from "hapticvlm/try.card";
 
 const LOW_C = 16;
 const HIGH_C = 42;
@@ -17,6 +18,7 @@ const SOURCES = { ...felt.SOURCES, scene: "stated by the scene" };
 const session = JSON.parse(byId("session").textContent);
 const sound = byId("sound");
 let now = 0;
+let centre = { x: 0.5, y: 0.5 }; // of the touched object in the frame
 
 // The newest entry of a list in order of `t_s`, at or before a time.
 function newest(list, at) {
@@ -55,6 +57,7 @@ function showState(touch) {
   byId("material").style.setProperty("--body", decision ? materialColour(decision.material) : "transparent");
   byId("told").textContent = decision ? confidence(decision) : "";
   byId("feels").textContent = decision ? felt.sentence(decision, gestureAt(touch), levelAt(now)) : "";
+  showCard();
   const rows = [["plate measured", degrees(plate?.plate_c)], ["plate setpoint", degrees(plate?.setpoint_c)]];
   if (decision?.contact_c != null) rows.unshift(["skin should feel", degrees(decision.contact_c)]);
   byId("warmth").replaceChildren(...rows.map(pair));
@@ -62,6 +65,25 @@ function showState(touch) {
   for (const link of byId("touches").querySelectorAll("a")) {
     link.setAttribute("aria-current", String(touch !== undefined && Number(link.dataset.from) === touch.from_s));
   }
+}
+
+// Shows the card beside the touched object, with the vibration before this moment.
+function showCard() {
+  const touch = touchAt(now);
+  const decision = touch && decisionOf(touch, now);
+  if (!decision) return card.show(null);
+  const end = Math.round(now * PEAKS_PER_S);
+  card.recall(session.peaks.slice(Math.max(0, end - card.HISTORY), end));
+  const motion = felt.motion(gestureAt(touch), levelAt(now));
+  card.show({ word: felt.headline(decision), source: confidence(decision), decision, motion }, onStage(centre));
+}
+
+// Returns where a point of the frame (0..1) is on the stage, px; the frame is as large as fits into its canvas.
+function onStage({ x, y }) {
+  const { offsetLeft: left, offsetTop: top, clientWidth: width, clientHeight: height, width: columns, height: rows } = byId("frame");
+  if (!width) return { x: byId("seen").clientWidth / 2, y: 0 }; // no frame was kept
+  const scale = Math.min(width / columns, height / rows);
+  return { x: left + width / 2 + (x - 0.5) * columns * scale, y: top + height / 2 + (y - 0.5) * rows * scale };
 }
 
 function confidence(decision) {
@@ -120,12 +142,14 @@ async function showFrame(touch) {
   byId("frame-none").hidden = session.frames.length > 0;
   if (number < 0) return;
   const isTouched = touch !== undefined && session.frames[number].object_id === touch.object_id;
-  const picture = await outlined(session.frames[number], isTouched, resolved("--wave"));
+  const { picture, centre: middle } = await outlined(session.frames[number], isTouched, resolved("--wave"));
   if (newest(session.frames, now) !== number) return; // another moment was asked for meanwhile
   const canvas = byId("frame");
   if (canvas.width !== picture.width || canvas.height !== picture.height) Object.assign(canvas, { width: picture.width, height: picture.height });
   canvas.getContext("2d").drawImage(picture, 0, 0);
   canvas.dataset.frame = number;
+  centre = middle;
+  showCard();
 }
 
 // The browser resolves light-dark() for a real property only, so a colour is read back from one.
@@ -188,6 +212,11 @@ function drawPlate(context, across, top, height) {
   context.fillStyle = resolved("--soft");
   context.font = "12px system-ui, sans-serif";
   context.fillText("plate, 32 °C as skin", 4, up(NEUTRAL_C) - 4);
+}
+
+function resize() {
+  draw();
+  showCard();
 }
 
 function listTouches() {
@@ -258,7 +287,8 @@ document.addEventListener("keydown", (event) => {
   if (event.key === "ArrowRight") seek(now + STEP_S);
 });
 addEventListener("hashchange", fromLink);
-addEventListener("resize", draw);
+addEventListener("resize", resize);
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
+card.begin(byId("seen"), Infinity); // also while it is paused
 listTouches();
 fromLink();
