@@ -68,6 +68,11 @@ BOXES = """() => {
   }
   return over;
 }"""
+# Keeps what the page asks of the phone's motor (ms), since nothing vibrates here.
+COUNT_VIBRATIONS = """
+globalThis.vibrations = [];
+navigator.vibrate = (pattern) => vibrations.push(pattern);
+"""
 OPEN_ALL = "() => document.querySelectorAll('details').forEach((one) => (one.open = true))"
 
 

@@ -7,6 +7,7 @@ import wave
 import numpy as np
 import pytest
 from dashboard_scene import AXE
+from phone import COUNT_VIBRATIONS, PHONE
 from playwright.sync_api import expect
 from saved_zip import unpacked
 
@@ -81,6 +82,17 @@ def test_a_touch_asked_for_before_the_last_one_began_plays_and_nothing_is_told(p
     }""")
     assert started == "true"
     assert page.locator("#told").inner_text() == ""
+
+
+def test_a_phone_vibrates_with_a_touch_and_rests_when_it_is_stopped(browser, address):
+    context = browser.new_context(viewport=PHONE, has_touch=True, is_mobile=True)
+    page = context.new_page()
+    page.add_init_script(COUNT_VIBRATIONS)
+    page.goto(address)
+    page.get_by_role("button", name="play wood, slide").tap()
+    page.wait_for_function("() => vibrations.some((ms) => 0 < ms && ms <= 100)")
+    page.wait_for_function("() => vibrations.at(-1) === 0")  # it ended by itself
+    context.close()
 
 
 def test_it_fits_a_phone_and_is_open_to_everybody(page):

@@ -14,6 +14,7 @@ from typing import Any
 
 import pytest
 from dashboard_scene import PATIENCE_MS
+from phone import COUNT_VIBRATIONS
 from playwright.sync_api import Browser, expect
 from test_lan_page import TOKEN, own_address
 from test_try import DROP, at, next_picture
@@ -26,10 +27,6 @@ PROFILES: dict[str, dict[str, Any]] = {
     "laptop": {"viewport": {"width": 1280, "height": 800}},
     "phone": {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True},
 }
-COUNT_VIBRATIONS = """
-window.vibrations = [];
-navigator.vibrate = (pattern) => vibrations.push(pattern);
-"""
 # The loudest sample that a small speaker would play of what leaves the page.
 LISTEN = """async () => {
   const { sound } = await import("./hear.js");

@@ -9,6 +9,7 @@ from typing import get_args
 import numpy as np
 import pytest
 from dashboard_scene import AXE
+from phone import COUNT_VIBRATIONS, PHONE
 from playwright.sync_api import expect
 from recorded_session import record
 from saved_zip import unpacked
@@ -162,7 +163,7 @@ def test_the_card_beside_the_touched_object_stays_while_it_is_paused(browser, ad
     beside = box["x"] - (frame["x"] + frame["width"] / 2)
     assert 10 < beside < 140
     at(page, 0.55)
-    page.wait_for_function(f"0 < ({WAVE})() && ({WAVE})() < 30")  # no older than the touch
+    page.wait_for_function(f"() => 0 < ({WAVE})() && ({WAVE})() < 30")  # no older than the touch
     page.close()
 
 
@@ -181,6 +182,20 @@ def test_the_vibration_of_the_record_is_what_sounds(page):
     loud = np.flatnonzero(wave > 1e-2) / rate
     assert loud.min() == pytest.approx(0.5, abs=0.02)
     assert 1.4 < loud.max() < 1.6
+
+
+def test_a_phone_vibrates_with_the_touch_and_not_before(browser, address):
+    context = browser.new_context(viewport=PHONE, has_touch=True, is_mobile=True)
+    page = context.new_page()
+    page.add_init_script(COUNT_VIBRATIONS)
+    page.goto(f"{address}#t=0.1")
+    page.wait_for_function(SHOWN)
+    page.locator("#play").tap()
+    page.wait_for_function("() => vibrations.some(Boolean)")
+    assert page.evaluate("vibrations[0]") == 0
+    page.locator("#play").tap()
+    page.wait_for_function("() => vibrations.at(-1) === 0")
+    context.close()
 
 
 def test_the_page_is_clean_for_assistive_tools_light_dark_and_on_a_phone(page):

@@ -2,7 +2,9 @@
 //
 // A phone vibrates or not: it vibrates for as long as the plan is above PHONE_THRESHOLD.
 const PHONE_THRESHOLD = 0.2;
+const PIECE_MS = 100; // of a plan that is known as a whole
 let played = "no vibrating device; press a button of a gamepad to activate it";
+let accompanied = null; // the newest call of `accompany`
 
 export const plays = () => played;
 
@@ -11,6 +13,24 @@ export function take({ period_ms: period = 0, amplitude = [] }) {
   const strongest = Math.max(0, ...amplitude);
   for (const pad of (navigator.getGamepads?.() ?? []).filter(Boolean)) rumble(pad, strongest, lasts);
   if (navigator.userActivation?.hasBeenActive && matchMedia("(pointer: coarse)").matches) buzz(amplitude, period);
+}
+
+// Plays the plan of a whole sound (an audio element) with it, until it pauses or ends.
+export function accompany(sound, { period_ms: period, amplitude }) {
+  const call = (accompanied = {});
+  const length = PIECE_MS / period;
+  let next = 0;
+  const step = () => {
+    if (accompanied !== call) return; // another sound plays
+    if (sound.paused) return take({});
+    const at = Math.floor((1000 * sound.currentTime) / period);
+    if (at >= next || at < next - length) {
+      next = at + length;
+      take({ period_ms: period, amplitude: amplitude.slice(at, next) });
+    }
+    requestAnimationFrame(step);
+  };
+  step();
 }
 
 function rumble(pad, strength, duration) {

@@ -2,6 +2,7 @@
 import { materialColour, warmthColour } from "hapticvlm/feel";
 import { unwav } from "hapticvlm/felt.formats";
 import { save } from "hapticvlm/felt.saved";
+import { accompany } from "hapticvlm/try.rumble";
 
 const touches = JSON.parse(document.getElementById("touches").textContent);
 const voice = document.getElementById("voice");
@@ -25,6 +26,7 @@ async function play(button) {
   sound.addEventListener("ended", () => playing?.sound === sound && end());
   try {
     await sound.play();
+    if (playing?.sound === sound) accompany(sound, touch.plan);
   } catch (error) {
     if (playing?.sound !== sound) return; // another touch was started before this one began to play
     end();

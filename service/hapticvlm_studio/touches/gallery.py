@@ -22,6 +22,7 @@ from hapticvlm.recordings.page.one_file import (
     SAVING,
     assembled,
     encoded,
+    plan,
     put,
     sound,
 )
@@ -51,7 +52,8 @@ def page(clips: Iterable[Clip], voice: str = "sound") -> str:
     template = put(template, option, option.replace(">", " selected>"))
     filled = put(template, '<main id="main">\n', '<main id="main">\n' + "\n".join(sections))
     styles = (PAGES / "palette.css", HERE / "gallery.css")
-    return assembled(filled, styles, SAVING, HERE / "gallery.js", data)
+    modules = (*SAVING, PAGES / "try.rumble.js")
+    return assembled(filled, styles, modules, HERE / "gallery.js", data)
 
 
 def _section(touches: list[Clip]) -> str:
@@ -100,7 +102,11 @@ def _curve(clip: Clip) -> str:
 def _facts(clip: Clip) -> dict[str, Any]:
     heat = clip.heat
     decision = {"material": clip.material, "thermal_cue": heat.thermal_cue}
-    return {"interaction": clip.interaction, "decision": decision | {"setpoint_c": heat.contact_c}}
+    return {
+        "interaction": clip.interaction,
+        "decision": decision | {"setpoint_c": heat.contact_c},
+        "plan": plan(clip.wave),
+    }
 
 
 def _files(clip: Clip) -> dict[str, str]:

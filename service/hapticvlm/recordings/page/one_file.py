@@ -14,11 +14,13 @@ import json
 import re
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
+from hapticvlm.rendering.vibration.vibration_plan import PERIOD_S, PLAN_HZ, amplitudes
 
 PAGES = Path(__file__).parents[2] / "pages"
 CHARSET = '<meta charset="utf-8">'  # which the policy follows, before anything that it governs
@@ -96,6 +98,15 @@ def address(kind: str, data: bytes) -> str:
 def encoded(data: bytes) -> str:
     """Return bytes as text (base64)."""
     return base64.b64encode(data).decode()
+
+
+def plan(wave: NDArray[np.float32]) -> dict[str, Any]:
+    """Return what a phone or gamepad plays of a wave (N,) at RATE_HZ, for `try.rumble.js`."""
+    from scipy.signal import resample_poly
+
+    played = np.asarray(resample_poly(wave, 1, RATE_HZ // PLAN_HZ), np.float32)
+    values = np.round(amplitudes(played, "amplitude"), 2)
+    return {"period_ms": 1000.0 * PERIOD_S["amplitude"], "amplitude": values.tolist()}
 
 
 def sound(wave: NDArray[np.float32], rate_hz: int = SOUND_HZ) -> bytes:

@@ -24,6 +24,7 @@ from hapticvlm.recordings.page.one_file import (
     SAVING,
     address,
     assembled,
+    plan,
     put,
     sound,
 )
@@ -90,6 +91,7 @@ def document(timeline: Timeline, title: str) -> dict[str, Any]:
             for at in timeline.plate
         ],
         "peaks": _peaks(timeline.wave),
+        "plan": plan(timeline.wave),
         "voices": {
             "sound": address("audio/wav", sound(as_sound(timeline.wave), HEARD_HZ)),
             "true": address("audio/wav", sound(timeline.wave)),
@@ -105,7 +107,11 @@ def page(session: dict[str, Any], shared: Moment | None = None) -> str:
     return assembled(
         markup,
         (PAGES / "palette.css", HERE / "session.css"),
-        (*SAVING, PAGES / "try.card.js", HERE / "outline.js"),
+        (
+            *SAVING,
+            *(PAGES / name for name in ("try.card.js", "try.rumble.js")),
+            HERE / "outline.js",
+        ),
         HERE / "session.js",
         session,
     )

@@ -6,6 +6,7 @@ import { unwav } from "hapticvlm/felt.formats";
 import { MOST_S, save } from "hapticvlm/felt.saved";
 import { outlined } from "hapticvlm/outline";
 import * as card from "hapticvlm/try.card";
+import { accompany } from "hapticvlm/try.rumble";
 
 const LOW_C = 16;
 const HIGH_C = 42;
@@ -256,6 +257,7 @@ function showPlaying() {
   byId("play").setAttribute("aria-pressed", String(!sound.paused));
   byId("play").textContent = sound.paused ? "Play" : "Pause";
   follow();
+  accompany(sound, session.plan);
 }
 
 function fromLink() {

@@ -126,8 +126,7 @@ class VibrationPlanner:
         self, wave: NDArray[np.float32], form: Form, *, has_impact: bool
     ) -> NDArray[np.float64]:
         """Return the controller's amplitude, 0..1, in each period of the wave (N,), (periods,)."""
-        drive = loudness(wave, PLAN_HZ) if form == "amplitude" else wave
-        played = controller_amplitude(levels(drive, PERIOD_S[form]), form)
+        played = amplitudes(wave, form)
         if has_impact:
             beginning = played[: round(MIN_IMPACT_S / PERIOD_S[form])]
             beginning[:] = np.maximum(beginning, MIN_IMPACT)
@@ -154,6 +153,12 @@ class VibrationPlanner:
         if self._renewal is not None:
             self._voices.apply(self._renewal)
             self._renewal = None
+
+
+def amplitudes(wave: _Wave, form: Form) -> NDArray[np.float64]:
+    """Return what a controller plays of a wave (N,) at PLAN_HZ: one value a period, (periods,)."""
+    drive = loudness(wave, PLAN_HZ) if form == "amplitude" else wave
+    return controller_amplitude(levels(drive, PERIOD_S[form]), form)
 
 
 def levels(wave: _Wave, period_s: float) -> NDArray[np.float64]:
