@@ -81,12 +81,12 @@ def test_a_title_is_the_name_in_plain_words(name, words):
     assert in_plain_words(name) == words
 
 
-def test_two_names_with_the_same_words_stay_as_they_are(tmp_path):
+def test_two_names_with_the_same_words_keep_their_numbers(tmp_path):
     mugs = [{"object_id": name, "name": name} for name in ("Mug_01", "Mug_02", "OldKettle")]
     said = [(0.0, {"type": "scene", "objects": mugs, "replace": True})]
     what = read(record_messages(tmp_path, [*said, (0.5, touch("contact", "Mug_01"))]))
     titles = [what.title(ObjectTarget(mug["object_id"])) for mug in mugs]
-    assert titles == ["Mug_01", "Mug_02", "Old kettle"]
+    assert titles == ["Mug 01", "Mug 02", "Old kettle"]
 
 
 def test_each_surface_that_a_hand_touched_is_an_entry_of_its_own_and_replays_the_same(tmp_path):

@@ -113,11 +113,12 @@ class Timeline:
         return self.names.get(target, target.object_id)
 
     def title(self, target: ThingTarget) -> str:
-        """Return the name in plain words; a name whose words another one has too stays as it is."""
+        """Return the name in plain words, numbered where another one has the same words."""
         name = self.name(target)
         words = in_plain_words(name)
         others = (other for other in self.names.values() if other != name)
-        return name if any(in_plain_words(other) == words for other in others) else words
+        has_twin = any(in_plain_words(other) == words for other in others)
+        return in_plain_words(name, numbered=True) if has_twin else words
 
     def touch_at(self, t_s: float) -> TouchSpan | None:
         """Return the newest touch that lasts at this time."""

@@ -99,13 +99,13 @@ def title_of(facts: SceneObject, index: int) -> str | None:
     return f"{facts.name or facts.object_id}, {surfaces[index].name or f'surface {index}'}"
 
 
-def in_plain_words(name: str) -> str:
+def in_plain_words(name: str, *, numbered: bool = False) -> str:
     """Return an object's name as a reader would write it: "Tea mug" for "TeaMug_01".
 
     Words joined by capitals or underscores are parted. An engine's code before them ("M_") and the
-    number of a copy, as Unity and Blender append it, are left out.
+    number of a copy, as Unity and Blender append it, are left out; `numbered` keeps the number.
     """
-    words = _JOINT.split(_CODE.sub("", _COPY.sub("", name)))
+    words = _JOINT.split(_CODE.sub("", name if numbered else _COPY.sub("", name)))
     parted = " ".join(word if word.isupper() else word[:1].lower() + word[1:] for word in words)
     parted = parted.strip()
     return parted[:1].upper() + parted[1:] or name
