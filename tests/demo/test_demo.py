@@ -15,6 +15,7 @@ import soundfile
 from hapticvlm.captures import read
 from hapticvlm.captures.contacts import contacts
 from hapticvlm.demo.run import CAPTURE
+from hapticvlm.evidence.names import words_of
 
 pytestmark = pytest.mark.slow
 
@@ -150,7 +151,9 @@ def test_the_page_it_leaves_holds_every_touch_and_its_sound(demo, touches):
     text = (demo.out / "session.html").read_text(encoding="utf-8")
     (data,) = re.findall(r'id="session">(\{.*\})</script>', text)
     session = json.loads(data)
-    assert [touch["name"] for touch in session["touches"]] == [touch.name for touch in touches]
+    titles = [touch["name"] for touch in session["touches"]]
+    assert [words_of(title) for title in titles] == [words_of(touch.name) for touch in touches]
+    assert {"Tea mug", "Brushed steel kettle", "Mesh 12", "Mesh 31"} <= set(titles)
     assert session["frames"]
     for voice in ("sound", "true"):
         assert session["voices"][voice].startswith("data:audio/wav;base64,")
