@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from hapticvlm.evidence.ambient import SceneView
 from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.messages import Frame, Region
-from hapticvlm.vision import pictures, texture_verdicts, textures
+from hapticvlm.vision import pictures, texture_verdicts, textures, tones
 from hapticvlm.vision.encoders.encoder import Encoder, EncoderError
 from hapticvlm.vision.flatness import is_flat
 from hapticvlm.vision.galleries.gallery import Gallery
@@ -202,7 +202,8 @@ class FrameRecogniser:
         if shown is not None:
             evidence = self._with_scene_references(evidence, embedding, shown, flat=flat)
         stages["match"], _ = _lap(started)
-        return Recognition(evidence, stages, SceneView(embedding, float(crop.image.mean()) / 255.0))
+        brightness = tones.brightness(crop.image, crop.levels)
+        return Recognition(evidence, stages, SceneView(embedding, brightness))
 
     def _follow(self, remote: RemoteRecogniser) -> None:
         """Recognise every object again when another encoder or gallery answers from now on."""

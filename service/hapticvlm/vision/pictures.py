@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from hapticvlm import documents, messages
 from hapticvlm.errors import HapticVLMError
+from hapticvlm.vision import tones
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -248,10 +249,14 @@ def _require_few_chunks(path: str, data: bytes) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Crop:
-    """A square cut-out, upright: image (S, S, 3) uint8 RGB, mask (S, S) uint8, nonzero = object."""
+    """A square cut-out, upright: image (S, S, 3) uint8 RGB, mask (S, S) uint8, nonzero = object.
+
+    `levels` are those of the frame that the image's 0 and 255 stand for (tones.py).
+    """
 
     image: Pixels
     mask: Pixels
+    levels: tones.Levels = tones.WHOLE
 
 
 @dataclass(frozen=True, slots=True)
@@ -272,7 +277,10 @@ def check_header(frame: messages.Frame) -> None:
 
 
 def crop(frame: messages.Frame, side: int) -> Crop:
-    """Cut the object out of a frame as a (side, side) picture and mask. Raises PictureError."""
+    """Cut the object out of a frame as a (side, side) picture and mask.
+
+    The tones of a hazy and of a dark picture are stretched. Raises PictureError.
+    """
     return crops(frame, [frame.region], side)[0]
 
 
@@ -430,11 +438,12 @@ def _crop(frame: messages.Frame, pixels: Pixels, cut: tuple[Box, Pixels | None],
     x = pixels.shape[1] / frame.width
     y = pixels.shape[0] / frame.height
     image = resize(pixels, (box[0] * x, box[1] * y, box[2] * x, box[3] * y), side)
+    image, levels = tones.stretched(image)
     if mask is None:
-        return Crop(image, central_mask(side))
+        return Crop(image, central_mask(side), levels)
     inside = resize(mask, (0.0, 0.0, float(mask.shape[1]), float(mask.shape[0])), side)
     half = min(128, int(inside.max()))  # in a mask of thin lines no cell is half covered
-    return Crop(image, _levels(inside >= half))
+    return Crop(image, _levels(inside >= half), levels)
 
 
 def _levels(inside: NDArray[np.bool_]) -> Pixels:
