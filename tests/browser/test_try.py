@@ -32,6 +32,8 @@ from hapticvlm.vision.files import read_frame
 
 pytestmark = pytest.mark.browser
 NOTHING = "—"
+# The drawn hand stays for three seconds, which a slow machine needs to open the page.
+SLOWED = "const now = performance.now.bind(performance); performance.now = () => now() / %d;"
 DROP = """([name, data]) => {
   const bytes = Uint8Array.from(atob(data), (letter) => letter.charCodeAt(0));
   const transfer = new DataTransfer();
@@ -101,14 +103,19 @@ def visit(
     service: Service,
     size: tuple[int, int] = (1280, 900),
     hash_: str = "",
+    slowed: int = 1,
     **options: Any,
 ) -> Iterator[Page]:
-    """Open the page; unless asked for, no drawn hand touches its first picture."""
+    """Open the page; unless asked for, no drawn hand touches its first picture.
+
+    Its clock is `slowed` so many times.
+    """
     viewport = ViewportSize(width=size[0], height=size[1])
     context = browser.new_context(viewport=viewport, **{"reduced_motion": "reduce"} | options)
     context.set_default_timeout(PATIENCE_MS)
     page = context.new_page()
     page.add_init_script(WATCH_POLICY)
+    page.add_init_script(SLOWED % slowed)
     errors: list[str] = []
     page.on("pageerror", lambda error: errors.append(str(error)))
     page.goto(f"{service.page}try{hash_}")
@@ -433,7 +440,7 @@ def test_it_opens_on_a_table_whose_most_certain_places_are_outlined(browser, ser
 def test_a_drawn_hand_touches_the_first_picture_once_and_its_answer_is_at_the_finger(
     browser, service
 ):
-    with visit(browser, service, reduced_motion="no-preference") as page:
+    with visit(browser, service, slowed=3, reduced_motion="no-preference") as page:
         expect(page.locator("#shown-hand")).to_be_visible()
         expect(page.locator("#region")).to_have_attribute("data-hand", "held")
         expect(page.locator("#card")).to_be_visible()
@@ -447,7 +454,7 @@ def test_a_drawn_hand_touches_the_first_picture_once_and_its_answer_is_at_the_fi
 
 @pytest.mark.nightly
 def test_a_persons_hand_ends_the_drawn_one(browser, service):
-    with visit(browser, service, reduced_motion="no-preference") as page:
+    with visit(browser, service, slowed=50, reduced_motion="no-preference") as page:
         expect(page.locator("#shown-hand")).to_be_visible()
         at(page, 0.2, 0.8)
         expect(page.locator("#shown-hand")).to_be_hidden()
