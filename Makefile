@@ -14,11 +14,11 @@ demo: $(VENV)/.demo
 
 # Three tiers, by the markers of the tests: .ci/tests says what each of them is.
 test: $(VENV)/.dev toolchains
-	@echo "About 5,400 tests follow: some ten minutes on two cores. \`make nightly\` runs the rest."
+	@echo "About 5,900 tests follow: some ten minutes on two cores. \`make nightly\` runs the rest."
 	$(BIN)/python .ci/tests test
 
 nightly: $(VENV)/.dev toolchains build/chat-servers/.done
-	@echo "About 1,300 long tests follow: some twenty minutes on two cores."
+	@echo "About 1,900 long tests follow: some forty minutes on two cores."
 	$(BIN)/python .ci/tests nightly
 
 # The loop of a developer. Where everything is installed already, that is taken; else a third of it

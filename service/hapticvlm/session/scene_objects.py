@@ -17,6 +17,7 @@ import re
 from collections import Counter
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Generic, TypeVar
 
 import msgspec
@@ -99,6 +100,7 @@ def title_of(facts: SceneObject, index: int) -> str | None:
     return f"{facts.name or facts.object_id}, {surfaces[index].name or f'surface {index}'}"
 
 
+@lru_cache(maxsize=2 * MAX_KNOWN)  # each title asks for the words of all names of its scene
 def in_plain_words(name: str, *, numbered: bool = False) -> str:
     """Return an object's name as a reader would write it: "Tea mug" for "TeaMug_01".
 

@@ -4,7 +4,7 @@ Haze, an engine's fog and a camera's veil lay one light over everything: nothing
 and nothing white. A scene at night uses only the lowest levels. The encoder learned from neither,
 and is then unsure, or sure and wrong. Both leave an end of the scale unused, so the levels in use
 are spread over all of it. A picture with something white in it, such as a product on its ground,
-is none of both, however bright it is.
+is neither, however bright it is.
 """
 
 from __future__ import annotations
