@@ -53,12 +53,21 @@ def test_few_descriptors_are_enough_or_said_in_one_line(limit):
     assert "Traceback" not in errors
 
 
-@pytest.mark.parametrize("megabytes", [250, 300, 350, 400, 500])
-def test_little_memory_is_enough_or_said_without_a_traceback(megabytes):
+@pytest.mark.parametrize("megabytes", [100, 250, 350, 767])
+def test_less_memory_than_the_service_needs_is_said_before_anything_starts(megabytes):
     first, errors, code = started("RLIMIT_AS", megabytes * MB)
-    assert code == 0 if first else "memory" in errors
+    assert (first, code) == ("", 2)
+    assert f"allows {megabytes} MB of memory (ulimit -v) and the service needs 768" in errors
     assert "Traceback" not in errors
     assert is_plain(errors)
+
+
+@pytest.mark.parametrize("megabytes", [768, 1024])
+def test_the_memory_that_the_service_asks_for_is_enough(megabytes):
+    first, errors, code = started("RLIMIT_AS", megabytes * MB)
+    assert "ready" in first
+    assert code == 0
+    assert "memory" not in errors
 
 
 async def test_memory_that_is_used_up_in_a_callback_is_one_sentence(caplog):

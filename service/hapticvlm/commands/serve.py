@@ -14,13 +14,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hapticvlm.commands.service_address import port_errors
-from hapticvlm.errors import usage_errors
+from hapticvlm.errors import UsageError, usage_errors
 from hapticvlm.server.options import Option, check_ranges
 from hapticvlm.server.settings import GROUPS, OPTIONS, ServeOptions
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
     from hapticvlm.server.assemble import ServiceParts
+
+MIN_ADDRESS_SPACE_MB = 768  # our choice: 450 was enough each time on two cores, 400 was not
 
 
 def add(commands: Commands) -> None:
@@ -47,6 +49,7 @@ def add_options(parser: argparse.ArgumentParser, *, but: tuple[str, ...] = ()) -
 
 
 def _serve(options: argparse.Namespace) -> int:
+    _check_address_space()
     from hapticvlm.server import assemble
 
     if options.log_level == "warning":
@@ -63,6 +66,25 @@ def _serve(options: argparse.Namespace) -> int:
         finally:
             parts.close()  # also after an error before anything ran; a second call does nothing
     return 0
+
+
+def _check_address_space() -> None:
+    """Raise UsageError if the system allows less address space than the service needs.
+
+    Where memory ends while the service starts, no handler can be relied on: a numerical library
+    ends the process by itself, and a thread that cannot begin leaves the one that started it
+    waiting for ever. So this is asked before the first of them is imported.
+    """
+    try:
+        import resource
+    except ImportError:  # Windows limits no address space
+        return
+    limit = resource.getrlimit(resource.RLIMIT_AS)[0]
+    if limit != resource.RLIM_INFINITY and limit < MIN_ADDRESS_SPACE_MB * 1024**2:
+        raise UsageError(
+            f"this shell allows {limit // 1024**2} MB of memory (ulimit -v) and the service needs "
+            f"{MIN_ADDRESS_SPACE_MB}: raise the limit, as with `ulimit -v unlimited`"
+        )
 
 
 def _run_parts(options: ServeOptions, parts: ServiceParts) -> None:
