@@ -202,6 +202,7 @@ def test_a_picture_of_one_material_is_what_recognise_says(browser, service, name
         assert sure == pytest.approx(100 * told["confidence"], abs=6)  # it was encoded anew
 
 
+@pytest.mark.nightly
 def test_a_thing_on_a_plain_ground_is_outlined_as_recognise_outlines_it(browser, service, tmp_path):
     picture = tmp_path / "thing.png"
     Image.fromarray(drawn("thing")[0]).save(picture)
@@ -221,6 +222,7 @@ def test_a_thing_on_a_plain_ground_is_outlined_as_recognise_outlines_it(browser,
             page.wait_for_function(SURE, arg=[100 * told["confidence"], 6])  # encoded as JPEG
 
 
+@pytest.mark.nightly
 def test_the_page_outlines_what_the_service_outlines(browser, service):
     side = plain_ground.SIDE
     with visit(browser, service) as page:

@@ -98,6 +98,7 @@ def test_the_same_pictures_make_the_same_file(tmp_path: Path, tiny: Path) -> Non
     assert (tmp_path / "one.npz").read_bytes() == (tmp_path / "two.npz").read_bytes()
 
 
+@pytest.mark.nightly
 def test_every_gallery_is_calibrated_on_its_own_pictures_beside_the_shipped_ones_if_asked(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

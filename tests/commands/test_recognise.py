@@ -343,6 +343,7 @@ def test_the_strongest_beliefs_are_printed_if_asked(folder: Path) -> None:
 CAPTURE = Path(__file__).parents[2] / "examples/captures/living_room"
 
 
+@pytest.mark.nightly
 def test_a_network_in_a_file_is_fitted_and_judged(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -49,6 +49,7 @@ def test_the_page_has_its_snippets_and_each_imports_what_it_uses():
     assert all("import hapticvlm" in snippet for snippet in SNIPPETS)
 
 
+@pytest.mark.nightly
 async def test_the_notebook_goes_from_a_picture_to_its_touch_in_few_lines(monkeypatch):
     # A kernel runs the cells one after the other beside its own event loop, as this test does, and
     # shows the value of each cell's last line.

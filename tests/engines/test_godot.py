@@ -178,6 +178,7 @@ def test_the_nearest_of_10_000_triangles_is_found(game: Game) -> None:
     assert searched["misses"] == 0
 
 
+@pytest.mark.nightly
 @pytest.mark.realtime
 @pytest.mark.usefixtures("room")
 def test_a_touch_finds_its_surface_among_10_000_triangles_in_less_than_0_1_ms(

@@ -72,6 +72,7 @@ def test_the_skin_is_safe_on_a_board_whose_beads_lag(
         assert outcome.shoot_through == 0
 
 
+@pytest.mark.nightly
 def test_a_cut_out_with_a_bead_of_the_same_wrong_bag_would_not_save_the_skin(chip: Chip) -> None:
     # The reason why the cut-out's bead must be of another maker, value and beta.
     bag = Fault("one bag", one_bag_and_the_cut_out, at_start=True)
@@ -124,6 +125,7 @@ def test_beads_that_freeze_at_a_steady_plate_are_found_by_a_test_pulse(
     board.close()
 
 
+@pytest.mark.nightly
 def test_the_test_pulse_moves_the_skin_by_less_than_can_be_felt(chip: Chip) -> None:
     board = chip.board(23.0)
     host = RawHost(board)

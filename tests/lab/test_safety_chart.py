@@ -69,6 +69,7 @@ def test_a_thermistor_at_25_degrees_reads_half_scale() -> None:
     assert sum_at(40.0) < sum_at(25.0) < sum_at(10.0)
 
 
+@pytest.mark.nightly
 @needs_compiler
 def test_a_sound_plate_follows_its_setpoint_and_nothing_trips(core) -> None:
     plate = draw_plates(1)[0]

@@ -34,6 +34,7 @@ def room() -> Source:
     return thin(read_capture(default_captures()[1]), 0, per_object=2)
 
 
+@pytest.mark.nightly
 def test_what_is_stated_is_felt_as_it_is_and_nothing_is_felt_as_nothing() -> None:
     stated = feeling.felt(STATED, "metal", feeling.DEFAULT)
     nothing = feeling.felt(NOTHING, "metal", feeling.DEFAULT)

@@ -57,6 +57,7 @@ async def test_a_client_that_does_not_know_the_authority_does_not_connect(servic
             pass
 
 
+@pytest.mark.nightly
 async def test_a_certificate_for_another_name_is_not_taken(authority):
     elsewhere = authority.sign("elsewhere", names="DNS:elsewhere.example").flags
     with (

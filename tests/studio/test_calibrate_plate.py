@@ -232,6 +232,7 @@ def test_what_the_command_writes_is_taken_as_plate_resistance(tmp_path, capsys):
     assert serving.plate_resistance == told["plate_resistance"]
 
 
+@pytest.mark.nightly
 def test_a_result_that_cannot_be_written_is_told_all_the_same(tmp_path, capsys):
     nowhere = tmp_path / "nowhere" / "plate.json"
 

@@ -161,6 +161,7 @@ def test_where_nothing_is_answered_no_figure_is_made_up() -> None:
     assert told["constant"]["n"] == 2
 
 
+@pytest.mark.nightly
 def test_the_command_ends_with_one_line_of_figures(labelled: Path) -> None:
     code, figures, printed, progress = evaluate(labelled, "--json")
     assert code == 0
@@ -175,6 +176,7 @@ def test_the_command_ends_with_one_line_of_figures(labelled: Path) -> None:
     assert "6/6  5.png" in progress
 
 
+@pytest.mark.nightly
 def test_the_constant_beside_it_is_the_best_of_two(labelled: Path) -> None:
     figures = evaluate(labelled, "--json")[1]
     rules = figures["constants"]

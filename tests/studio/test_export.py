@@ -202,6 +202,7 @@ def temperatures(perception, scale):
 READERS = {"haptic": read_haptic, "ahap": read_ahap, "hjif": lambda path: read_hjif(path)[0]}
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("kind", READERS)
 @pytest.mark.parametrize("material", MATERIALS)
 def test_what_is_read_back_is_as_loud_as_what_the_speaker_plays(tmp_path, material, kind):

@@ -166,6 +166,7 @@ def test_a_drawing_for_which_there_is_no_format_is_refused_with_the_one_there_is
     assert ".svg" in capsys.readouterr().err
 
 
+@pytest.mark.nightly
 def test_it_draws_and_starts_without_the_heavy_libraries(tmp_path):
     code = (
         "import sys; from hapticvlm.commands.main import main; "

@@ -160,6 +160,7 @@ def test_without_noise_every_difference_is_enough():
     assert (counts == 50 * np.eye(10)).all()
 
 
+@pytest.mark.nightly
 @given(st.integers(0, 1000))
 @pytest.mark.slow
 def test_more_noise_never_helps(seed):
@@ -294,6 +295,7 @@ def test_calibrated_on_the_paper_our_ten_reach_the_goal(noise):
     assert (found.counts.sum(axis=1) == answers.TRIALS).all()
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 def test_the_calibrated_observer_confuses_most_what_people_confused_most(noise):
     found = predict.check(noise)
@@ -336,6 +338,7 @@ def test_features_in_units_of_their_noise_are_told_apart_as_with_that_noise():
     assert np.isfinite(weighed(some, Noise(0.0, 0.0)).steps).all()
 
 
+@pytest.mark.nightly
 def test_hot_and_cold_of_one_vibration_differ_by_heat_alone():
     hot, _, _, _, _, cold, *_ = percepts(patterns.ours()).steps
     heat = len(FEATURES) - 2

@@ -196,6 +196,7 @@ def exported(separator: str, decimal: str, unit_s: float, *, bom: bool = False) 
     return ("\ufeff" if bom else "") + "\r\n".join([header, *lines]) + "\r\n"
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("separator", "decimal", "unit_s", "bom"),
     [

@@ -134,6 +134,7 @@ def test_collapsing_keeps_every_trial_and_adds_up_its_group() -> None:
     assert np.diag(found).tolist() == [90, 80, 77, 72, 76]
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 def test_nine_people_give_f_4_32_and_f_1_8() -> None:
     rates = np.random.default_rng(2).integers(0, 6, size=(9, 5, 2)) / 5
@@ -266,6 +267,7 @@ def test_one_person_gets_no_anova_and_the_reason(study: Path) -> None:
     assert "No repeated-measures ANOVA" in text.text_of(document)
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 def test_the_command_writes_pictures_a_text_and_a_csv_without_names(
     study: Path, capsys: pytest.CaptureFixture[str]

@@ -125,6 +125,7 @@ def test_a_controller_rests_beside_a_palm_speaker_where_told_and_says_why(build)
     assert "untick it" in output
 
 
+@pytest.mark.nightly
 @pytest.mark.realtime
 def test_a_controller_plays_what_the_hand_in_it_touches(build, capsys):
     with running() as service:

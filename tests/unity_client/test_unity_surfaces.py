@@ -53,6 +53,7 @@ def test_lower_levels_of_detail_hidden_renderers_and_other_objects_are_no_surfac
     assert "surfaces 20 first Walnut gold False felt True" in output
 
 
+@pytest.mark.nightly
 @pytest.mark.realtime
 def test_a_touch_finds_its_surface_among_10_000_triangles_in_less_than_0_1_ms(build, capsys):
     output = build.run("programs.exe", "surfaces", "10000")

@@ -45,6 +45,7 @@ def test_steps_that_are_switched_off_are_left_out():
     assert (plain.apply(pixels)[0] == 200).all()
 
 
+@pytest.mark.nightly
 @pytest.mark.torch
 def test_it_gives_the_network_what_its_own_processor_gives(tmp_path):
     import json

@@ -68,6 +68,7 @@ def recognising_ms(answer):
     return sum(answer["stages_ms"].get(stage, 0.0) for stage in ("remote", "encode", "match"))
 
 
+@pytest.mark.nightly
 async def test_crops_are_recognised_remotely_and_the_state_is_reported(shared, sharing):
     async with scene(sharing) as client:
         assert client.welcome["privacy"]["crops_leave_machine"]
@@ -81,6 +82,7 @@ async def test_crops_are_recognised_remotely_and_the_state_is_reported(shared, s
     assert any("crops are sent there" in line for line in sharing.printed)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("fault", ["hangs", "garbage", "wrong hash"])
 async def test_a_fault_is_answered_here_within_one_deadline_and_ends_by_itself(
     shared, sharing, fault

@@ -429,6 +429,7 @@ def test_a_broken_material_is_reported_in_one_line_at_start(tmp_path: Path) -> N
     assert len(said.splitlines()) == 1
 
 
+@pytest.mark.nightly
 def test_references_of_another_encoder_are_reported_in_one_line_at_start(tmp_path: Path) -> None:
     slate = derive("slate", "stone")
     write(UserMaterial(slate, "stone", {}, "other-7", np.eye(1, 64, dtype=np.float32)), tmp_path)

@@ -31,7 +31,7 @@ from hapticvlm.vlm.weights import Precision
 if TYPE_CHECKING:
     import torch
 
-pytestmark = pytest.mark.torch
+pytestmark = [pytest.mark.torch, pytest.mark.nightly]
 
 NAMES = tuple(materials.MATERIALS)
 
