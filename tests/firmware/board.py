@@ -230,7 +230,8 @@ class Board:
 
     def change_sink(self, k_per_w: float, j_per_k: float = SINK_J_PER_K) -> None:
         """Change the thermal resistance of the sink, as when its fan dies."""
-        changed = Plant(self.ambient_c, k_per_w, module=replace(self._module, sink_j_per_k=j_per_k))
+        module, palm = replace(self._module, sink_j_per_k=j_per_k), self.plant.palm_resistance
+        changed = Plant(self.ambient_c, k_per_w, palm, module=module)
         changed._state_c = self.plant._state_c.copy()
         self.plant = changed
 

@@ -1,30 +1,53 @@
-"""The rooms and setpoints in which every fault is tried: the extremes that a scene may request."""
+"""The rooms, palms and setpoints in which every fault is tried: the extremes of a scene.
+
+A fault strikes a plate that moves, or one that has held its extreme for a minute. On a moving one
+the loop works hardest; on a held one the skin, the sink and everything that stores charge or heat
+are as near to a limit as they get.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+from hapticvlm.devices.simulated.plant import PALM_RESISTANCE
 from hapticvlm.perception import NEUTRAL_C
 
-BUSY_S = 15.0  # until then the setpoint changes
+BEFORE_S = 3.0  # a second after the plate began to move towards the extreme
+HELD_S = 60.0
+PRESSED = 5e-5  # m2 K/W, of a palm pressed on the plate
 
 
 @dataclass(frozen=True)
 class Situation:
-    """A room, and the setpoint to which the host returns."""
+    """A room, a palm, and the setpoint to which the host returns; a fault strikes `faulty_at_s`.
+
+    `palm_resistance` is in m2 K/W.
+    """
 
     name: str
     ambient_c: float
     extreme_c: float
+    faulty_at_s: float = BEFORE_S
+    palm_resistance: float = PALM_RESISTANCE
+
+    @property
+    def busy_s(self) -> float:
+        """Time after which the setpoint no longer changes and the fault has had 12 s to show."""
+        return self.faulty_at_s + 12.0
 
     def setpoint_c(self, elapsed_s: float) -> float:
-        """Return the setpoint: rest, the extreme, half way back, then the extreme permanently."""
+        """Return the setpoint: rest, the extreme, after a fault half way back, the extreme."""
         if elapsed_s < 2.0:
             return NEUTRAL_C
-        return (NEUTRAL_C + self.extreme_c) / 2.0 if 8.0 <= elapsed_s < 11.0 else self.extreme_c
+        since_s = elapsed_s - self.faulty_at_s
+        return (NEUTRAL_C + self.extreme_c) / 2.0 if 5.0 <= since_s < 8.0 else self.extreme_c
 
 
 HOT = Situation("hot, warm room", 30.0, 40.0)
 COLD = Situation("cold, cool room", 15.0, 18.0)
 COLD_WARM = Situation("cold, warm room", 30.0, 18.0)  # the largest load of the sink
-SITUATIONS = (HOT, COLD, COLD_WARM)
+HELD_HOT = Situation("held hot", 30.0, 40.0, HELD_S, PRESSED)
+HELD_COLD = Situation("held cold", 15.0, 18.0, HELD_S, PRESSED)
+MOVING = (HOT, COLD, COLD_WARM)
+HELD = (HELD_HOT, HELD_COLD)
+SITUATIONS = (*MOVING, *HELD)

@@ -3,8 +3,10 @@
 Prints a table and, as its last line, one JSON document. A worker per process; the result does not
 depend on their number. Every trial is saved when it ends, and a second call resumes where the
 first one stopped. Pairs are shuffled with a fixed seed, so that a partial sweep has tried every
-fault; the cool room comes first, where the cut-out has the least margin. Exits with 1 when a trial
-left the skin's limits or failed.
+fault; the cool room comes first, where the cut-out has the least margin. A held plate costs a
+minute a trial, so it meets every fault alone, but of the pairs only those with a shorted bridge:
+the one fault that drives the plate past its guards from wherever it stands. Exits with 1 when a
+trial left the skin's limits or failed.
 """
 
 from __future__ import annotations
@@ -34,7 +36,7 @@ from firmware.board import Board, Build
 from firmware.build import Chip
 from firmware.checkpoint import Checkpoint, Failure, Key, Result, digest, key
 from firmware.faults import BY_NAME, FAULTS, Fault
-from firmware.situations import COLD, COLD_WARM, HOT, SITUATIONS, Situation
+from firmware.situations import COLD, COLD_WARM, HELD, HOT, SITUATIONS, Situation
 from firmware.trials import LONG_S, Outcome, trial
 from hapticvlm.devices.simulated.plant import FACE_J_PER_K
 
@@ -105,8 +107,10 @@ def jobs(only: str = "", *, pairs: bool) -> list[Job]:
     both = [pair for pair in itertools.combinations(named, 2) if set(pair) not in BEYOND]
     both = both if pairs else []
     random.Random(SEED).shuffle(both)
+    shorted = [pair for pair in both if any(name.startswith("bridge shorted") for name in pair)]
     return [
         *((names, situation) for situation in (COLD, HOT, COLD_WARM) for names in both),
+        *((names, situation) for situation in HELD for names in shorted),
         *singles,
     ]
 

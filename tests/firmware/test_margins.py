@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 from hapticvlm.devices.simulated.plant import RESISTANCE, SEEBECK, Module, Plant
 
 from .build import FIRMWARE
-from .hardware import CutOut, Driver
+from .hardware import CutOut, Driver, Skin
+from .situations import PRESSED
 
 STEP_S = 0.02
 DRIVER_RAD_S = 2.0 * math.pi * 64.0  # the filter of its control voltage
@@ -108,8 +109,30 @@ FIRST_SWITCH_ON_LAG_S = 1.0  # of the cut-out's bead at most (README, step 6)
 def test_a_shorted_bridge_leaves_a_pressed_palm_above_13_degrees(
     face_j_per_k: float, start_c: float
 ) -> None:
+    coldest_c, _ = skin_of_a_shorted_bridge(-1, 15.0, start_c, face_j_per_k)
+
+    assert coldest_c >= 13.0
+
+
+@pytest.mark.parametrize("start_c", [38.0, 40.0])
+@pytest.mark.parametrize("face_j_per_k", [0.6, 1.0, 1.5])
+def test_a_shorted_bridge_leaves_a_pressed_palm_below_42_5_degrees(
+    face_j_per_k: float, start_c: float
+) -> None:
+    _, hottest_c = skin_of_a_shorted_bridge(1, 30.0, start_c, face_j_per_k)
+
+    assert hottest_c <= 42.5
+
+
+def skin_of_a_shorted_bridge(
+    way: int, room_c: float, start_c: float, face_j_per_k: float
+) -> tuple[float, float]:
+    """Hold a plate under a pressed palm for a minute, short its bridge; return the skin's extremes.
+
+    `way` is that of `Driver.shorted`; the extremes are of the time from the short on, in degC.
+    """
     plant = Plant(
-        15.0, palm_resistance=5e-5, plate_c=32.0, module=Module(face_j_per_k=face_j_per_k)
+        room_c, palm_resistance=PRESSED, plate_c=32.0, module=Module(face_j_per_k=face_j_per_k)
     )
     current_a = 0.0
     for _ in range(1200):  # a loop of no board, slow and steady
@@ -117,17 +140,17 @@ def test_a_shorted_bridge_leaves_a_pressed_palm_above_13_degrees(
         current_a = min(max(current_a + 0.03 * error_c, -2.0), 0.75)
         plant.step(min(max(current_a + error_c, -2.0), 0.75), 0.05)
     assert plant.plate_c == pytest.approx(start_c, abs=0.3)
-    cut_out, driver = CutOut(plant.plate_c, FIRST_SWITCH_ON_LAG_S), Driver(shorted=-1)
-    coldest_c = plant.skin_c
+    cut_out, driver = CutOut(plant.plate_c, FIRST_SWITCH_ON_LAG_S), Driver(shorted=way)
+    skin = Skin()
     for _ in range(1500):
         emf_v = SEEBECK * (plant.plate_c - plant.sink_c)
         plant.step(0.0 if cut_out.is_open else driver.current_a(0.0, emf_v), 0.01)
         cut_out.feel(plant.plate_c, 0.01)
-        coldest_c = min(coldest_c, plant.skin_c)
+        skin.feel(plant.skin_c, 0.01)
 
-    print(coldest_c)
+    print(skin)
     assert cut_out.is_open
-    assert coldest_c >= 13.0
+    return skin.lowest_c, skin.highest_c
 
 
 def constant_ms(name: str) -> int:

@@ -18,9 +18,8 @@ from . import line
 from .board import Board
 from .faults import SLOW_S, Fault, Guard
 from .rawhost import RENEW_S, SWITCHED_ON_S, TTL_S, RawHost
-from .situations import BUSY_S, Situation
+from .situations import BEFORE_S, Situation
 
-BEFORE_S = 3.0  # a second after the plate began to move towards the extreme
 SHORT_S, LONG_S = 60.0, 300.0
 AFTER_S = 60.0
 _SURE_S = 1.0
@@ -71,12 +70,13 @@ class _Trial:
         self._inject(at_start=True)
         self.host.advance(SWITCHED_ON_S)
         begun_at = self.board.now
-        self._live(begun_at, BEFORE_S)
+        self._live(begun_at, self.situation.faulty_at_s)
         if any(not fault.at_start for fault in self.faults):
             self.injected_at, self._safe_since = self.board.now, None
         self._inject(at_start=False)
         slow = any(fault.deadline_s == SLOW_S for fault in self.faults)
-        self._live(begun_at, longest_s if slow else min(SHORT_S, longest_s))
+        held_s = self.situation.faulty_at_s - BEFORE_S
+        self._live(begun_at, held_s + (longest_s if slow else min(SHORT_S, longest_s)))
         return self._outcome()
 
     def _inject(self, *, at_start: bool) -> None:
@@ -86,7 +86,7 @@ class _Trial:
 
     def _live(self, begun_at: float, until_s: float) -> None:
         while (elapsed := self.board.now - begun_at) < until_s and not self._is_over():
-            if elapsed > BUSY_S and self._is_steady():
+            if elapsed > self.situation.busy_s and self._is_steady():
                 return
             self._speak(elapsed)
             self.host.advance(RENEW_S)
@@ -177,6 +177,7 @@ def trial(
 ) -> Outcome:
     """Run one trial on a new board."""
     board = make_board(situation.ambient_c)
+    board.plant.touch(situation.palm_resistance)
     try:
         return _Trial(board, faults, situation).run(longest_s)
     finally:

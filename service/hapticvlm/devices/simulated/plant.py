@@ -100,6 +100,7 @@ class Plant:
 
     def touch(self, palm_resistance: float) -> None:
         """Lay a palm on the face, with this resistance in m2 K/W; inf lifts it."""
+        self.palm_resistance = palm_resistance
         first = _CELLS_M[0] / 2.0 / SKIN.conductivity
         self._surface_share = first / (palm_resistance + first)  # of face minus first cell
         self._flow, self._source = _network(
