@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from hapticvlm.commands.main import main
+from hapticvlm.materials import MATERIALS
 from hapticvlm.rendering.heat.contact import SKIN, thermal_contact
-from hapticvlm_lab.bench.thermal import chart, plate_term
+from hapticvlm_lab.bench.thermal import chart, first_second, plate_term
 from hapticvlm_lab.bench.thermal.chart import METHODS, Method, Row
 from hapticvlm_lab.bench.thermal.reference import Stage, contact_surface, sharp, skin_surface
 
@@ -76,6 +77,37 @@ def test_the_contact_temperature_at_once_is_far_off():
     assert worst_c(NAMED["contact temperature"], (5e-4,)) > 5.0
 
 
+@pytest.mark.parametrize(
+    ("material", "object_c"), [("metal", 22.0), ("wood", 22.0), ("wood", 40.0)]
+)
+def test_no_touch_gives_more_than_the_best_controller_could(material, object_c):
+    row = first_second.touch(material, thermal_contact(chart.BULKS[material], object_c))
+
+    assert 0.6 < row.product_over_most[0] <= 1.0
+    assert 0.8 < row.product_over_most[1] <= 1.02, "the product may pass its goal by a little"
+
+
+def test_the_current_withholds_metal_and_not_wood():
+    metal, wood = (
+        first_second.touch(name, thermal_contact(chart.BULKS[name], 22.0))
+        for name in ("metal", "wood")
+    )
+
+    assert metal.most[0] < 0.6 < 1.0 < wood.most[0]
+    assert metal.most[1] < 0.95 < 1.0 < wood.most[1]
+
+
+def test_a_longer_announcement_and_more_current_raise_the_bound(monkeypatch):
+    contact = thermal_contact(chart.BULKS["metal"], 22.0)
+    bounds = [first_second.most_c(contact)]
+    monkeypatch.setattr(first_second, "LEAD_S", 0.6)
+    bounds.append(first_second.most_c(contact))
+    monkeypatch.setattr(first_second, "COOL_LIMIT_A", 3.0)
+    bounds.append(first_second.most_c(contact))
+
+    assert bounds[0] > bounds[1] > bounds[2], "colder each time"
+
+
 def test_the_default_is_named_as_cheapest_below_the_floor_only_when_it_is():
     def row(method, touch_us, felt_c, slide_c, *, is_default=False):
         return Row(method, is_default, felt_c, "", slide_c, "", touch_us, 0.0, touch_us, 1.0)
@@ -107,6 +139,10 @@ def test_chart_thermal_writes_a_picture_a_table_and_a_json_line(tmp_path, capsys
     (default,) = [row for row in figures["rows"] if row["is_default"]]
     assert default["felt_c"] < 0.1
     assert default["slide_c"] < 0.1
+    touched = {(row["material"], row["object_c"]): row for row in figures["first_second"]}
+    assert len(touched) == 2 * len(MATERIALS)
+    assert all(0.0 < ratio < 1.1 for row in touched.values() for ratio in row["product_over_most"])
+    assert any(line.startswith("metal") and "22 C" in line for line in table)
     terms = {row["method"]: row for row in figures["plate_terms"]}
     (known,) = [row for row in terms.values() if row["is_default"]]
     assert max(known["contact_c"], known["slide_c"]) < 0.05

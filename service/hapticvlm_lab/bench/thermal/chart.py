@@ -16,6 +16,8 @@ resistances and frame rates, is compared with a quadrature of the closed form. H
 object to object are compared with finite differences. The worst error counts, since a palm notices
 the worst moment and not the average.
 
+Beside it, `first_second.py` compares the plate's first second with the best controller's.
+
 Methods on grids of cells, sums of exponentials and one trace for each contact were measured and
 rejected; hapticvlm_lab/LOG.md keeps their figures.
 """
@@ -44,7 +46,7 @@ from hapticvlm.rendering.heat.trajectory import ThermalTrajectory
 from hapticvlm_lab.bench import figures
 from hapticvlm_lab.bench.printing import made_with, publish
 from hapticvlm_lab.bench.rigs import core_us
-from hapticvlm_lab.bench.thermal import plate_term
+from hapticvlm_lab.bench.thermal import first_second, plate_term
 from hapticvlm_lab.bench.thermal.reference import (
     Floats,
     Stage,
@@ -205,6 +207,7 @@ def run(out: Path, *, as_json: bool) -> int:
     rows = measure()
     files = draw(rows, out / NAME)
     terms = plate_term.run(out)
+    touches = first_second.measure()
     report = {
         "chart": "thermal",
         **made_with(),
@@ -213,12 +216,14 @@ def run(out: Path, *, as_json: bool) -> int:
         "default": sentence(rows),
         "rows": [asdict(row) for row in rows],
         "plate_terms": [asdict(row) for row in terms],
+        "first_second": [asdict(row) for row in touches],
         "files": [str(path) for path in files],
     }
 
     def show() -> None:
         _print(rows)
         plate_term.show(terms)
+        first_second.show(touches)
 
     return publish(out / f"{NAME}.json", report, as_json=as_json, show=show)
 
