@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 from in_process import hapticvlm
+from pace import PACE
+from ports import free_port
 from tiers import nightly_except
 
 ROOT = Path(__file__).parents[2]
@@ -64,6 +66,13 @@ def test_the_smallest_scene_says_how_to_start_the_service_that_it_lacks():
     assert "Traceback" not in said.stderr
 
 
+INTERRUPTIBLE = """
+import signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job would ignore it
+from hapticvlm.__main__ import run
+print("begun", flush=True)
+sys.exit(run())
+"""
 INTERRUPTED_AT = """
 import os, signal, sys
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job would ignore it
@@ -127,6 +136,61 @@ def test_ctrl_c_leaves_no_traceback_during_the_very_first_import(tmp_path):
         check=False,
     )
     assert (said.returncode, said.stdout, said.stderr) == (130, "", "")
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("after_s", [0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0])
+@pytest.mark.parametrize("command", [["serve"], ["record", "sessions"]], ids=lambda words: words[0])
+@pytest.mark.skipif(os.name == "nt", reason="a process is interrupted otherwise there")
+def test_ctrl_c_of_a_terminal_stops_a_service_that_starts_with_all_its_processes(
+    tmp_path, command, after_s
+):
+    with subprocess.Popen(
+        [sys.executable, "-c", INTERRUPTIBLE, *command, "--port", str(free_port())],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        start_new_session=True,
+    ) as service:
+        assert service.stdout is not None
+        service.stdout.readline()
+        time.sleep(after_s)
+        os.killpg(service.pid, signal.SIGINT)
+        said = service.communicate(timeout=60 * PACE)[0]  # which ends with the last process
+    assert "Traceback" not in said
+    assert service.returncode in (0, 130, -signal.SIGINT)
+
+
+LOST_IN_A_DESTRUCTOR = """
+import os, signal, sys, time
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job would ignore it
+class Finder:
+    def find_spec(self, name, path, target=None):
+        if name == "hapticvlm.doctor":
+            sys.meta_path.remove(self)
+            Interrupted()
+class Interrupted:
+    def __del__(self):
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(60)
+sys.meta_path.insert(0, Finder())
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a process is interrupted otherwise there")
+def test_ctrl_c_is_not_lost_where_python_cannot_raise_it(tmp_path):
+    (tmp_path / "sitecustomize.py").write_text(LOST_IN_A_DESTRUCTOR)
+    folders = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
+    said = subprocess.run(
+        [sys.executable, "-m", "hapticvlm", "doctor"],
+        env={**os.environ, "PYTHONPATH": folders},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert said.returncode in (130, -signal.SIGINT)
+    assert "Traceback" not in said.stderr
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="ALSA is Linux's")

@@ -35,6 +35,12 @@ def given_much(data, control):
     with_nothing_to_say(control)
 
 
+def interrupted(control):
+    """Say ready although Ctrl-C came before this function could have ignored it."""
+    os.kill(os.getpid(), signal.SIGINT)
+    obedient(control)
+
+
 def with_nothing_to_say(control):
     try:
         control.recv()
@@ -54,6 +60,13 @@ def watched():
     yield make
     for child in children:
         child.close(0.0)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a signal cannot be blocked there")
+def test_ctrl_c_of_the_terminal_does_not_end_a_child_that_is_still_importing(watched):
+    child = watched(interrupted)
+    child.start()
+    assert child.ready_at is not None
 
 
 def test_a_child_that_hangs_is_replaced_by_another_once_it_is_gone(watched):

@@ -41,12 +41,22 @@ T = TypeVar("T")
 logger = logging.getLogger(__name__)
 
 
-async def run(options: ServeOptions, where: Address, parts: ServiceParts) -> None:
+def run(options: ServeOptions, where: Address, parts: ServiceParts) -> None:
     """Run the service of these parts until SIGINT, SIGTERM or SIGHUP, and close them.
 
     Raises OSError, ChildError or DeviceError where a part cannot be started.
     """
     stopping = asyncio.Event()
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        # Ctrl-C while asyncio makes its loop would leave half a loop, whose end shows a traceback.
+        # It is kept until the loop handles signals by itself.
+        signal.signal(signal.SIGINT, lambda *_: stopping.set())
+    asyncio.run(_run(options, where, parts, stopping))
+
+
+async def _run(
+    options: ServeOptions, where: Address, parts: ServiceParts, stopping: asyncio.Event
+) -> None:
     _on_signals(asyncio.get_running_loop(), stopping)
     asyncio.get_running_loop().set_exception_handler(report_error)
     gateway = Gateway(

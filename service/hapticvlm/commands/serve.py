@@ -89,14 +89,12 @@ def _check_address_space() -> None:
 
 def _run_parts(options: ServeOptions, parts: ServiceParts) -> None:
     """Run the service; its modules are imported while its processes start."""
-    import asyncio
-
     from hapticvlm.commands import run_service
     from hapticvlm.server import service_info
 
     where = service_info.address(options)
     with port_errors(options.port):
-        asyncio.run(run_service.run(options, where, parts))
+        run_service.run(options, where, parts)
 
 
 def add_flags(parser: argparse.ArgumentParser, *, but: tuple[str, ...] = ()) -> None:

@@ -14,11 +14,13 @@ from __future__ import annotations
 
 import multiprocessing
 import pickle
+import signal
 import sys
 import threading
 import time
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from multiprocessing.reduction import ForkingPickler
@@ -268,7 +270,8 @@ class Child:
                 daemon=True,
             )
             try:
-                process.start()
+                with _ctrl_c_blocked():
+                    process.start()
             except OSError:
                 ours.close()
                 raise
@@ -308,3 +311,22 @@ class _Spawning:
             self.result = self._spawn()
         except OSError as error:
             self.error = error
+
+
+@contextmanager
+def _ctrl_c_blocked() -> Iterator[None]:
+    """Block SIGINT in this thread, and so in a process that it starts, from its first moment on.
+
+    A terminal sends Ctrl-C to the children, too, and they leave it to their parent, which ends
+    them. They ignore it once their main function runs. The imports before that take seconds, in
+    which a child would print a traceback and die, and its parent would report that as a failure.
+    """
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        yield
+        return
+    resource_tracker.ensure_running()  # the first start would run it, which unblocks the signal
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
