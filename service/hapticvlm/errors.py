@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import errno
 import importlib.util
+import os
 import re
+import shlex
 import shutil
 import sys
 from collections.abc import Iterator
@@ -51,11 +53,19 @@ def network_reason(error: Exception) -> str:
     return re.sub(r"\[(?:Errno|WinError) -?\d+\] ", "", text)
 
 
+def shell_word(value: str | Path) -> str:
+    """Return a value as one word of a shell, for a command that is printed to be copied."""
+    if os.name != "nt":
+        return shlex.quote(str(value))
+    import subprocess
+
+    return subprocess.list2cmdline([str(value)])
+
+
 def installing(packages: str) -> str:
     """Return the command that installs packages into the environment of this program."""
     here = Path(sys.prefix)
-    python = sys.executable
-    python = f'"{python}"' if " " in python else python
+    python = shell_word(sys.executable)
     if (here / "uv-receipt.toml").is_file():  # `uv tool install`, which brings no pip
         return f"uv pip install --python {python} {packages}"
     if (here / "pipx_metadata.json").is_file():

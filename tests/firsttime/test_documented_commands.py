@@ -11,6 +11,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
 import blocks
+from in_process import hapticvlm
 
 from hapticvlm.commands.main import command_line
 from hapticvlm.demo.run import _next_steps
@@ -30,6 +31,14 @@ MEANT = {
     "S": "1",
     "A": "1",
 }
+
+PRINTING = (
+    ("study", "new", "my result"),
+    ("calibrate", "plate", "--simulate", "5e-4", "--out", "my result"),
+    ("calibrate", "thermal", "--simulate", "2e-4", "--out", "my result"),
+    ("calibrate", "hand", "--simulate", "--out", "my result"),
+    ("gallery", "add", "oak", "pictures/0001.jpg", "--like", "wood", "--out", "my result"),
+)
 
 
 def inline():
@@ -69,14 +78,28 @@ def test_every_command_within_a_sentence_is_one_the_program_knows(capsys):
 
 
 def test_every_command_that_the_program_itself_prints_is_one_it_knows(tmp_path):
-    session = tmp_path / "session"
+    session = tmp_path / "my session"
     told = [re.sub(r"\\\n\s*", " ", part.epilog or "") for part in (PARSER, *every_parser(PARSER))]
     told.append(_next_steps(session))
     printed = [line for text in told for line in re.findall(r"\bhapticvlm [a-z].*", text)]
     examples = [re.split(r" {2,}|, then|\)\"", line)[0] for line in printed]
-    assert f"hapticvlm replay --view {session}" in examples
+    assert f"hapticvlm replay --view {shlex.quote(str(session))}" in examples
     for example in examples:
         PARSER.parse_args(arguments(example))
+
+
+@pytest.mark.parametrize("words", PRINTING, ids=" ".join)
+def test_a_command_that_names_what_was_just_written_can_be_copied(words, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "pictures").symlink_to(blocks.ROOT / "examples/captures/living_room/frames")
+    said = hapticvlm(*words)
+    assert said.code == 0, said.err
+    printed = re.findall(r"\bhapticvlm [a-z].*", said.out)
+    assert printed
+    for line in printed:
+        command = arguments(re.split(r" {2,}", line)[0])
+        assert "my result" in command
+        PARSER.parse_args(command)
 
 
 def test_every_command_that_a_text_of_the_program_names_is_there_with_its_options():
@@ -95,12 +118,17 @@ def test_every_command_that_a_text_of_the_program_names_is_there_with_its_option
 
 
 def texts_of_the_program():
-    """Every `hapticvlm COMMAND ...` in backticks within a string of the sources."""
+    """Every `hapticvlm COMMAND ...` in backticks or after a colon, of sources, pages and tables."""
+    shown = r"(?:`|: |<code>|^# +)(hapticvlm [a-z][^`\"<\n]*)"
+    for kind in ("js", "html", "toml"):
+        for file in (blocks.ROOT / "service").rglob(f"*.{kind}"):
+            for found in re.findall(shown, file.read_text(encoding="utf-8"), re.MULTILINE):
+                yield file, found
     for file in (blocks.ROOT / "service").rglob("*.py"):
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Constant) and isinstance(node.value, str):
                 text = " ".join(node.value.split())
-                for found in re.findall(r"`(hapticvlm [a-z][^`]*)`", text):
+                for found in re.findall(shown, text):
                     yield file, found
 
 

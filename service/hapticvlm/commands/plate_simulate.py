@@ -60,12 +60,12 @@ def _simulate(options: argparse.Namespace) -> int:
             flush=True,
         )
         typed: list[str] = []
-        threading.Thread(target=_read, args=(typed,), daemon=True).start()
+        threading.Thread(target=_read, args=(typed, address), daemon=True).start()
         serve(listener, plate, lambda: [typed.pop(0) for _ in range(len(typed))])
     return 0
 
 
-def _read(typed: list[str]) -> None:
+def _read(typed: list[str], address: str) -> None:
     """Collect the faults that a person types; a wrong name is refused with the right ones."""
     from hapticvlm.devices.errors import DeviceError
     from hapticvlm.devices.simulated.practise_plate import PractisePlate
@@ -78,4 +78,5 @@ def _read(typed: list[str]) -> None:
             print(error, flush=True)
         else:
             typed.append(name)
-            print(f"{name} latched; `hapticvlm plate clear {name}` clears it", flush=True)
+            clearing = f"hapticvlm plate clear {name} --port {address}"
+            print(f"{name} latched; `{clearing}` clears it", flush=True)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from hapticvlm.commands import service_address, touch_options
 from hapticvlm.commands.parsing import add_json
-from hapticvlm.errors import UsageError
+from hapticvlm.errors import UsageError, shell_word
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
@@ -201,9 +201,10 @@ def _write_static(folder: Path) -> int:
     from hapticvlm.demo import static_site
 
     size = static_site.write(_drawable_examples(), folder)
+    served = f"-m http.server --directory {shell_word(folder)}"
     print(
         f"{folder}: {size / 1e6:.1f} MB of plain files\n"
-        f"try it       {Path(sys.executable).name} -m http.server --directory {folder}\n"
+        f"try it       {Path(sys.executable).name} {served}\n"
         "gallery      http://127.0.0.1:8000/#glass/strike opens at a strike on glass\n"
         "scene        http://127.0.0.1:8000/scene/webxr/"
     )

@@ -28,7 +28,7 @@ from hapticvlm.demo import summary
 from hapticvlm.demo.show import Show, waiting
 from hapticvlm.devices.speaker.audio import write_wav
 from hapticvlm.devices.speaker.output_list import has_output
-from hapticvlm.errors import HapticVLMError
+from hapticvlm.errors import HapticVLMError, shell_word
 from hapticvlm.materials import MATERIALS
 from hapticvlm.recordings import timeline
 from hapticvlm.recordings.page import page
@@ -186,7 +186,7 @@ def _service(sessions: Path, console: Console, voice: str, *, quiet: bool) -> It
 def _next_steps(session: Path) -> str:
     return (
         "\nNext:\n"
-        f"  view again  hapticvlm replay --view {session}\n"
+        f"  view again  hapticvlm replay --view {shell_word(session)}\n"
         "  dashboard   hapticvlm serve, then open http://127.0.0.1:8790/ in a browser\n"
         "  pictures    http://127.0.0.1:8790/try: drop a picture of yours and touch it\n"
         "  your scene  connect it to ws://127.0.0.1:8790/ (shortest: examples/touch.py)\n"

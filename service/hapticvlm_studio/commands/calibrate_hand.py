@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hapticvlm.commands.parsing import add_json
-from hapticvlm.errors import UsageError, usage_errors
+from hapticvlm.errors import UsageError, shell_word, usage_errors
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
@@ -173,5 +173,5 @@ def _report(estimator: ThresholdEstimator, options: argparse.Namespace) -> int:
             f"still uncertain, most at {widest.frequency_hz:.0f} Hz: run more trials, with --trials"
         )
     if options.out is not None:
-        print(f"to use it: hapticvlm serve --speaker-response {options.out}")
+        print(f"to use it: hapticvlm serve --speaker-response {shell_word(options.out)}")
     return 0

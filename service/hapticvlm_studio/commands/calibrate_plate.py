@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hapticvlm.commands.parsing import add_json, number_within
-from hapticvlm.errors import UsageError
+from hapticvlm.errors import UsageError, shell_word
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
@@ -133,5 +133,6 @@ def _report(palm: PlateEstimate, options: argparse.Namespace) -> int:
     if options.out is not None:
         options.out.write_text(line + "\n", encoding="utf-8")
     if not options.json:
-        print(f"to use it: --plate-resistance {options.out or rounded}")
+        value = rounded if options.out is None else shell_word(options.out)
+        print(f"to use it: hapticvlm serve --plate-resistance {value}")
     return 0

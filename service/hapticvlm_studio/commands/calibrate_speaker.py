@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hapticvlm.commands.parsing import add_json
-from hapticvlm.errors import usage_errors
+from hapticvlm.errors import shell_word, usage_errors
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
@@ -142,7 +142,7 @@ def _report(response: SpeakerResponse, options: argparse.Namespace) -> int:
     if not options.json:
         _print_curve(response)
         if options.out is not None:
-            print(f"to use it: hapticvlm serve --speaker-response {options.out}")
+            print(f"to use it: hapticvlm serve --speaker-response {shell_word(options.out)}")
         return 0
     result = {"calibrate": "speaker", "simulated": response.simulated}
     result |= {"frequency_hz": [round(hz, 2) for hz in response.frequency_hz]}

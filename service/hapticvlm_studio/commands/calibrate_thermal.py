@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hapticvlm.commands.parsing import add_json, number_within
-from hapticvlm.errors import UsageError, usage_errors
+from hapticvlm.errors import UsageError, shell_word, usage_errors
 from hapticvlm.server.options import plate_resistance
 from hapticvlm.server.settings import ServeOptions
 from hapticvlm_studio.commands import calibrate_hand as hand
@@ -237,7 +237,7 @@ def _report(estimator: ContactEstimator, options: argparse.Namespace) -> int:
             f"{palm.high:.2g}) after {palm.trials} trials; the noise of a comparison was about "
             f"{palm.noise_c:.1f} degC"
         )
-        value = f"{palm.contact_resistance:.2g}" if options.out is None else options.out
-        plate_value = f"{options.plate_resistance:g}"
-        print(f"to use it: --contact-resistance {value} --plate-resistance {plate_value}")
+        value = f"{palm.contact_resistance:.2g}" if options.out is None else shell_word(options.out)
+        used = f"--contact-resistance {value} --plate-resistance {options.plate_resistance:g}"
+        print(f"to use it: hapticvlm serve {used}")
     return 0

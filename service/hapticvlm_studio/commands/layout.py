@@ -44,7 +44,7 @@ def add(parts: Commands) -> None:
 
 
 def _new(options: argparse.Namespace) -> int:
-    from hapticvlm.errors import usage_errors
+    from hapticvlm.errors import shell_word, usage_errors
     from hapticvlm_studio.design.form import FILE, TEMPLATE
     from hapticvlm_studio.design.stimuli import StudyError
 
@@ -56,8 +56,9 @@ def _new(options: argparse.Namespace) -> int:
         text = TEMPLATE.read_text(encoding="utf-8")
         path.write_text(_shortened(text) if options.pilot else text, encoding="utf-8")
     print(f"wrote {path}: edit it, then")
-    print(f"  hapticvlm study run {options.folder} --hear    try it without a device")
-    print(f"  hapticvlm study run {options.folder}           run it")
+    running = f"hapticvlm study run {shell_word(options.folder)}"
+    print(f"  {running} --hear    try it without a device")
+    print(f"  {running}           run it")
     return 0
 
 
@@ -149,6 +150,7 @@ def _by_options(options: argparse.Namespace) -> Design:
 
 def _no_study(folder: Path) -> str:
     """Return an error that names the study in a neighbouring folder that was probably meant."""
+    from hapticvlm.errors import shell_word
     from hapticvlm_studio.design.design import HEAD
     from hapticvlm_studio.design.form import FILE
 
@@ -157,8 +159,8 @@ def _no_study(folder: Path) -> str:
     near = get_close_matches(folder.name, studies, n=1)
     hint = f"did you mean {folder.parent / near[0]}? Otherwise " if near else ""
     return (
-        f"{folder} contains no {FILE}; {hint}`hapticvlm study new {folder}` writes one, "
-        "and --without-file runs a study without it"
+        f"{folder} contains no {FILE}; {hint}`hapticvlm study new {shell_word(folder)}` "
+        "writes one, and --without-file runs a study without it"
     )
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from hapticvlm.commands.progress import working
+from hapticvlm.errors import shell_word
 from hapticvlm.materials import Material, MaterialError, derive
 from hapticvlm.vision.encoders.encoder import Encoder
 from hapticvlm.vision.encoders.loading import load_encoder
@@ -67,7 +68,10 @@ def build(options: argparse.Namespace) -> int:
     print(f"calibration: {origin}")
     count = f"{len(enrolled.places)} references of {len(enrolled.materials)} materials"
     count += " beside the shipped ones" if base is not None else ""
-    print(f"{file}: {count}, encoder {encoder.name}; use it: serve --gallery {options.out}")
+    print(
+        f"{file}: {count}, encoder {encoder.name}; "
+        f"use it: hapticvlm serve --gallery {shell_word(options.out)}"
+    )
     return 0
 
 
@@ -90,7 +94,10 @@ def add(options: argparse.Namespace) -> int:
     )
     path = write_material(user_material, folder)
     _print_enrolled(enrolled, leave_one_out(enrolled, base), len(pictures))
-    print(f"{path}: like {options.like}, encoder {encoder.name}; use it: serve --gallery {folder}")
+    print(
+        f"{path}: like {options.like}, encoder {encoder.name}; "
+        f"use it: hapticvlm serve --gallery {shell_word(folder)}"
+    )
     return 0
 
 
