@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from hapticvlm import documents, messages
 from hapticvlm.errors import HapticVLMError
-from hapticvlm.vision import tones
+from hapticvlm.vision import focus, tones
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -279,7 +279,8 @@ def check_header(frame: messages.Frame) -> None:
 def crop(frame: messages.Frame, side: int) -> Crop:
     """Cut the object out of a frame as a (side, side) picture and mask.
 
-    The tones of a hazy and of a dark picture are stretched. Raises PictureError.
+    The tones of a hazy and of a dark picture are stretched, and a picture that is sharp in a few
+    places only is blurred. Raises PictureError.
     """
     return crops(frame, [frame.region], side)[0]
 
@@ -440,10 +441,12 @@ def _crop(frame: messages.Frame, pixels: Pixels, cut: tuple[Box, Pixels | None],
     image = resize(pixels, (box[0] * x, box[1] * y, box[2] * x, box[3] * y), side)
     image, levels = tones.stretched(image)
     if mask is None:
-        return Crop(image, central_mask(side), levels)
-    inside = resize(mask, (0.0, 0.0, float(mask.shape[1]), float(mask.shape[0])), side)
-    half = min(128, int(inside.max()))  # in a mask of thin lines no cell is half covered
-    return Crop(image, _levels(inside >= half), levels)
+        inside = central_mask(side)
+    else:
+        shares = resize(mask, (0.0, 0.0, float(mask.shape[1]), float(mask.shape[0])), side)
+        half = min(128, int(shares.max()))  # in a mask of thin lines no cell is half covered
+        inside = _levels(shares >= half)
+    return Crop(focus.evened(image, inside), inside, levels)
 
 
 def _levels(inside: NDArray[np.bool_]) -> Pixels:
