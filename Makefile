@@ -14,7 +14,7 @@ demo: $(VENV)/.demo
 
 # Three tiers, by the markers of the tests: .ci/tests says what each of them is.
 test: $(VENV)/.dev toolchains
-	@echo "About 5,900 tests follow: some ten minutes on two cores. \`make nightly\` runs the rest."
+	@echo "About 5,900 tests follow: some twelve minutes on two cores. \`make nightly\` runs the rest."
 	$(BIN)/python .ci/tests test
 
 nightly: $(VENV)/.dev toolchains build/chat-servers/.done

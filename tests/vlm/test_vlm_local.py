@@ -31,7 +31,7 @@ from hapticvlm.vlm.weights import Precision
 if TYPE_CHECKING:
     import torch
 
-pytestmark = [pytest.mark.torch, pytest.mark.nightly]
+pytestmark = pytest.mark.torch
 
 NAMES = tuple(materials.MATERIALS)
 
