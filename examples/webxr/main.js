@@ -144,7 +144,7 @@ function remember({phase, interaction, speed_mps: speed, force_n: force}, object
 
 function offerLink(one) {
   moment = one;
-  part('link').textContent = 'Copy link to this moment';
+  part('link').textContent = 'Copy link';
   part('link').hidden = false;
 }
 

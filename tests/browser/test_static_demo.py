@@ -267,7 +267,7 @@ def test_a_link_opens_the_room_at_its_moment(browser: Browser, address: str) -> 
     assert page.locator("#said").inner_text() == "The kettle is metal."
     page.evaluate("() => { location.hash = ''; }")
     page.locator("#link").click()
-    expect(page.locator("#link")).not_to_have_text("Copy link to this moment")
+    expect(page.locator("#link")).not_to_have_text("Copy link")
     assert page.url.endswith("#kettle/strike?speed=1.2")
     assert page.evaluate(HIDDEN) == []
     page.evaluate("() => { location.hash = '#sofa/strike'; }")

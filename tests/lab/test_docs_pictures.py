@@ -1,12 +1,15 @@
 """Every picture that a page shows is there, and one command draws it again."""
 
 import re
+import shutil
 from pathlib import Path
 
 import pytest
+from PIL import Image
 
 pytest.importorskip("playwright.sync_api", reason="no playwright: pip install -e '.[dev]'")
 
+from hapticvlm_lab.bench.pictures.pages import SIZE
 from hapticvlm_lab.bench.pictures.recipes import KEPT, RECIPES, names
 
 pytestmark = pytest.mark.nightly
@@ -40,3 +43,11 @@ def test_an_unknown_picture_is_refused_with_the_names_there_are() -> None:
     with pytest.raises(KeyError, match=r"plates\.png: the pictures are dashboard\.png"):
         names(["dashboard.png", "plates.png"])
     assert names([]) == list(RECIPES)
+
+
+@pytest.mark.parametrize("name", ["study-page.png", "study-experimenter.png"])
+@pytest.mark.skipif(shutil.which("chromium") is None, reason="needs a browser")
+def test_the_pages_of_a_study_are_drawn_as_their_words_are_now(name, tmp_path) -> None:
+    RECIPES[name](tmp_path / "study", tmp_path / name)
+    with Image.open(tmp_path / name) as picture:
+        assert picture.size == SIZE

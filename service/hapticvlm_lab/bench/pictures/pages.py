@@ -100,7 +100,7 @@ def experimenter(folder: Path, picture: Path) -> None:
         desk = browser.new_page(viewport={"width": SIZE[0], "height": SIZE[1]})
         desk.goto(address.replace("study.html", "experimenter.html"))
         _train(page, address)
-        expect(desk.locator("#now")).to_contain_text("plays in training")
+        expect(desk.locator("#now")).to_contain_text("playing in training")
         desk.screenshot(path=str(picture))
 
 
