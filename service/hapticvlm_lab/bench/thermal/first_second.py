@@ -9,8 +9,8 @@ holds for heat.
 
 Both plates are the plant model, with the same limits of current and setpoint. The supply's voltage
 is no limit here: it gives 2 A to a plate up to 8 degC colder than its sink (firmware/README.md).
-The hand is announced LEAD_S before it touches. A setpoint waits for the next step of the board, and
-so does the bound. The product renders as a session does, on a simulated plate whose bead lags.
+The hand is announced LEAD_S before it touches, and nothing waits for a message. The product renders
+as a session does, on a simulated plate whose bead lags.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hapticvlm.devices.plate.requests import CHANGE_INTERVAL_S
 from hapticvlm.devices.simulated.plant import Plant
 from hapticvlm.devices.simulated.simulated import (
     COOL_LIMIT_A,
@@ -97,8 +98,8 @@ def most_c(contact: ThermalContact) -> list[float]:
     full_a = HEAT_LIMIT_A if way > 0.0 else -COOL_LIMIT_A
     end_c = limits.SETPOINT_MAX_C if way > 0.0 else limits.SETPOINT_MIN_C
     changes_c = []
-    for tick in range(_ticks(LEAD_S + AT_S[-1])):
-        is_driven = tick > 0 and way * (end_c - plant.plate_c) > 0.0
+    for _ in range(_ticks(LEAD_S + AT_S[-1])):
+        is_driven = way * (end_c - plant.plate_c) > 0.0
         plant.step(full_a if is_driven else rest_a, TICK_S)
         changes_c.append(plant.skin_c - rest_c)
     by_then_c = [changes_c[_ticks(LEAD_S + at_s) - 1] for at_s in AT_S]
@@ -110,13 +111,14 @@ def most_c(contact: ThermalContact) -> list[float]:
 
 
 class _Session:
-    """A session's rendering of heat, on a simulated plate."""
+    """A session's rendering of heat, and its line to a simulated plate."""
 
     def __init__(self) -> None:
         self.now = 0.0
         self.trajectory = ThermalTrajectory(plate_resistance=PALM)
         self._plate = SimulatedPlate(ROOM_C, palm_resistance=PALM, bead_lag_s=BEAD_LAG_S)
-        self._setpoint_c = NEUTRAL_C
+        self._setpoint_c = self._sent_c = NEUTRAL_C
+        self._sent_at = -math.inf
 
     def live(self, seconds: float) -> float:
         """Render for `seconds` and return the skin, degC."""
@@ -125,7 +127,9 @@ class _Session:
             wanted_c = self.trajectory.target_c(self.now)
             limited = limits.limit(wanted_c, self._setpoint_c, TICK_S, reading)
             self._setpoint_c = limited.setpoint_c
-            self._plate.command(self._setpoint_c, LEASE_S, self.now)
+            if self.now - self._sent_at > CHANGE_INTERVAL_S - TICK_S / 2.0:
+                self._sent_c, self._sent_at = self._setpoint_c, self.now
+            self._plate.command(self._sent_c, LEASE_S, self.now)
             self.now += TICK_S
         self._plate.advance(self.now)
         return self._plate.skin_c
