@@ -44,6 +44,17 @@ def folder(tmp_path):
     return root
 
 
+def test_the_addresses_of_its_pages_are_known(folder, tmp_path):
+    (folder / "parts" / "index.html").write_text(PAGE)
+    room = tmp_path / "room 2"
+    room.mkdir()
+    (room / "index.html").write_text(PAGE)
+
+    assert scene_files.pages(folder) == ["/scene/"]
+    assert scene_files.pages(tmp_path) == ["/scene/room%202/", "/scene/scene/"]
+    assert scene_files.pages(folder / ".git") == []
+
+
 @pytest.mark.parametrize(
     ("path", "found"),
     [

@@ -29,7 +29,7 @@ from hapticvlm.server.assemble import ServiceParts
 from hapticvlm.server.gateway import Gateway
 from hapticvlm.server.settings import ServeOptions
 from hapticvlm.server.supervision import Supervision
-from hapticvlm.server.web import lan
+from hapticvlm.server.web import lan, scene_files
 from hapticvlm.server.web.lan_pages import own_address
 from hapticvlm.server.websocket import WebSocketServer
 
@@ -168,6 +168,8 @@ def print_ready(options: ServeOptions, port: int, devices: Devices, *, has_prior
     print(f"hapticvlm {__version__} ready on ws{s}://{shown}:{port}/", flush=True)
     print(f"  status page  http{s}://{shown}:{port}/")
     print(f"  try it       http{s}://{shown}:{port}/try")
+    for path in [] if options.scene is None else scene_files.pages(options.scene):
+        print(f"  scene        http{s}://{shown}:{port}{path}")
     for line in _network(options, f"ws{s}", port):
         print(line)
     for label, device in (("speaker", devices.speaker), ("plate", devices.peltier)):

@@ -13,7 +13,7 @@ import base64
 import hashlib
 import re
 from pathlib import Path
-from urllib.parse import unquote
+from urllib.parse import quote, unquote
 
 PREFIX = "/scene/"
 TYPES = {
@@ -75,6 +75,15 @@ def find(folder: Path, path: str) -> Path | None:
     except (OSError, RuntimeError):  # a name no file system takes; a circle of links
         return None
     return file if inside else None
+
+
+def pages(folder: Path) -> list[str]:
+    """Return the paths that open a page: of the folder, or else of the folders in it."""
+    if find(folder, PREFIX) is not None:
+        return [PREFIX]
+    inner = sorted(child.name for child in folder.iterdir() if child.is_dir())
+    paths = [f"{PREFIX}{quote(name)}/" for name in inner]
+    return [path for path in paths if find(folder, path) is not None]
 
 
 def kind(file: Path) -> str | None:
