@@ -81,7 +81,7 @@ def pages(folder: Path) -> list[str]:
     """Return the paths that open a page: of the folder, or else of the folders in it."""
     if find(folder, PREFIX) is not None:
         return [PREFIX]
-    inner = sorted(child.name for child in folder.iterdir() if child.is_dir())
+    inner = sorted(page.parent.name for page in folder.glob("*/index.html"))
     paths = [f"{PREFIX}{quote(name)}/" for name in inner]
     return [path for path in paths if find(folder, path) is not None]
 
