@@ -94,18 +94,23 @@ sys.settrace(trace)
 """
 
 
-@pytest.mark.parametrize("line", nightly_except(5, [*range(1, 12), 15, 20, 30, 50, 100, 200, 400]))
-@pytest.mark.skipif(os.name == "nt", reason="a process is interrupted otherwise there")
-def test_ctrl_c_leaves_no_traceback_at_any_of_the_first_lines_of_ours(line, tmp_path):
-    (tmp_path / "sitecustomize.py").write_text(INTERRUPTED_AT.replace("{line}", str(line)))
-    folders = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
-    said = subprocess.run(
+def doctor_after(modules):
+    """Run `hapticvlm doctor`, which imports the modules of this folder before any other."""
+    folders = os.pathsep.join([str(modules), os.environ.get("PYTHONPATH", "")])
+    return subprocess.run(
         [sys.executable, "-m", "hapticvlm", "doctor"],
         env={**os.environ, "PYTHONPATH": folders},
         capture_output=True,
         text=True,
         check=False,
     )
+
+
+@pytest.mark.parametrize("line", nightly_except(5, [*range(1, 12), 15, 20, 30, 50, 100, 200, 400]))
+@pytest.mark.skipif(os.name == "nt", reason="a process is interrupted otherwise there")
+def test_ctrl_c_leaves_no_traceback_at_any_of_the_first_lines_of_ours(line, tmp_path):
+    (tmp_path / "sitecustomize.py").write_text(INTERRUPTED_AT.replace("{line}", str(line)))
+    said = doctor_after(tmp_path)
     assert said.returncode in (130, -signal.SIGINT)
     assert "Traceback" not in said.stderr
 
@@ -127,14 +132,7 @@ def test_ctrl_c_leaves_no_traceback_however_early_it_comes(after_s):
 
 def test_ctrl_c_leaves_no_traceback_during_the_very_first_import(tmp_path):
     (tmp_path / "signal.py").write_text("raise KeyboardInterrupt\n")
-    folders = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
-    said = subprocess.run(
-        [sys.executable, "-m", "hapticvlm", "doctor"],
-        env={**os.environ, "PYTHONPATH": folders},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    said = doctor_after(tmp_path)
     assert (said.returncode, said.stdout, said.stderr) == (130, "", "")
 
 
@@ -181,14 +179,7 @@ sys.meta_path.insert(0, Finder())
 @pytest.mark.skipif(os.name == "nt", reason="a process is interrupted otherwise there")
 def test_ctrl_c_is_not_lost_where_python_cannot_raise_it(tmp_path):
     (tmp_path / "sitecustomize.py").write_text(LOST_IN_A_DESTRUCTOR)
-    folders = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
-    said = subprocess.run(
-        [sys.executable, "-m", "hapticvlm", "doctor"],
-        env={**os.environ, "PYTHONPATH": folders},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    said = doctor_after(tmp_path)
     assert said.returncode in (130, -signal.SIGINT)
     assert "Traceback" not in said.stderr
 
