@@ -18,7 +18,7 @@ test: $(VENV)/.dev toolchains
 	$(BIN)/python .ci/tests test
 
 nightly: $(VENV)/.dev toolchains build/chat-servers/.done
-	@echo "About 1,900 long tests follow: some forty minutes on two cores."
+	@echo "About 2,000 long tests follow: some fifty minutes on two cores."
 	$(BIN)/python .ci/tests nightly
 
 # The loop of a developer. Where everything is installed already, that is taken; else a third of it
