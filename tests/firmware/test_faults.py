@@ -8,11 +8,11 @@ from typing import Any
 import pytest
 
 from . import line
-from .board import RESET_POWER_ON, Board, Build, sink_mv
+from .board import RESET_POWER_ON, sink_mv
 from .build import Chip
 from .faults import BY_NAME, FAULTS, IDLE_S, SLOW_S, Fault, one_bag_and_the_cut_out
 from .rawhost import RawHost
-from .situations import COLD_WARM, HELD, HOT, MOVING, Situation
+from .situations import COLD_WARM, HELD, HOT, Situation
 from .trials import trial
 
 LONGEST_S = 100.0  # the sweep runs longer trials
@@ -66,22 +66,6 @@ def test_a_fault_of_a_plate_that_held_its_extreme_leaves_a_pressed_palm_safe(
 
     assert outcome.is_safe, outcome
     assert outcome.shoot_through == 0
-
-
-@pytest.mark.nightly
-@pytest.mark.parametrize("lag_s", [0.3, 1.0])
-@pytest.mark.parametrize("face_j_per_k", [0.6, 1.0, 1.5])
-@pytest.mark.parametrize("fault", FAULTS, ids=[fault.name for fault in FAULTS])
-def test_the_skin_is_safe_on_a_board_whose_beads_lag(
-    chip: Chip, fault: Fault, lag_s: float, face_j_per_k: float
-) -> None:
-    def board(ambient_c: float) -> Board:
-        return chip.board(ambient_c, build=Build(lag_s, face_j_per_k))
-
-    for situation in MOVING:
-        outcome = trial(board, [fault], situation, LONGEST_S)
-        assert outcome.is_safe, outcome
-        assert outcome.shoot_through == 0
 
 
 @pytest.mark.nightly
