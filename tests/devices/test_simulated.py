@@ -19,6 +19,7 @@ from hapticvlm.devices.simulated.plant import (
     Plant,
 )
 from hapticvlm.devices.simulated.simulated import SimulatedPlate
+from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.heat.limits import (
     COOL_SLEW_C_PER_S,
     HEAT_SLEW_C_PER_S,
@@ -254,6 +255,22 @@ def test_the_setpoint_itself_moves_no_faster_than_the_slew_limit() -> None:
     warmed = hold(SimulatedPlate(), 40.0, 2.0)
     rises = [b.setpoint_c - a.setpoint_c for a, b in itertools.pairwise(warmed)]
     assert max(rises) <= HEAT_SLEW_C_PER_S * TICK_S + 1e-9
+
+
+def test_the_service_may_command_more_often_than_a_board_takes_setpoints() -> None:
+    """The feed-forward of a fall acts on steps, so a host that sends small ones would lose it."""
+    ends_c = []
+    for ticks in (1, 2):
+        plate = SimulatedPlate(22.0)
+        hold(plate, NEUTRAL_C, 10.0)
+        for tick in range(round(0.6 / TICK_S)):
+            now = 10.0 + tick * TICK_S
+            if tick % ticks == 0:
+                plate.command(NEUTRAL_C - 8.0 * tick * TICK_S, 0.25, now)
+            plate.advance(now + TICK_S)
+        ends_c.append(plate.skin_c)
+
+    assert ends_c[0] == pytest.approx(ends_c[1], abs=0.06)  # a step may begin a tick sooner
 
 
 def test_a_lapsed_lease_returns_to_neutral_and_opens_the_bridge() -> None:

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from tiers import nightly_except
 
-from hapticvlm.devices.plate.requests import CHANGE_INTERVAL_S
 from hapticvlm.devices.simulated.simulated import SimulatedPlate
 from hapticvlm.materials import MATERIALS
 from hapticvlm.messages import Scene, SceneObject, Touch
@@ -43,10 +42,7 @@ STILL_BEHIND = (("glass", 15.0, 1e-3), ("metal", 22.0, 1e-3))  # 0.40, 0.31: dee
 
 
 def palm(material, room_c, resistance, phases, *, known=True, **stated):
-    """Skin on the plate each tick while a hand goes through (phase, seconds, fields).
-
-    The plate gets setpoints as often as a board does: a changed one every CHANGE_INTERVAL_S.
-    """
+    """Skin on the plate each tick while a hand goes through (phase, seconds, fields)."""
     plate = SimulatedPlate(room_c, palm_resistance=resistance)
     session = SceneSession(
         SessionSettings(owner=True, reading=AT_REST, plate_resistance=resistance if known else 0.0)
@@ -54,7 +50,6 @@ def palm(material, room_c, resistance, phases, *, known=True, **stated):
     thing = SceneObject(object_id="thing", material=material, **stated)
     session.receive(Scene(id=1, objects=[thing], replace=True, ambient_c=room_c), 0.0)
     now, setpoint_c, moments = 0.0, NEUTRAL_C, []
-    sent_c, sent_at = NEUTRAL_C, -math.inf
     is_slewing = is_at_end = False
     for _ in range(250):  # a hand that has rested on the neutral plate
         plate.command(NEUTRAL_C, 1.0, now)
@@ -74,9 +69,7 @@ def palm(material, room_c, resistance, phases, *, known=True, **stated):
                     )
                     setpoint_c = action.setpoint_c
                     is_at_end = setpoint_c in (SETPOINT_MIN_C, SETPOINT_MAX_C)
-                    if now - sent_at > CHANGE_INTERVAL_S - TICK_S / 2.0:
-                        sent_c, sent_at = setpoint_c, now
-                    plate.command(sent_c, action.ttl_s, now)
+                    plate.command(setpoint_c, action.ttl_s, now)
             now += TICK_S
             plate.advance(now)
             is_limited = is_slewing or is_at_end or reading.current_limited

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from hapticvlm.commands.main import main
-from hapticvlm.devices.plate.requests import CHANGE_INTERVAL_S
 from hapticvlm.devices.simulated.simulated import SimulatedPlate
 from hapticvlm.materials import MATERIALS
 from hapticvlm.perception import NEUTRAL_C
@@ -30,7 +29,6 @@ from hapticvlm_studio.commands import calibrate_thermal as thermal
 
 METAL = MATERIALS["metal"].thermal
 TICK_S = 0.02
-PER_COMMAND = round(CHANGE_INTERVAL_S / TICK_S)  # ticks between the setpoints that a board gets
 
 
 def on_plate(tried: float, palm_resistance: float, compensated: float) -> float:
@@ -53,8 +51,7 @@ def on_plate(tried: float, palm_resistance: float, compensated: float) -> float:
             plant.touch(palm_resistance)
             course = course.touch(contact, "plate", now)
         setpoint_c = limit(course.target_c(now), setpoint_c, TICK_S, plate.advance(now)).setpoint_c
-        if tick % PER_COMMAND == 0:
-            plate.command(setpoint_c, 0.25, now)
+        plate.command(setpoint_c, 0.25, now)
         now += TICK_S
     plate.advance(now)
     return plant.skin_c - rested_c + NEUTRAL_C

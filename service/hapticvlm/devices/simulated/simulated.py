@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 
 from hapticvlm.devices.plate.protocol import State
+from hapticvlm.devices.plate.requests import CHANGE_INTERVAL_S
 from hapticvlm.devices.plate.session import REST_S
 from hapticvlm.devices.simulated.plant import AMBIENT_C, SINK_K_PER_W, Bead, Module, Plant
 from hapticvlm.perception import NEUTRAL_C, THERMAL_FLOOR_C
@@ -27,6 +28,7 @@ _FACE_FILTER_S = 0.06  # over which the slope of the reading is averaged
 _MOST_AHEAD_C = 10.0  # of the estimated face before its reading
 _LEAD_C = 0.4  # by which the target may lead a plate that is at its current limit
 TICK_S = 0.02
+_ROUNDING_S = 1e-9  # sums of equal steps differ by it
 _LONGEST_GAP_S = 5.0  # of a longer gap only so much is simulated
 _ARRIVED_C = 0.3  # from neutral: the return is over
 _LONGEST_RETURN_S = 10.0
@@ -39,6 +41,10 @@ class SimulatedPlate:
     `stuck_sensor_c` replaces what the plate's sensor reads, to simulate a broken one. The sensor
     lags behind the face by `bead_lag_s`; `lag_s` is the lag that the controller was told, the true
     one at first.
+
+    A board gets a changed setpoint each CHANGE_INTERVAL_S at most, however often the service
+    commands, and its feed-forward acts on steps of that size. So this plate takes the newest
+    command no more often.
     """
 
     simulated = True
@@ -60,7 +66,8 @@ class SimulatedPlate:
         self._sensed_slope_c_s = 0.0
         self._stuck_sensor_c = stuck_sensor_c
         self._now: float | None = None
-        self._commanded_c = NEUTRAL_C
+        self._newest_c = self._commanded_c = NEUTRAL_C
+        self._unchanged_s = math.inf  # since another setpoint was taken
         self._lease_s = 0.0
         self._returning_s: float | None = None  # since the return to neutral began
         self._on = False
@@ -81,7 +88,8 @@ class SimulatedPlate:
             return
         if not self._on:
             self._target_c = plate_limits.within_range(self._face_c()).setpoint_c
-        self._commanded_c = plate_limits.within_range(setpoint_c).setpoint_c
+        self._newest_c = plate_limits.within_range(setpoint_c).setpoint_c
+        self._take_newest()
         self._lease_s = ttl_s
         self._returning_s = None
         self._on = True
@@ -101,7 +109,7 @@ class SimulatedPlate:
         elapsed_s = 0.0 if self._now is None else now - self._now
         if math.isfinite(now):
             self._now = now
-        if not 0.0 <= elapsed_s <= _LONGEST_GAP_S:
+        if not -_ROUNDING_S <= elapsed_s <= _LONGEST_GAP_S:
             self._lapse()
             elapsed_s = _LONGEST_GAP_S if elapsed_s > 0.0 else 0.0
         ticks = math.ceil(elapsed_s / TICK_S - 1e-6)
@@ -159,8 +167,10 @@ class SimulatedPlate:
 
     def _tick(self, dt_s: float) -> None:
         self._lease_s -= dt_s
+        self._unchanged_s += dt_s
         if self._lease_s < 0.0:
             self._lapse()
+        self._take_newest()
         self._follow_slope(dt_s)
         self._trip()
         self._finish_return(dt_s)
@@ -181,8 +191,18 @@ class SimulatedPlate:
         self._bead.feel(self._plant.plate_c, dt_s)
         self._account(dt_s)
 
+    def _take_newest(self) -> None:
+        """Take the newest command, unless another was taken less than CHANGE_INTERVAL_S ago."""
+        is_due = self._unchanged_s > CHANGE_INTERVAL_S - TICK_S / 2.0
+        if is_due and self._newest_c != self._commanded_c:
+            self._commanded_c, self._unchanged_s = self._newest_c, 0.0
+
+    def _forget_command(self) -> None:
+        self._newest_c = self._commanded_c = NEUTRAL_C
+        self._unchanged_s = math.inf  # a board gets the first setpoint of a lease at once
+
     def _lapse(self) -> None:
-        self._commanded_c = NEUTRAL_C
+        self._forget_command()
         self._lease_s = 0.0
         if self._on and self._returning_s is None:
             self._returning_s = 0.0
@@ -212,7 +232,7 @@ class SimulatedPlate:
     def _open(self) -> None:
         self._on = False
         self._returning_s = None
-        self._commanded_c = NEUTRAL_C
+        self._forget_command()
         self._current_a = self._integral_a = 0.0
         self._saturated = 0
         self._target_c = NEUTRAL_C

@@ -21,7 +21,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hapticvlm.devices.plate.requests import CHANGE_INTERVAL_S
 from hapticvlm.devices.simulated.plant import Plant
 from hapticvlm.devices.simulated.simulated import (
     COOL_LIMIT_A,
@@ -117,8 +116,7 @@ class _Session:
         self.now = 0.0
         self.trajectory = ThermalTrajectory(plate_resistance=PALM)
         self._plate = SimulatedPlate(ROOM_C, palm_resistance=PALM, bead_lag_s=BEAD_LAG_S)
-        self._setpoint_c = self._sent_c = NEUTRAL_C
-        self._sent_at = -math.inf
+        self._setpoint_c = NEUTRAL_C
 
     def live(self, seconds: float) -> float:
         """Render for `seconds` and return the skin, degC."""
@@ -127,9 +125,7 @@ class _Session:
             wanted_c = self.trajectory.target_c(self.now)
             limited = limits.limit(wanted_c, self._setpoint_c, TICK_S, reading)
             self._setpoint_c = limited.setpoint_c
-            if self.now - self._sent_at > CHANGE_INTERVAL_S - TICK_S / 2.0:
-                self._sent_c, self._sent_at = self._setpoint_c, self.now
-            self._plate.command(self._sent_c, LEASE_S, self.now)
+            self._plate.command(self._setpoint_c, LEASE_S, self.now)
             self.now += TICK_S
         self._plate.advance(self.now)
         return self._plate.skin_c
