@@ -78,6 +78,7 @@ void light(const Board& board) {
 
 void drive(Board& board) {
     if (!is_driving(board)) {
+        pause_loop(board.loop);
         hal_drive(0);
         return;
     }

@@ -10,6 +10,9 @@
 #ifndef COOL_LIMIT_MA
 #define COOL_LIMIT_MA 2000  // below 2.8 A, the optimum of a sink of 5 K/W
 #endif
+#ifndef BURST_LIMIT_MA
+#define BURST_LIMIT_MA 3000  // of cooling, while the store fills; the driver's full scale
+#endif
 #ifndef RUNAWAY_WINDOW_MS
 #define RUNAWAY_WINDOW_MS 1000  // with 4 s, as in 3D printers, a plate reaches 61 degC
 #endif
@@ -32,7 +35,7 @@ const float NEUTRAL_C = 32.0f;
 const int32_t SETPOINT_LOW_MC = 18000, SETPOINT_HIGH_MC = 40000;
 const float SETPOINT_LOW_C = 18.0f, SETPOINT_HIGH_C = 40.0f;
 // People distinguish materials by the initial cooling rate of the skin, so cooling may be faster than heating.
-const uint16_t SLEW_COOL_MC_S = 8000, SLEW_HEAT_MC_S = 5000;
+const uint16_t SLEW_COOL_MC_S = 12000, SLEW_HEAT_MC_S = 5000;
 const float SLEW_COOL_C_STEP = SLEW_COOL_MC_S * 0.001f * STEP_S, SLEW_HEAT_C_STEP = SLEW_HEAT_MC_S * 0.001f * STEP_S;
 const uint16_t MAX_TTL_MS = 1000;
 const uint16_t LONGEST_RETURN_MS = 10000;
@@ -43,8 +46,16 @@ const float ARRIVED_C = 0.3f;
 const int16_t FULL_SCALE_COUNTS = 512;
 const float COUNTS_PER_A = FULL_SCALE_COUNTS * 1000.0f / FULL_SCALE_MA;
 const int16_t HEAT_CAP_COUNTS = (int32_t)HEAT_LIMIT_MA * FULL_SCALE_COUNTS / FULL_SCALE_MA;
-const int16_t COOL_CAP_COUNTS = (int32_t)COOL_LIMIT_MA * FULL_SCALE_COUNTS / FULL_SCALE_MA;
+const int16_t COOL_CAP_COUNTS = (int32_t)BURST_LIMIT_MA * FULL_SCALE_COUNTS / FULL_SCALE_MA;
 const float HEAT_LIMIT_A = HEAT_LIMIT_MA * 0.001f, COOL_LIMIT_A = COOL_LIMIT_MA * 0.001f;
+const float BURST_LIMIT_A = BURST_LIMIT_MA * 0.001f;
+
+// The store: a capacitor across the resistor through which cold flows. While it fills, supply and limiter let pass
+// STORE_PASSES_A, less STORE_OPPOSES_S for each volt that it holds, into a plate 8 degC colder than its sink. Its
+// voltage changes, in V/s, by STORE_FILLS for each ampere of cooling, less STORE_DIODE and, for each volt, STORE_LEAKS;
+// without current it only empties. Computed from the parts. A board without a store gets less than it asks for.
+const float STORE_PASSES_A = 4.94f, STORE_OPPOSES_S = 1.01f;
+const float STORE_FILLS = 3.59f, STORE_DIODE = 0.26f, STORE_LEAKS = 2.37f, STORE_EMPTIES = 1.84f;
 
 // Temperatures at which the bridge opens
 const float TRIP_HIGH_C = 43.0f;

@@ -12,9 +12,10 @@ namespace {
 // and with and without a palm. Most of a touch comes from the feed-forward, so low gains cost little.
 const float GAIN_P = 1.0f, GAIN_I = 1.2f;
 
-const float FORWARD_A_S_K = 0.26f;  // A for each degC/s: the face holds 1 J/K, an ampere moves 3.86 W
+// A for each degC/s, as a light face of 0.6 J/K needs, since an ampere moves 3.86 W: more would drive it past its goal.
+const float FORWARD_A_S_K = 0.16f;
 // Only a real fall: a host that moves its setpoint in small steps must not make the current jump with each of them. A
-// host at the fastest slew sends 0.32 degC every 40 ms, so a fall lasts until the setpoint stays close for that long.
+// host at the fastest slew sends 0.48 degC every 40 ms, so a fall lasts until the setpoint stays close for that long.
 const float FALL_C = 0.25f;
 const uint8_t FALL_STEPS = 3;
 const float HELD_SHARE = 0.1f;  // of a step: the mean of the last 0.2 s, without the readings' noise
@@ -69,8 +70,26 @@ int16_t dithered(Loop& loop, float current_a) {
     return (int16_t)whole;
 }
 
-float ceiling_of(float sink_c, float cool_ceiling_a) {
-    return fminf(cool_ceiling_a, COOL_LIMIT_A * (1.0f - sink_share(sink_c)));
+// Returns the cooling limit of a cool sink, which is larger while the store fills.
+float cool_limit_a(const Loop& loop) {
+    return clamp(STORE_PASSES_A - STORE_OPPOSES_S * loop.store_v, COOL_LIMIT_A, BURST_LIMIT_A);
+}
+
+void fill_store(Loop& loop, float cool_a) {
+    const float filling = STORE_FILLS * cool_a - STORE_DIODE - STORE_LEAKS * loop.store_v;
+    loop.store_v += STEP_S * fmaxf(filling, -STORE_EMPTIES * loop.store_v);
+}
+
+// A warm sink allows no burst: its reduced current would never fill the store, and so last.
+float ceiling_of(const Loop& loop, float sink_c, float cool_ceiling_a) {
+    const float share = sink_share(sink_c);
+    return fminf(cool_ceiling_a, share > 0.0f ? COOL_LIMIT_A * (1.0f - share) : cool_limit_a(loop));
+}
+
+void reset(Loop& loop) {
+    const float store_v = loop.store_v;
+    loop = Loop();
+    loop.store_v = store_v;
 }
 
 // Suspends the loop during a test pulse, because it would work against the pulse.
@@ -84,12 +103,16 @@ float pulsed_current(Loop& loop, const Course& course, float forward_a, float ce
 }  // namespace
 
 void start_loop(Loop& loop, float plate_c) {
-    loop = Loop();
+    reset(loop);
     loop.goal_c = loop.target_c = clamp(plate_c, SETPOINT_LOW_C, SETPOINT_HIGH_C);
 }
 
 void stop_loop(Loop& loop) {
-    loop = Loop();
+    reset(loop);
+}
+
+void pause_loop(Loop& loop) {
+    fill_store(loop, 0.0f);
 }
 
 float limited_setpoint(Loop& loop, float setpoint_c, float sink_c, bool heat_is_spent) {
@@ -104,18 +127,19 @@ float limited_setpoint(Loop& loop, float setpoint_c, float sink_c, bool heat_is_
 }
 
 bool has_room(const Loop& loop, float sink_c, float cool_ceiling_a) {
-    return loop.current_a + PULSE_A <= HEAT_LIMIT_A && loop.current_a - PULSE_A >= -ceiling_of(sink_c, cool_ceiling_a);
+    return loop.current_a + PULSE_A <= HEAT_LIMIT_A && loop.current_a - PULSE_A >= -ceiling_of(loop, sink_c, cool_ceiling_a);
 }
 
 void follow(Loop& loop, const Course& course) {
     loop.goal_c = course.goal_c;
     const float forward_a = slew(loop, course.goal_c, course.plate_c);
-    const float ceiling_a = ceiling_of(course.sink_c, course.cool_ceiling_a);
+    const float ceiling_a = ceiling_of(loop, course.sink_c, course.cool_ceiling_a);
     const float wanted_a = pulsed_current(loop, course, forward_a, ceiling_a);
     loop.counts = dithered(loop, wanted_a);
     if ((loop.limited & LIMIT_CURRENT) && wanted_a < 0.0f && ceiling_a < COOL_LIMIT_A)
         loop.limited |= LIMIT_SINK;
     loop.current_a = loop.counts / COUNTS_PER_A;
+    fill_store(loop, fmaxf(-loop.current_a, 0.0f));
 }
 
 }  // namespace plate

@@ -11,6 +11,7 @@ struct Loop {
     float current_a;   // applied, positive heats
     uint8_t falling;   // steps for which the target still counts as falling fast
     float held_a;      // mean current before a test pulse
+    float store_v;     // estimated voltage of the store, which outlives the loop
     float owed;        // remainder of rounding in counts, carried over to a later step
     int16_t counts;
     int8_t saturated;  // 1 at the heating limit, -1 at the cooling limit, 0 between
@@ -30,6 +31,9 @@ struct Course {
 
 // Controls one step towards the goal. Stores the output in loop.counts.
 void follow(Loop& loop, const Course& course);
+
+// One step without current, in which the store empties.
+void pause_loop(Loop& loop);
 
 // Returns whether a test pulse fits between the current limits.
 bool has_room(const Loop& loop, float sink_c, float cool_ceiling_a);

@@ -59,7 +59,7 @@ void send_hello(const Board& board, uint8_t seq) {
     out.u16(SLEW_COOL_MC_S);
     out.u16(MAX_TTL_MS);
     out.u16(HEAT_LIMIT_MA);
-    out.u16(COOL_LIMIT_MA);
+    out.u16(BURST_LIMIT_MA);
     out.u16((uint16_t)((int32_t)HEAT_CAP_COUNTS * 1000 / FULL_SCALE_COUNTS));
     out.u16((uint16_t)((int32_t)COOL_CAP_COUNTS * 1000 / FULL_SCALE_COUNTS));
     out.u8(TELEMETRY_HZ);

@@ -156,7 +156,7 @@ float sink_power_w(float current_a, float plate_c, float sink_c) {
 
 void start_judging(Plausibility& state) {
     state = Plausibility();
-    state.cool_ceiling_a = COOL_LIMIT_A;
+    state.cool_ceiling_a = BURST_LIMIT_A;
 }
 
 void pause_judging(Plausibility& state) {
@@ -194,6 +194,9 @@ uint32_t judge_growth(Plausibility& state, const Sensors& sensors, float current
 uint32_t judge(Plausibility& state, const Sensors& sensors, bool grown, float current_a, float error_c) {
     if (!plate_is_known(sensors) || !sensors.now[SINK].known) return 0;
     const float plate = plate_c(sensors), sink = sensors.now[SINK].c;
+    // A burst counts as the lasting limit: a board without a store gets no more, and its end does not look like a loop
+    // that eases.
+    current_a = fmaxf(current_a, -COOL_LIMIT_A);
     state.open_ms = 0;
     state.driven_a += current_a;
     state.driven_steps++;

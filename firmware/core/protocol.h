@@ -5,7 +5,7 @@
 namespace plate {
 
 enum : uint8_t { PROTOCOL_MAJOR = 1, PROTOCOL_MINOR = 3 };
-enum : uint8_t { FIRMWARE_MAJOR = 1, FIRMWARE_MINOR = 4, FIRMWARE_PATCH = 0 };
+enum : uint8_t { FIRMWARE_MAJOR = 1, FIRMWARE_MINOR = 5, FIRMWARE_PATCH = 0 };
 
 enum : uint8_t {
     MAX_PAYLOAD = 48,

@@ -26,6 +26,8 @@ def _two(name: str, value: float | str, what: str, one: str, other: str) -> Part
     return Part(name, value, what, {"1": one, "2": other})
 
 
+CELL = "supercapacitor CAP-XX HW101F, 2.75 V, 0.05 ohm, 20 %: mind its polarity"
+
 PARTS = (
     # Board and its thermistors
     Part(
@@ -94,16 +96,21 @@ PARTS = (
     _two("L2", "choke 2", "on the kit; 3 uH, 5 A, at most 0.05 ohm", "LX2", "OS2"),
     _two("R20", 30.1e3, "1 %, limit of the heating current", "REF", "MAXIP"),
     _two("R21", 10.0e3, "1 %", "MAXIP", "GND"),
-    _two("R22", 10.0e3, "1 %, limit of the cooling current", "REF", "MAXIN"),
-    _two("R23", 20.0e3, "1 %", "MAXIN", "GND"),
+    _two("R22", 1.0e3, "1 %, limit of the cooling current", "REF", "MAXIN"),
+    _two("R23", 100.0e3, "1 %", "MAXIN", "GND"),
     Part("J1", "plug", "between driver and module", {"1": "OS1", "2": "OS2", "3": "M1", "4": "M2"}),
     _two("R13", 6.2, "25 W in an aluminium case, on a plate of its own", "M1", "TEC+"),
     Part("D1", "SB340", "Schottky, 3 A: conducts while cooling", {"A": "M1", "K": "D1K"}),
     _two("R14", 2.0, "25 W in an aluminium case, beside R13", "D1K", "TEC+"),
+    # The store: cooling begins with a larger current while these fill; R14 empties them. Three, so
+    # that a shorted one leaves the others within their voltage and the store within its bounds.
+    Part("C9", 0.76, CELL, {"+": "D1K", "-": "STORE1"}),
+    Part("C10", 0.76, CELL, {"+": "STORE1", "-": "STORE2"}),
+    Part("C11", 0.76, CELL, {"+": "STORE2", "-": "TEC+"}),
     Part("TEC1", "TEC1-03108", "31 couples, 20 x 20 mm, 0.37 ohm", {"+": "TEC+", "-": "M2"}),
     # Cut-out: window comparator, relay that holds itself
     Part(
-        "J2", 5.0, "supply of the module, 3 A or more, not the board's", {"+": "FUSED", "-": "GND"}
+        "J2", 5.0, "supply of the module, 4 A or more, not the board's", {"+": "FUSED", "-": "GND"}
     ),
     _two("F1", "3 A", "fuse, slow", "FUSED", "+5V"),
     _two("RT4", 100e3, "NTC, beta 4267, 1 %, of another maker, on the face", "BEAD", "GND"),
@@ -159,13 +166,17 @@ KIT_STEPS = (
     "Remove the jumper that ties SHDN high. Solder R24 there; R6 must pull it low.",
     "Solder a wire to REF for R11. Solder the supply from SW and GND to the kit's supply pads.",
     "Solder J1 to OS1 and OS2, behind the kit's filter capacitors, never to LX1, LX2 or CS.",
-    "Before the module: measure MAXIP 0.25 and MAXIN 0.67 of REF, and CTLI equal to REF at duty 0.",
+    "Before the module: measure MAXIP 0.25 and MAXIN 0.99 of REF, and CTLI equal to REF at duty 0.",
 )
 
 # Ratings from data sheets or the type of part: W for resistors, A and V for the others.
 POWER_W = {"RS": 1.0, "R13": 25.0, "R14": 25.0}
 SMALL_POWER_W = 0.1
 CURRENT_A = {"D1": 3.0, "K1": 5.0, "F1": 3.0, "J1": 5.0, "L1": 5.0, "L2": 5.0, "U3": 3.0}
+# For a tenth of a second, into an empty store from a shorted bridge: the diode's surge rating, that
+# of larger cells of this maker, and our choice for the others. The fuse may blow.
+PEAK_A = {"D1": 80.0, "K1": 10.0, "J1": 10.0, "L1": 10.0, "L2": 10.0, "TEC1": 8.0, "C9": 20.0}
+CELL_V, CELL_TOLERANCE = 2.75, 0.2
 REVERSE_V = {"D1": 40.0, "D2": 50.0, "D3": 50.0}
 # R13 and R14 dissipate up to 7 W together. They are screwed with thermal paste to their own
 # aluminium plate, 100 x 100 x 2 mm, upright in free air [assumption: 5 K/W], a hand's length from

@@ -110,7 +110,7 @@ def rung2b() -> str:
         *_box(20, 70, 110, 80, "computer", "USB"),
         *_box(200, 60, 120, 100, "board", "Uno or Nano"),
         *_box(410, 60, 130, 100, "driver", "MAX1968 kit"),
-        *_box(610, 60, 110, 100, "limiter", "D1, R13, R14"),
+        *_box(610, 60, 110, 100, "limiter", "D1, R13, R14, C9-11"),
         *_box(20, 250, 110, 70, "supply", "5 V, fuse 3 A"),
         *_box(410, 250, 130, 70, "cut-out", "relay K1"),
         f'<path d="M610 250H720V274H610Z" fill="{HOT}" stroke="{INK}"/>',

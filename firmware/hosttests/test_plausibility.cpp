@@ -51,6 +51,22 @@ TEST_CASE("a plate that stands still under a second of heat or cold is a runaway
     }
 }
 
+TEST_CASE("the end of a burst of cooling does not look like a loop that eases") {
+    Plausibility state;
+    start_judging(state);
+    Sensors sensors{};
+    start_sensors(sensors);
+    uint32_t faults = 0;
+    int steps = 0;
+    for (; !faults && steps < 200; steps++) {
+        const uint16_t sums[PLACES] = {sum_at(25.0), sum_at(25.0), sum_at(25.0)};
+        const bool grown = take_readings(sensors, sums);
+        faults = judge(state, sensors, grown, steps < 40 ? -BURST_LIMIT_A : -COOL_LIMIT_A, -5.0f);
+    }
+    CHECK(faults == bit(RUNAWAY));
+    CHECK(steps * STEP_S < 1.4);
+}
+
 TEST_CASE("bursts too short for a window are judged together, however the host switches off and on") {
     for (double goal_c : {40.0, 18.0})
         for (int each : {10, 20, 40}) {

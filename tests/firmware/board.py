@@ -277,6 +277,7 @@ class Board:
     def _live(self, current_a: float, dt_s: float) -> None:
         self.current_a = current_a
         self.plant.step(current_a, dt_s)
+        self.driver.carry(current_a, dt_s)
         self.bead.feel(self.plant.plate_c, dt_s)
         self.cut_out.feel(self.plant.plate_c, dt_s)
         if self.cut_out.is_open and self.cut_out_opened_at is None:

@@ -8,11 +8,13 @@ at the limit of 0.75 A moves a plate by less than 2 degC/s.
 
 from __future__ import annotations
 
+import math
 import random
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
+from hapticvlm.devices.simulated.limiter import STORE_FARAD, STORE_OHM, Limiter
 from hapticvlm.devices.simulated.plant import SINK_J_PER_K
 
 from .board import RESET_BROWN_OUT, RESET_EXTERNAL, Board, Sensor, plate_mv, sink_mv
@@ -142,6 +144,13 @@ def _polarity(board: Board) -> None:
 def _shorted(direction: int) -> Callable[[Board], None]:
     def begin(board: Board) -> None:
         board.driver.shorted = direction
+
+    return begin
+
+
+def _store(farad: float, ohm: float = STORE_OHM) -> Callable[[Board], None]:
+    def begin(board: Board) -> None:
+        board.driver.limiter = Limiter(farad, ohm)
 
     return begin
 
@@ -347,7 +356,7 @@ FAULTS = (
     ),
     Fault("hum of 50 Hz", _hum(50.0), guards=(), deadline_s=SLOW_S),
     Fault("hum of 60 Hz", _hum(60.0), guards=(), deadline_s=SLOW_S),
-    # 2 A through 20 mohm are 40 mV, 0.8 degC; through 50 mohm the first turn of the current jumps.
+    # 3 A through 20 mohm are 60 mV, 1.2 degC; through 50 mohm the first turn of the current jumps.
     Fault("shared ground of 20 mohm", _shared_ground(0.02), guards=(), deadline_s=SLOW_S),
     Fault(
         "shared ground of 50 mohm",
@@ -359,6 +368,17 @@ FAULTS = (
     Fault("sense wire of the cut-out grounded", _sense_grounded, ("CUT_OUT_OPEN",)),
     # Found before anything is driven: its break contact was never closed since the power came.
     Fault("cut-out welded", _welded, ("CUT_OUT_UNTESTED",), sees_s=IDLE_S, at_start=True),
+    # Also a board that was built before there was a store: it cools with 2 A from the first moment.
+    Fault("store open", _store(0.0), guards=(), deadline_s=SLOW_S, at_start=True),
+    # More than one shorted cell of three makes of it.
+    Fault(
+        "store of twice its value",
+        _store(2.0 * STORE_FARAD, STORE_OHM / 2.0),
+        guards=(),
+        deadline_s=SLOW_S,
+        at_start=True,
+    ),
+    Fault("store shorted", _store(math.inf), guards=(), deadline_s=SLOW_S, at_start=True),
     Fault("bridge shorted to heat", _shorted(1), guards=("current limit", "cut-out")),
     Fault("bridge shorted to cool", _shorted(-1), guards=("current limit", "cut-out")),
 )

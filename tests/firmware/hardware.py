@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+from hapticvlm.devices.simulated.limiter import SERIES_OHM, Limiter
 
 SUPPLY_MV = 5000.0
 DIVIDER_OHM, R25_OHM, BETA_K, OTHER_BETA_K = 10e3, 10e3, 3950.0, 3435.0
@@ -19,11 +21,11 @@ NOISE_MV = 2.0  # standard deviation at the ADC pin [assumption]
 
 FULL_SCALE_A = 3.0  # module current at duty 1
 HEAT_LIMIT_A, COOL_LIMIT_A = 0.75, 2.0  # the firmware's limits
+BURST_LIMIT_A = 3.0  # of cooling, while the store fills
 # The passive limiter works whatever the chip does. It is on the module's own leads beyond the
 # plug, so it follows the module's polarity and survives a shorted FET: an [assumption] of
 # firmware/README.md.
 SUPPLY_V, MODULE_OHM, LEADS_OHM = 5.0, 0.367, 0.1
-SERIES_OHM, BYPASS_OHM, DIODE_V = 6.2, 2.0, 0.45
 SENSE_OHM, CHOKE_OHM = 0.05, 0.05  # of the driver, one and two of them; a shorted FET leaves them
 FETS_OHM = 0.15  # two switches of a driver that still works [assumption]
 
@@ -75,8 +77,8 @@ class CutOut:
 class Driver:
     """Bridge, plug and limiter: mean duty -1..1 to current through the module, in ampere.
 
-    The driver controls its current as far as supply, resistors, diode and the module's own voltage
-    let it. `shorted` is the direction (1 heats, -1 cools) that two failed FETs conduct in for good,
+    The driver controls its current as far as supply, limiter and the module's own voltage let it.
+    `shorted` is the direction (1 heats, -1 cools) that two failed FETs conduct in for good,
     whatever the chip does. `polarity` is -1 when the plug is reversed, 0 when it is out. An ideal
     one gives what the firmware may ask for.
     """
@@ -84,6 +86,11 @@ class Driver:
     polarity: int = 1
     shorted: int = 0
     is_ideal: bool = False
+    limiter: Limiter = field(default_factory=Limiter)
+
+    def carry(self, current_a: float, dt_s: float) -> None:
+        """Let this current pass for `dt_s`; heat is positive."""
+        self.limiter.take(-current_a, dt_s)
 
     def current_a(self, duty: float, emf_v: float = 0.0) -> float:
         """Return the current into the module, heating the plate when positive.
@@ -95,7 +102,7 @@ class Driver:
 
     def is_limiting(self, duty: float) -> bool:
         """Return whether the passive limiter reduces the current below the firmware's limits."""
-        return not -COOL_LIMIT_A <= self._wanted_a(duty) <= HEAT_LIMIT_A
+        return not -BURST_LIMIT_A <= self._wanted_a(duty) <= HEAT_LIMIT_A
 
     def _wanted_a(self, duty: float) -> float:
         if not self.polarity:
@@ -105,13 +112,11 @@ class Driver:
     def _most_a(self, emf_v: float) -> tuple[float, float]:
         """Return the current limits of cooling and heating."""
         if self.is_ideal:
-            return COOL_LIMIT_A, HEAT_LIMIT_A
+            return BURST_LIMIT_A, HEAT_LIMIT_A
         inner = MODULE_OHM + LEADS_OHM + SENSE_OHM + 2.0 * CHOKE_OHM
         inner += 0.0 if self.shorted else FETS_OHM
         heat_a = (SUPPLY_V - emf_v) / (inner + SERIES_OHM)
-        siemens = 1.0 / SERIES_OHM + 1.0 / BYPASS_OHM
-        threshold_v = DIODE_V / BYPASS_OHM / siemens
-        cool_a = (SUPPLY_V + emf_v - threshold_v) / (inner + 1.0 / siemens)
+        cool_a = self.limiter.most_a(SUPPLY_V + emf_v, inner)
         return max(cool_a, 0.0), max(heat_a, 0.0)
 
 

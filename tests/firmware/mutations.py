@@ -282,7 +282,7 @@ MUTATIONS = (
         LOOP,
         "step_c = clamp(away_c, -SLEW_COOL_C_STEP, SLEW_HEAT_C_STEP);",
         "step_c = away_c;",
-        "the target never cools faster than 8 degC/s nor heats faster than 5*",
+        "the target never cools faster than 12 degC/s nor heats faster than 5*",
     ),
     Mutation(
         "the integral winds up",
@@ -294,9 +294,30 @@ MUTATIONS = (
     Mutation(
         "a warm sink keeps its cooling",
         LOOP,
-        "fminf(cool_ceiling_a, COOL_LIMIT_A * (1.0f - sink_share(sink_c)));",
-        "fminf(cool_ceiling_a, COOL_LIMIT_A);",
+        "share > 0.0f ? COOL_LIMIT_A * (1.0f - share) : cool_limit_a(loop));",
+        "cool_limit_a(loop));",
         "a warm sink reduces cooling step by step*",
+    ),
+    Mutation(
+        "a burst that does not end",
+        LOOP,
+        "    loop.store_v += STEP_S * fmaxf(filling, -STORE_EMPTIES * loop.store_v);",
+        "    loop.store_v += 0.0f * filling;",
+        "cooling begins with 3 A and ends its burst by itself at 2 A",
+    ),
+    Mutation(
+        "an opened bridge forgets the store",
+        LOOP,
+        "    loop.store_v = store_v;\n",
+        "    (void)store_v;\n",
+        "a full store gives no second burst before it has emptied*",
+    ),
+    Mutation(
+        "the end of a burst looks like a loop that eases",
+        JUDGE,
+        "    current_a = fmaxf(current_a, -COOL_LIMIT_A);\n",
+        "",
+        "the end of a burst of cooling does not look like a loop that eases",
     ),
     Mutation(
         "hot trips by the reading alone",
@@ -580,7 +601,7 @@ MUTATIONS = (
         LOOP,
         "clamp(away_c, -SLEW_COOL_C_STEP, SLEW_HEAT_C_STEP)",
         "clamp(away_c, -SLEW_COOL_C_STEP, SLEW_COOL_C_STEP)",
-        "the target never cools faster than 8 degC/s nor heats faster than 5*",
+        "the target never cools faster than 12 degC/s nor heats faster than 5*",
     ),
     Mutation(
         "the transmit ring takes bytes it has no room for",

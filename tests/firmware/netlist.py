@@ -14,11 +14,14 @@ from typing import Protocol
 
 import numpy as np
 
-from .hardware import CHOKE_OHM, DIODE_V, FETS_OHM, LEADS_OHM, MODULE_OHM, SUPPLY_V, Driver
+from hapticvlm.devices.simulated.limiter import CELL_OHM, DIODE_V
+
+from .hardware import CHOKE_OHM, FETS_OHM, LEADS_OHM, MODULE_OHM, SUPPLY_V, Driver
 
 BOARD_V = 5.0
 LEAK_OHM = 1e9  # between every net and the driver's second output, so that no net floats
 RESISTORS, CHOKES = ("RS", "R13", "R14"), ("L1", "L2")
+STORE = ("C9", "C10", "C11")
 
 
 class Part(Protocol):
@@ -56,8 +59,10 @@ class Netlist:
         self._ohm = {part.name: part.value for part in parts if isinstance(part.value, float)}
         self._turned = turned
 
-    def flow(self, duty: float, emf_v: float = 0.0) -> Flow:
+    def flow(self, duty: float, emf_v: float = 0.0, store_v: float | None = None) -> Flow:
         """Return the currents at a mean duty (heat positive) and a voltage of the module.
+
+        `store_v` is that of the store; None is a full one, through which nothing flows.
 
         The driver adjusts its output until the voltage over its sense pins equals what its control
         input demands, or saturates at its supply.
@@ -67,15 +72,15 @@ class Netlist:
         low_v, high_v = -SUPPLY_V, SUPPLY_V
         for _ in range(24):
             middle_v = (low_v + high_v) / 2.0
-            if self._sensed_v(middle_v, emf_v) < wanted_v:
+            if self._sensed_v(middle_v, emf_v, store_v) < wanted_v:
                 low_v = middle_v
             else:
                 high_v = middle_v
-        return self._currents(high_v, emf_v, FETS_OHM)
+        return self._currents(high_v, emf_v, FETS_OHM, store_v)
 
-    def shorted(self, direction: int, emf_v: float = 0.0) -> Flow:
+    def shorted(self, direction: int, emf_v: float = 0.0, store_v: float | None = None) -> Flow:
         """Return the currents with two shorted transistors of the bridge."""
-        return self._currents(direction * SUPPLY_V, emf_v, 0.0)
+        return self._currents(direction * SUPPLY_V, emf_v, 0.0, store_v)
 
     def _control_v(self, duty: float) -> float:
         """Return CTLI - REF: the operational amplifier brings its inputs to the same voltage."""
@@ -120,17 +125,19 @@ class Netlist:
         share, _ = self._divided(net, {reference: 1.0, "GND": 0.0})
         return 0.15 * share
 
-    def _sensed_v(self, output_v: float, emf_v: float) -> float:
-        volts = self._solved(output_v, emf_v, FETS_OHM)[0]
+    def _sensed_v(self, output_v: float, emf_v: float, store_v: float | None) -> float:
+        volts = self._solved(output_v, emf_v, FETS_OHM, store_v)[0]
         return volts[self._pins["U3"]["OS1"]] - volts[self._pins["U3"]["CS"]]
 
-    def _currents(self, output_v: float, emf_v: float, fets_ohm: float) -> Flow:
-        volts, branches = self._solved(output_v, emf_v, fets_ohm)
+    def _currents(
+        self, output_v: float, emf_v: float, fets_ohm: float, store_v: float | None
+    ) -> Flow:
+        volts, branches = self._solved(output_v, emf_v, fets_ohm, store_v)
         through = {it.name: _current_a(it, volts) for it in branches}
         return Flow(through["TEC1"], through)
 
     def _solved(
-        self, output_v: float, emf_v: float, fets_ohm: float
+        self, output_v: float, emf_v: float, fets_ohm: float, store_v: float | None
     ) -> tuple[dict[str, float], list[_Branch]]:
         """Return the net voltages with the diode blocking, unless it would then conduct.
 
@@ -138,6 +145,7 @@ class Netlist:
         """
         for conducts in (False, True):
             branches = self._branches(output_v, emf_v, fets_ohm, conducts=conducts)
+            branches += [] if store_v is None else self._cells(store_v)
             volts = _node_voltages(branches)
             if not conducts and self._forward_v(volts) <= DIODE_V:
                 break
@@ -163,9 +171,15 @@ class Netlist:
         ]
         if conducts:
             found.append(_Branch("D1", diode["A"], diode["K"], 1e-3, -DIODE_V))
-        nets = sorted({net for it in found for net in (it.one, it.other)} | set(diode.values()))
-        leaks = [_Branch(f"leak {a}", a, b, LEAK_OHM) for a, b in pairwise(nets)]
+        cells = {net for name in STORE for net in self._pins.get(name, {}).values()}
+        nets = {net for it in found for net in (it.one, it.other)} | set(diode.values())
+        leaks = [_Branch(f"leak {a}", a, b, LEAK_OHM) for a, b in pairwise(sorted(nets | cells))]
         return found + leaks
+
+    def _cells(self, store_v: float) -> list[_Branch]:
+        pins = [(name, self._pins[name]) for name in STORE if name in self._pins]
+        each_v = store_v / len(STORE)
+        return [_Branch(name, at["+"], at["-"], CELL_OHM, -each_v) for name, at in pins]
 
     def _between(self, name: str, ohm: float) -> _Branch:
         one, other = self._pins[name].values()
@@ -205,4 +219,4 @@ class DrawnDriver(Driver):
 
     def current_a(self, duty: float, emf_v: float = 0.0) -> float:
         """Return the current into the module, heating the plate when positive."""
-        return -self._netlist.flow(duty, emf_v).module_a
+        return -self._netlist.flow(duty, emf_v, self.limiter.volts).module_a

@@ -46,10 +46,12 @@ SEED = 5
 BATCH = 64
 
 # Two faults that no guard covers, because the second guard behind the bridge has failed as well.
-# The first is reported at every switch-on, before a hand is on the plate.
+# The first is reported at every switch-on, before a hand is on the plate. A whole store is shorted
+# when each of its three cells is.
 BEYOND = [
     {"cut-out welded", "bridge shorted to heat"},
     {"cut-out welded", "bridge shorted to cool"},
+    {"store shorted", "bridge shorted to cool"},
 ]
 
 Job = tuple[tuple[str, ...], Situation]

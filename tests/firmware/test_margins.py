@@ -144,7 +144,9 @@ def skin_of_a_shorted_bridge(
     skin = Skin()
     for _ in range(1500):
         emf_v = SEEBECK * (plant.plate_c - plant.sink_c)
-        plant.step(0.0 if cut_out.is_open else driver.current_a(0.0, emf_v), 0.01)
+        current_a = 0.0 if cut_out.is_open else driver.current_a(0.0, emf_v)
+        driver.carry(current_a, 0.01)
+        plant.step(current_a, 0.01)
         cut_out.feel(plant.plate_c, 0.01)
         skin.feel(plant.skin_c, 0.01)
 

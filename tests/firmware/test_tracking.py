@@ -28,7 +28,7 @@ def test_the_plate_follows_the_limited_setpoint(
     print(done)
 
 
-# In a room of 15 degC 2 A cannot follow metal at all; at 1e-3 the skin is still behind half a
+# In a room of 15 degC 2 A, and 3 in the beginning, cannot follow metal at all; at 1e-3 the skin is still behind half a
 # second after the limits end on these two, whose deeper skin has missed most.
 OUT_OF_REACH = [("metal", 15.0, 5e-4), ("metal", 15.0, 1e-3)]
 STILL_BEHIND = [("glass", 15.0, 1e-3), ("metal", 22.0, 1e-3)]
@@ -47,13 +47,14 @@ def test_the_skin_follows_physics_wherever_no_limit_acts(
 ) -> None:
     """A skin that lags at 1 s was limited by slew or current for most of the time until then.
 
-    Glass at 22 degC through 1e-3 lags by 0.61 degC and was limited for 73 % of that second.
+    A limit that ends sooner leaves less behind: metal of 22 degC through 2e-4 lags by 0.51 degC
+    and was limited for 61 % of that time, by 0.75 degC and 75 % when cooling began with 2 A.
     """
     felt = tracking.felt(chip, material, ambient_c, palm_resistance)
     print(felt)
 
     case = material, ambient_c, palm_resistance
-    assert abs(felt.at_1s_c) < 0.5 or felt.limited_share >= 0.7
+    assert abs(felt.at_1s_c) < 0.5 or felt.limited_share >= 0.6
     assert (felt.free_rms_c is None) == (case in OUT_OF_REACH)
     if felt.free_rms_c is not None:
         assert felt.free_rms_c < (0.6 if case in STILL_BEHIND else 0.3)

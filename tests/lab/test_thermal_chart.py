@@ -93,8 +93,8 @@ def test_the_current_withholds_metal_and_not_wood():
         for name in ("metal", "wood")
     )
 
-    assert metal.most[0] < 0.6 < 1.0 < wood.most[0]
-    assert metal.most[1] < 0.95 < 1.0 < wood.most[1]
+    assert metal.most[0] < 0.7 < 1.0 < wood.most[0]
+    assert metal.most[1] < 0.97 < 1.0 < wood.most[1]
 
 
 def test_a_longer_announcement_and_more_current_raise_the_bound(monkeypatch):
@@ -102,7 +102,7 @@ def test_a_longer_announcement_and_more_current_raise_the_bound(monkeypatch):
     bounds = [first_second.most_c(contact)]
     monkeypatch.setattr(first_second, "LEAD_S", 0.6)
     bounds.append(first_second.most_c(contact))
-    monkeypatch.setattr(first_second, "COOL_LIMIT_A", 3.0)
+    monkeypatch.setattr(first_second, "burst_a", lambda _: 3.0)
     bounds.append(first_second.most_c(contact))
 
     assert bounds[0] > bounds[1] > bounds[2], "colder each time"

@@ -12,6 +12,7 @@ import math
 from hapticvlm.devices.plate.protocol import State
 from hapticvlm.devices.plate.requests import CHANGE_INTERVAL_S
 from hapticvlm.devices.plate.session import REST_S
+from hapticvlm.devices.simulated.limiter import Limiter
 from hapticvlm.devices.simulated.plant import AMBIENT_C, SINK_K_PER_W, Bead, Module, Plant
 from hapticvlm.perception import NEUTRAL_C, THERMAL_FLOOR_C
 from hapticvlm.rendering.heat import limits as plate_limits
@@ -20,8 +21,11 @@ from hapticvlm.rendering.heat.limits import PlateReading, sink_share
 
 HEAT_LIMIT_A = 0.75  # stuck on in a room of 23 degC it stays below 43 degC (docs/physics.md 3.3)
 COOL_LIMIT_A = 2.0
+BURST_LIMIT_A = 3.0  # of cooling, while the store fills (physics.md 2.4)
+# What drives the limiter: 5 V against a plate 8 degC colder than its sink, module, leads and driver
+_SOURCE_V, _INNER_OHM = 4.9, 0.767
 _GAIN_P, _GAIN_I = 1.0, 1.2  # A/K and A/(K s) (physics.md 2.4)
-_FORWARD_A_S_K = 0.26  # the face stores 1 J/K, and an ampere moves 3.86 W
+_FORWARD_A_S_K = 0.16  # for a light face of 0.6 J/K, as an ampere moves 3.86 W
 _FALL_C = 0.25  # only a real fall, not the small steps of a host
 _FALL_S = 0.06  # until a fall that stays this close has ended
 _FACE_FILTER_S = 0.06  # over which the slope of the reading is averaged
@@ -60,6 +64,7 @@ class SimulatedPlate:
         module: Module = _MODULE,
     ) -> None:
         self._plant = Plant(ambient_c, SINK_K_PER_W, palm_resistance, module=module)
+        self._limiter = Limiter()
         self._bead = Bead(self._plant.plate_c, bead_lag_s)
         self.lag_s = bead_lag_s
         self._sensed_before_c: float | None = None
@@ -187,6 +192,7 @@ class SimulatedPlate:
             if not self._must_wait(limited.setpoint_c):
                 self._target_c = limited.setpoint_c
             self._control(slope_c_s, dt_s)
+        self._limiter.take(-self._current_a, dt_s)
         self._plant.step(self._current_a, dt_s)
         self._bead.feel(self._plant.plate_c, dt_s)
         self._account(dt_s)
@@ -253,13 +259,18 @@ class SimulatedPlate:
         error_c = self._target_c - self._face_c()
         forward_a = _FORWARD_A_S_K * min(slope_c_s, 0.0) if self._falling_s > 0.0 else 0.0
         unlimited_a = _GAIN_P * error_c + self._integral_a + forward_a
-        max_cool_a = COOL_LIMIT_A * (1.0 - sink_share(self._plant.sink_c))
-        self._current_a = min(max(unlimited_a, -max_cool_a), HEAT_LIMIT_A)
+        self._current_a = min(max(unlimited_a, -self._max_cool_a()), HEAT_LIMIT_A)
         self._saturated = (unlimited_a > self._current_a) - (unlimited_a < self._current_a)
         # The integral stops while the current is at its limit and would push further in the same
         # direction (anti-windup); otherwise the plate would overshoot by what it had stored.
         if not self._saturated or (error_c > 0.0) != (unlimited_a > 0.0):
             self._integral_a += _GAIN_I * error_c * dt_s
+
+    def _max_cool_a(self) -> float:
+        """Return the cooling limit, larger while the store fills and smaller on a warm sink."""
+        if share := sink_share(self._plant.sink_c):
+            return COOL_LIMIT_A * (1.0 - share)
+        return burst_a(self._limiter)
 
     def _follow_slope(self, dt_s: float) -> None:
         sensed_c = self._sensed_c()
@@ -295,7 +306,7 @@ class SimulatedPlate:
         return self._bead.c if self._stuck_sensor_c is None else self._stuck_sensor_c
 
     def _reading(self) -> PlateReading:
-        limit_a = HEAT_LIMIT_A if self._current_a > 0.0 else COOL_LIMIT_A
+        limit_a = HEAT_LIMIT_A if self._current_a > 0.0 else BURST_LIMIT_A
         return PlateReading(
             plate_c=self._sensed_c(),
             sink_c=self._plant.sink_c,
@@ -307,3 +318,9 @@ class SimulatedPlate:
             faults=self._faults,
             current_a=self._current_a,
         )
+
+
+def burst_a(limiter: Limiter) -> float:
+    """Return the cooling current that a cool plate may ask for with its store filled so far, A."""
+    most_a = limiter.most_a(_SOURCE_V, _INNER_OHM)
+    return min(max(most_a, COOL_LIMIT_A), BURST_LIMIT_A)

@@ -5,7 +5,7 @@ that may be sent, and the name of the limit that makes them differ.
 
 - Band: 18 to 40 degC, below the burn threshold of 43 degC and above the 15 degC at which cold
   begins to hurt.
-- Slew: at most 8 degC/s of cooling and 5 degC/s of heating, so that the plate never jumps.
+- Slew: at most 12 degC/s of cooling and 5 degC/s of heating, so that the plate never jumps.
 - Dose: thermal damage grows with time and exponentially with temperature. CEM43 counts it in
   minutes at 43 degC; from 2 CEM43, or 900 s of heat, on nothing above neutral is sent until the
   skin has rested (physics.md 3.1).
@@ -29,7 +29,7 @@ SETPOINT_MIN_C = 18.0
 SETPOINT_MAX_C = 40.0
 # People tell materials apart by the first half second of cooling (Ho and Jones 2006; Bergmann Tiest
 # and Kappers 2009), so cooling may be faster than heating.
-COOL_SLEW_C_PER_S = 8.0
+COOL_SLEW_C_PER_S = 12.0
 HEAT_SLEW_C_PER_S = 5.0
 DOSE_LIMIT_CEM43 = 2.0  # min at 43 degC, for healthy people without supervision (physics.md 3.1)
 HEAT_LIMIT_S = 900.0

@@ -21,12 +21,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hapticvlm.devices.simulated.limiter import Limiter
 from hapticvlm.devices.simulated.plant import Plant
 from hapticvlm.devices.simulated.simulated import (
-    COOL_LIMIT_A,
     HEAT_LIMIT_A,
     TICK_S,
     SimulatedPlate,
+    burst_a,
 )
 from hapticvlm.materials import MATERIALS
 from hapticvlm.perception import NEUTRAL_C
@@ -94,12 +95,15 @@ def most_c(contact: ThermalContact) -> list[float]:
     plant = Plant(ROOM_C, palm_resistance=PALM)
     rest_a = _rest(plant)
     rest_c, way = plant.skin_c, math.copysign(1.0, contact.surface_c - NEUTRAL_C)
-    full_a = HEAT_LIMIT_A if way > 0.0 else -COOL_LIMIT_A
+    limiter = Limiter()
     end_c = limits.SETPOINT_MAX_C if way > 0.0 else limits.SETPOINT_MIN_C
     changes_c = []
     for _ in range(_ticks(LEAD_S + AT_S[-1])):
         is_driven = way * (end_c - plant.plate_c) > 0.0
-        plant.step(full_a if is_driven else rest_a, TICK_S)
+        full_a = HEAT_LIMIT_A if way > 0.0 else -burst_a(limiter)
+        current_a = full_a if is_driven else rest_a
+        limiter.take(-current_a, TICK_S)
+        plant.step(current_a, TICK_S)
         changes_c.append(plant.skin_c - rest_c)
     by_then_c = [changes_c[_ticks(LEAD_S + at_s) - 1] for at_s in AT_S]
     goals_c = [_real_c(contact, at_s + AHEAD_S) for at_s in AT_S]
