@@ -314,14 +314,14 @@ FAULTS = (
         sees_s=2.5,
     ),
     # Shows once it is driven. Resting at neutral it drifts, by chance of the noise, up or down;
-    # where that is the way it is then asked to go, it shows 0.5 s later. In COLD_WARM it takes
+    # where that is the way it is then asked to go, it shows 0.5 s later. In cold it takes up to
     # 2.8 s, as what should cool heats with 0.75 A, less than 2 degC/s: judged by its 15 J.
     Fault(
         "module backwards",
         _polarity,
         ("WIRED_BACKWARDS", "RUNAWAY"),
         deadline_s=WINDOW_S,
-        sees_s=IDLE_S + 0.5,
+        sees_s=IDLE_S + 1.3,
         at_start=True,
     ),
     # Without current it is harmless; it shows once the plate should change faster than the room.

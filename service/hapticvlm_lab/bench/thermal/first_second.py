@@ -7,10 +7,10 @@ current brings more cold by a given time than full current from the first moment
 needs no search. It ends at the coldest setpoint, and where the skin has reached its goal. The same
 holds for heat.
 
-Both plates are the plant model, with the same limits of current and setpoint. The supply's voltage
-is no limit here: it gives 2 A to a plate up to 8 degC colder than its sink (firmware/README.md).
-The hand is announced LEAD_S before it touches, and nothing waits for a message. The product renders
-as a session does, on a simulated plate whose bead lags.
+Both plates are the plant model, with the same limits of current and setpoint, and with the store
+that lets cooling begin faster. It holds a charge, which a later use would only make later. The hand
+is announced LEAD_S before it touches, and nothing waits for a message. The product renders as a
+session does, on a simulated plate whose bead lags.
 """
 
 from __future__ import annotations
