@@ -28,8 +28,8 @@ def test_the_plate_follows_the_limited_setpoint(
     print(done)
 
 
-# In a room of 15 degC 2 A, and 3 in the beginning, cannot follow metal at all; at 1e-3 the skin is still behind half a
-# second after the limits end on these two, whose deeper skin has missed most.
+# In a room of 15 degC 2 A, and 3 in the beginning, cannot follow metal at all; at 1e-3 the skin is
+# still behind half a second after the limits end on these two, whose deeper skin has missed most.
 OUT_OF_REACH = [("metal", 15.0, 5e-4), ("metal", 15.0, 1e-3)]
 STILL_BEHIND = [("glass", 15.0, 1e-3), ("metal", 22.0, 1e-3)]
 # The limits end sooner than at 5 degC/s, and so the skin below is judged while it still lags.
