@@ -323,7 +323,7 @@ MUTATIONS = (
         "hot trips by the reading alone",
         SENSORS,
         "if (reading.c + fmaxf(moved_c, 0.0f) >= TRIP_HIGH_C)",
-        "if (reading.c + fmaxf(moved_c, 0.0f) >= TRIP_HIGH_C)",
+        "if (reading.c >= TRIP_HIGH_C)",
         "either the reading or the estimate trips*",
     ),
     Mutation(
