@@ -321,26 +321,30 @@ async def test_the_newest_frame_wins_and_every_frame_is_answered(service):
 async def test_what_is_known_is_looked_at_twenty_times_a_second_and_the_last_frame_always(service):
     async with peer(service) as client:
         await owner_of(client)
+        assert (await client.ask(**frame(0, object_id="thing")))["type"] == "decision"
         started = time.monotonic()
         ids = []
-        for number in range(90):
+        for number in range(1, 90):
             await asyncio.sleep(max(0.0, started + number / 60.0 - time.monotonic()))
             ids.append(await client.send(**frame(number, object_id="thing")))
-        last = [frame(number, object_id="thing") for number in (90, 91, 92)]
-        ids += [await client.send(**message) for message in last]  # before another look is due
         answers: dict[int, dict[str, Any]] = {}
-        # nothing more comes, and yet the last one is looked at
-        async with asyncio.timeout(10.0 * PACE):
-            while len(answers) < len(ids):
-                answer = await client.read()
-                if answer["id"] in ids:
-                    answers[answer["id"]] = answer
+        last_ids = []
+        # Nothing comes after the last one of three, and yet it is looked at. They are sent before
+        # another look is due, if this machine keeps up: hence several times.
+        for number in range(90, 114, 3):
+            last = [frame(each, object_id="thing") for each in range(number, number + 3)]
+            ids += [await client.send(**message) for message in last]
+            last_ids.append(ids[-1])
+            async with asyncio.timeout(10.0 * PACE):
+                while len(answers) < len(ids):
+                    answer = await client.read()
+                    if answer["id"] in ids:
+                        answers[answer["id"]] = answer
         lasted_s = time.monotonic() - started
     decided = [id for id in ids if answers[id]["type"] == "decision"]
-    assert decided[0] == ids[0]
-    assert decided[-1] == ids[-1]
+    assert set(last_ids) <= set(decided)
     allowed = RECOGNITION_RATE.burst + RECOGNITION_RATE.per_s * lasted_s
-    assert len(decided) <= 1 + allowed  # the first was not known yet
+    assert len(decided) <= allowed
     assert len(decided) >= 10 / PACE  # as many as this machine can beside other work
 
 
