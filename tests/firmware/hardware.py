@@ -34,6 +34,7 @@ FETS_OHM = 0.15  # two switches of a driver that still works [assumption]
 CUT_OUT_HOT_C, CUT_OUT_COLD_C = 41.5, 17.0  # [assumption]
 # Of its own thermistor: a build has to show 1 s at its first switch-on [assumption]
 CUT_OUT_LAG_S = 1.5
+MOST_CUT_OUT_LAG_S = 1.0  # that the first switch-on allows (firmware/README.md, step 6)
 
 
 def thermistor_mv(temperature_c: float, beta_k: float = BETA_K) -> float:

@@ -13,9 +13,8 @@ from .build import Chip
 from .faults import BY_NAME, FAULTS, IDLE_S, SLOW_S, Fault, one_bag_and_the_cut_out
 from .rawhost import RawHost
 from .situations import COLD_WARM, HELD, HOT, Situation
-from .trials import trial
+from .trials import TEST_S, trial
 
-LONGEST_S = 100.0  # the sweep runs longer trials
 BEADS = [
     fault
     for fault in FAULTS
@@ -39,7 +38,7 @@ def cases() -> Iterator[Any]:
 def test_a_fault_is_caught_in_time_and_the_skin_is_safe(
     chip: Chip, fault: Fault, situation: Situation
 ) -> None:
-    outcome = trial(chip.board, [fault], situation, LONGEST_S)
+    outcome = trial(chip.board, [fault], situation, TEST_S)
 
     assert outcome.is_safe, outcome
     assert outcome.shoot_through == 0
@@ -62,7 +61,7 @@ def test_a_fault_is_caught_in_time_and_the_skin_is_safe(
 def test_a_fault_of_a_plate_that_held_its_extreme_leaves_a_pressed_palm_safe(
     chip: Chip, fault: Fault, situation: Situation
 ) -> None:
-    outcome = trial(chip.board, [fault], situation, LONGEST_S)
+    outcome = trial(chip.board, [fault], situation, TEST_S)
 
     assert outcome.is_safe, outcome
     assert outcome.shoot_through == 0
@@ -74,8 +73,8 @@ def test_a_cut_out_with_a_bead_of_the_same_wrong_bag_would_not_save_the_skin(chi
     bag = Fault("one bag", one_bag_and_the_cut_out, at_start=True)
     shorted = BY_NAME["bridge shorted to heat"]
 
-    assert not trial(chip.board, [bag, shorted], HOT, LONGEST_S).is_safe
-    foreign = trial(chip.board, [BY_NAME["all beads of one wrong kind"], shorted], HOT, LONGEST_S)
+    assert not trial(chip.board, [bag, shorted], HOT, TEST_S).is_safe
+    foreign = trial(chip.board, [BY_NAME["all beads of one wrong kind"], shorted], HOT, TEST_S)
     assert foreign.is_safe, foreign
     assert "cut-out" in foreign.caught_by
 
@@ -221,7 +220,7 @@ def test_nothing_is_driven_before_the_first_setpoint(host: RawHost) -> None:
 
 def test_a_module_wired_backwards_is_caught_where_it_can_hardly_push(chip: Chip) -> None:
     # What should cool heats, by less than 2 degC/s: it is judged by the energy spent on it.
-    outcome = trial(chip.board, [BY_NAME["module backwards"]], COLD_WARM, LONGEST_S)
+    outcome = trial(chip.board, [BY_NAME["module backwards"]], COLD_WARM, TEST_S)
 
     assert outcome.off_after_s is not None
     assert outcome.off_after_s <= IDLE_S + 3.0

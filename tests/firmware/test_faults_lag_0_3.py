@@ -1,25 +1,11 @@
-"""Every single fault on boards whose plate's thermistors lag by 0.3 s, with three faces.
-
-Each lag has a file of its own: the tests of one file run one after the other, and these are many.
-"""
+"""Every single fault on boards whose plate's thermistors lag by 0.3 s; see `lagging.py`."""
 
 from __future__ import annotations
 
 import pytest
 
-from .build import Chip
-from .faults import FAULTS, Fault
-from .trials import trials_of_lagging_beads
+from .lagging import safe_with_a_lag_of
 
 pytestmark = pytest.mark.nightly
-LAG_S = 0.3
 
-
-@pytest.mark.parametrize("face_j_per_k", [0.6, 1.0, 1.5])
-@pytest.mark.parametrize("fault", FAULTS, ids=[fault.name for fault in FAULTS])
-def test_the_skin_is_safe_on_a_board_whose_beads_lag(
-    chip: Chip, fault: Fault, face_j_per_k: float
-) -> None:
-    for outcome in trials_of_lagging_beads(chip, fault, LAG_S, face_j_per_k):
-        assert outcome.is_safe, outcome
-        assert outcome.shoot_through == 0
+test_the_skin_is_safe_on_a_board_whose_beads_lag = safe_with_a_lag_of(0.3)

@@ -20,7 +20,7 @@ from hapticvlm.devices.simulated.limiter import STORE_FARAD, STORE_OHM, Limiter
 from hapticvlm.devices.simulated.plant import RESISTANCE, SEEBECK, Module, Plant
 
 from .build import FIRMWARE
-from .hardware import CutOut, Driver, Skin
+from .hardware import MOST_CUT_OUT_LAG_S, CutOut, Driver, Skin
 from .situations import PRESSED
 
 STEP_S = 0.02
@@ -102,9 +102,6 @@ def test_a_board_that_was_not_told_its_lag_does_not_ring() -> None:
     assert min(margins) >= 20.0
 
 
-FIRST_SWITCH_ON_LAG_S = 1.0  # of the cut-out's bead at most (README, step 6)
-
-
 @pytest.mark.parametrize("start_c", [18.0, 21.0, 22.0, 24.0, 26.0, 32.0])
 @pytest.mark.parametrize("face_j_per_k", [0.6, 1.0, 1.5])
 def test_a_shorted_bridge_leaves_a_pressed_palm_above_13_degrees(
@@ -143,7 +140,7 @@ def skin_of_a_shorted_bridge(
     assert plant.plate_c == pytest.approx(start_c, abs=0.3)
     # An empty store, 20 % larger than it should be and with less resistance, cools the most.
     driver = Driver(shorted=way, limiter=Limiter(1.2 * STORE_FARAD, STORE_OHM / 1.5))
-    cut_out = CutOut(plant.plate_c, FIRST_SWITCH_ON_LAG_S)
+    cut_out = CutOut(plant.plate_c, MOST_CUT_OUT_LAG_S)
     skin = Skin()
     for _ in range(1500):
         emf_v = SEEBECK * (plant.plate_c - plant.sink_c)

@@ -5,9 +5,11 @@ from __future__ import annotations
 import pytest
 from tiers import nightly_except
 
+from .board import Board
 from .build import Chip
 from .faults import BY_NAME
-from .situations import COLD, COLD_WARM, HOT, Situation
+from .hardware import MOST_CUT_OUT_LAG_S, CutOut
+from .situations import COLD, COLD_WARM, HELD_COLD, HOT, Situation
 from .trials import trial
 
 LONGEST_S = 60.0
@@ -53,3 +55,26 @@ def test_two_faults_at_once_leave_the_skin_safe(
 
     assert outcome.is_safe, outcome
     assert outcome.shoot_through == 0
+
+
+# With the slower cut-out of the sweep these three cool a pressed palm to 12.8 to 12.9 degC.
+@pytest.mark.nightly
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        ("both read 8 low", "bridge shorted to cool"),
+        ("module backwards", "bridge shorted to heat"),
+        ("plate A swapped with sink", "bridge shorted to cool"),
+    ],
+)
+def test_a_cut_out_as_fast_as_asked_protects_a_pressed_palm_from_a_held_plate(
+    chip: Chip, first: str, second: str
+) -> None:
+    def board(ambient_c: float) -> Board:
+        made = chip.board(ambient_c)
+        made.cut_out = CutOut(made.plant.plate_c, MOST_CUT_OUT_LAG_S)
+        return made
+
+    outcome = trial(board, [BY_NAME[first], BY_NAME[second]], HELD_COLD, 120.0)
+
+    assert outcome.is_safe, outcome

@@ -9,21 +9,18 @@ the dose is carried on to the session's 15 min.
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
 
 from hapticvlm.rendering.heat.limits import HEAT_LIMIT_S
 
 from . import line
-from .board import Board, Build
-from .build import Chip
+from .board import Board
 from .faults import SLOW_S, Fault, Guard
 from .rawhost import RENEW_S, SWITCHED_ON_S, TTL_S, RawHost
-from .situations import BEFORE_S, MOVING, Situation
+from .situations import BEFORE_S, Situation
 
-SHORT_S, LONG_S = 60.0, 300.0
-BEADS_S = 100.0
+SHORT_S, TEST_S, LONG_S = 60.0, 100.0, 300.0  # the sweep runs the long ones
 AFTER_S = 60.0
 _SURE_S = 1.0
 _STEADY_C, _STEADY_S = 0.03, 10.0  # of sink, plate and skin alike
@@ -185,15 +182,6 @@ def trial(
         return _Trial(board, faults, situation).run(longest_s)
     finally:
         board.close()
-
-
-def trials_of_lagging_beads(
-    chip: Chip, fault: Fault, lag_s: float, face_j_per_k: float
-) -> Iterator[Outcome]:
-    """Run a fault in every moving situation on a board whose plate's beads lag."""
-    built = Build(lag_s, face_j_per_k)
-    for situation in MOVING:
-        yield trial(partial(chip.board, build=built), [fault], situation, BEADS_S)
 
 
 def _after(at: float | None, since: float) -> float | None:
