@@ -121,6 +121,8 @@ def _two_pins(part: Part, left: int, y: int) -> tuple[list[str], int]:
         _text(left + 204, at + 4, other),
         _text(middle, at - 11, f"{part.name} {readable(part)}", "bold", "middle"),
     ]
+    if "+" in part.pins:
+        found.append(_text(middle - 32 if part.pins["+"] == one else middle + 32, at + 14, "+"))
     return found, STEP
 
 
