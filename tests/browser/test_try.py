@@ -71,6 +71,11 @@ SENT = """() => {
   return { mean: mean.slice(0, 3), width, height };
 }"""
 
+PICTURE_BOX = """() => {
+  const { x, y, width, height } = document.getElementById("picture").getBoundingClientRect();
+  return [x, y, width, height];
+}"""
+
 # All that the service sends of what its speaker plays.
 HEAR = """async () => {
   const { sound } = await import("./hear.js");
@@ -317,6 +322,36 @@ def test_a_wrong_answer_is_corrected_by_a_click_and_kept_for_the_session(browser
         expect(page.locator("#corrected")).to_contain_text("hapticvlm gallery add my-rubber")
         at(page, 0.3, 0.3)
         expect(page.locator("#material")).to_have_text("rubber")
+
+
+@pytest.mark.parametrize("size", [(1280, 900), (900, 700), (400, 800)])
+def test_the_picture_stays_where_it_is_while_the_words_below_it_change(browser, service, size):
+    """A picture that grew or shrank under a resting hand would be touched elsewhere."""
+    with visit(browser, service, size=size) as page:
+        sample(page, 1)
+
+        def box() -> list[float]:
+            page.evaluate("scrollTo(0, 0)")
+            return list(page.evaluate(PICTURE_BOX))
+
+        before = box()
+        # New places are crossed, whose materials are not known yet.
+        for x, y in ((0.3, 0.3), (0.9, 0.1), (0.7, 0.9), (0.1, 0.6), (0.3, 0.3)):
+            at(page, x, y)
+            assert box() == before
+        page.mouse.down()
+        expect(page.locator("#save")).to_be_visible()
+        assert box() == before
+        let_go(page)
+        page.locator("#correct-material").select_option("rubber")
+        page.get_by_role("button", name="Correct it").click()
+        expect(page.locator("#corrected")).to_contain_text("Corrected to rubber")
+        assert box() == before
+        page.get_by_role("button", name="Keep as a reference picture").click()
+        expect(page.locator("#corrected")).to_contain_text("hapticvlm gallery add my-rubber")
+        assert box() == before
+        page.get_by_text("Settings").click()
+        assert box() == before
 
 
 @pytest.mark.nightly
