@@ -113,6 +113,24 @@ def test_a_link_opens_at_its_moment_and_enter_plays_it(gallery: Page) -> None:
     gallery.wait_for_function("() => pulses.gamepad.length > 0", timeout=PATIENCE_MS)
 
 
+@pytest.mark.parametrize(("width", "height"), [(1280, 900), (400, 800)])
+def test_a_surface_stays_where_it_is_when_it_is_touched(
+    browser: Browser, address: str, width: int, height: int
+) -> None:
+    page = browser.new_page(viewport={"width": width, "height": height})
+    page.set_default_timeout(SLOW_MS)
+    page.goto(address)
+    swatch = page.locator(".swatch").first
+    expect(page.locator("#told")).to_contain_text("Press or stroke")
+    swatch.hover()
+    before = swatch.bounding_box()
+    page.mouse.down()
+    expect(page.locator("#told")).to_contain_text("your hand")
+    expect(page.locator("#hear")).to_have_text("Sound on")
+    assert swatch.bounding_box() == before
+    page.close()
+
+
 @pytest.mark.parametrize(
     ("fragment", "named"),
     [
