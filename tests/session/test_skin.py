@@ -4,8 +4,8 @@ import math
 from itertools import product
 from typing import Any, NamedTuple
 
-import numpy as np
 import pytest
+from hovers import HOVERS, TICK_S
 from tiers import nightly_except
 
 from hapticvlm.devices.simulated.simulated import SimulatedPlate
@@ -25,8 +25,6 @@ from hapticvlm.session.actions import DrivePlate
 from hapticvlm.session.hands import LEAD_IN_VAIN_C, Hand
 from hapticvlm.session.session import SceneSession
 from hapticvlm.session.settings import SessionSettings
-
-TICK_S = 0.02
 
 
 class Moment(NamedTuple):
@@ -177,29 +175,6 @@ def test_a_contact_after_a_real_approach_is_as_good_as_one_long_awaited(material
     assert abs(real[second]) < {"stone": 0.6, "metal": 1.3}.get(material, 0.5)
     assert abs(real[second] - awaited[second]) < (0.25 if material != "metal" else 0.75)
     assert abs(real[-1] - awaited[-1]) < (0.1 if material != "metal" else 0.15)
-
-
-def sways(mean_m, seed, seconds=6.0):
-    """A hand that sways by 5 mm rms at 0.3 to 1.5 Hz, as the client tells it."""
-    random = np.random.default_rng(seed)
-    rates = 2.0 * math.pi * random.uniform(0.3, 1.5, 5)
-    phases = random.uniform(0.0, 2.0 * math.pi, 5)
-    size_m = 0.005 * math.sqrt(2.0 / 5.0)
-    for step in range(round(seconds / TICK_S)):
-        angles = rates * step * TICK_S + phases
-        distance_m = max(mean_m + size_m * float(np.sin(angles).sum()), 0.0)
-        closing_mps = -size_m * float(rates @ np.cos(angles))
-        yield "approach", TICK_S, {"distance_m": distance_m, "closing_mps": closing_mps}
-
-
-HOVERS = {
-    "sways at 1 cm": [*sways(0.01, 0)],
-    "sways at 1 cm otherwise": [*sways(0.01, 1)],
-    "sways at 2 cm": [*sways(0.02, 2)],
-    "tells a distance and no speed": [("approach", 3.0, {"distance_m": 0.005})],
-    "an older client": [("approach", 3.0, {})],
-    "an older client, in and out of reach": [("approach", 0.5, {}), ("release", 0.5, {})] * 5,
-}
 
 
 @pytest.mark.parametrize("object_c", [22.0, 5.0])

@@ -1,0 +1,37 @@
+"""Hands that hover over a thing without touching it, as clients tell them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from hapticvlm.messages import Phase
+
+TICK_S = 0.02
+Part = tuple[Phase, float, dict[str, Any]]  # phase of a touch; how long, s; further fields
+
+
+def sways(mean_m: float, seed: int, seconds: float = 6.0) -> Iterator[Part]:
+    """A hand that sways by 5 mm rms at 0.3 to 1.5 Hz, as the client tells it."""
+    random = np.random.default_rng(seed)
+    rates = 2.0 * math.pi * random.uniform(0.3, 1.5, 5)
+    phases = random.uniform(0.0, 2.0 * math.pi, 5)
+    size_m = 0.005 * math.sqrt(2.0 / 5.0)
+    for step in range(round(seconds / TICK_S)):
+        angles = rates * step * TICK_S + phases
+        distance_m = max(mean_m + size_m * float(np.sin(angles).sum()), 0.0)
+        closing_mps = -size_m * float(rates @ np.cos(angles))
+        yield "approach", TICK_S, {"distance_m": distance_m, "closing_mps": closing_mps}
+
+
+HOVERS: dict[str, list[Part]] = {
+    "sways at 1 cm": [*sways(0.01, 0)],
+    "sways at 1 cm otherwise": [*sways(0.01, 1)],
+    "sways at 2 cm": [*sways(0.02, 2)],
+    "tells a distance and no speed": [("approach", 3.0, {"distance_m": 0.005})],
+    "an older client": [("approach", 3.0, {})],
+    "an older client, in and out of reach": [("approach", 0.5, {}), ("release", 0.5, {})] * 5,
+}
