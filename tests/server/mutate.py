@@ -49,7 +49,7 @@ DEFECTS = (
     Defect("recordings/recorder.py", "if written != len(data):", "if False:", "tests/recordings/test_recorder.py -k disk_cuts"),
     # fair shares
     Defect("server/recognition_queue.py", "not connection.session.owner)", "False)", f"{GATEWAY} -k come_first"),
-    Defect("server/recognition_queue.py", "session.is_uncached(request) or rate.spend(1.0, now)", "True", "tests/server/test_server.py -k twenty_times"),
+    Defect("server/recognition_queue.py", "session.is_uncached(request) or rate.spend(1.0, now)", "True", "tests/server/test_server.py -k before_its_time"),
     Defect("server/recognition_queue.py", "session.is_uncached(request) or rate.spend(1.0, now)", "rate.spend(1.0, now)", "tests/server/test_gateway.py -k never_seen"),
     Defect("server/supervision.py", "if self._gateway.recognition.is_waiting:", "if False:", "tests/server/test_server.py -k before_its_time"),
     Defect("server/recognition_queue.py", "if waiting + size > ENROL_BYTES:", "if False:", f"{GATEWAY} -k one_budget"),
