@@ -66,7 +66,25 @@ def test_wood_is_felt_as_wood_whatever_the_beads_lag(chip: Chip, lag_s: float) -
     assert all(0.9 <= of_physics <= 1.15 for of_physics in felt.values()), felt
 
 
-def felt_share(chip: Chip, material: str, build: Build, at_s: float) -> float:
+# At 5 degC the lowest setpoint binds. Each bound is a little below what firmware 1.5 reaches.
+@pytest.mark.nightly
+@pytest.mark.parametrize("lag_s", LAGS_S)
+@pytest.mark.parametrize(
+    ("material", "surface_c", "least"),
+    [("metal", 22.0, (0.51, 0.84)), ("glass", 22.0, (0.75, 0.9)), ("metal", 5.0, (0.18, 0.32))],
+)
+def test_cold_is_felt_early_whatever_the_beads_lag(
+    chip: Chip, material: str, surface_c: float, least: tuple[float, float], lag_s: float
+) -> None:
+    felt = [felt_share(chip, material, Build(lag_s), at_s, surface_c) for at_s in (0.25, 1.0)]
+
+    print(felt)
+    assert all(found > bound for found, bound in zip(felt, least, strict=True)), felt
+
+
+def felt_share(
+    chip: Chip, material: str, build: Build, at_s: float, surface_c: float = ROOM_C
+) -> float:
     """Return the change of the skin `at_s` after contact, as a share of a real object's."""
     board = chip.board(ROOM_C, build=build)
     board.plant.touch(PALM)
@@ -74,7 +92,7 @@ def felt_share(chip: Chip, material: str, build: Build, at_s: float) -> float:
     try:
         rig.course = ThermalTrajectory(plate_resistance=PALM)
         rested_c = rig.live(4.0)[-1].skin_c
-        contact = scenes.contact(material, ROOM_C)
+        contact = scenes.contact(material, surface_c)
         rig.course = rig.course.approach(contact, board.now)
         rig.live(0.4)
         rig.course = rig.course.touch(contact, material, board.now)
