@@ -180,10 +180,10 @@ def until_felt(service: Service, move: Callable[[], None]) -> None:
     until(lambda: level(service) > 0.0, move)
 
 
-def rub(page: Page, is_felt: Callable[[], bool]) -> None:
-    """Rub to and fro, the button held."""
+def rubbing(page: Page) -> Callable[[], None]:
+    """Return the next move of a hand that rubs to and fro, the button held."""
     places = itertools.cycle(0.4 + 0.01 * np.abs(np.arange(-20, 20)))
-    until(is_felt, lambda: at(page, float(next(places)), 0.8))
+    return lambda: at(page, float(next(places)), 0.8)
 
 
 def test_a_picture_is_looked_at_when_it_comes_and_felt_when_it_is_pressed(browser, service):
@@ -194,7 +194,7 @@ def test_a_picture_is_looked_at_when_it_comes_and_felt_when_it_is_pressed(browse
         page.mouse.down()
         expect(page.locator("#sure")).to_contain_text("% sure")
         expect(page.locator("#because")).to_contain_text("under the hand")
-        rub(page, lambda: level(service) > 0.0)
+        until_felt(service, rubbing(page))
         let_go(page)
 
 
@@ -345,7 +345,7 @@ def test_the_picture_stays_where_it_is_while_the_words_below_it_change(browser, 
             at(page, x, y)
             assert box() == before
         page.mouse.down()
-        rub(page, page.locator("#save").is_visible)
+        until(page.locator("#save").is_visible, rubbing(page))
         assert box() == before
         at(page, 0.3, 0.3)
         let_go(page)
@@ -411,7 +411,7 @@ def test_a_live_source_is_looked_at_and_felt_until_it_is_ended(browser, service,
         at(page, 0.5, 0.5)
         expect(page.locator("#object")).to_have_text("Under the hand")
         page.mouse.down()
-        rub(page, lambda: level(service) > 0.0)
+        until_felt(service, rubbing(page))
         let_go(page)
         page.locator(f"#{source}").click()
         expect(page.locator(f"#{source}")).to_have_attribute("aria-pressed", "false")
@@ -536,7 +536,7 @@ def test_escape_stops_and_a_new_press_is_felt_again(browser, service):
         let_go(page)
         at(page, 0.4, 0.8)
         page.mouse.down()
-        rub(page, lambda: level(service) > 0.0)
+        until_felt(service, rubbing(page))
 
 
 @pytest.mark.nightly
