@@ -3,8 +3,14 @@
 The names of `__all__` are the Python interface (docs/python.md). Each is imported when it is first
 used, so that `import hapticvlm` costs nothing. Their types are in `__init__.pyi`: this file imports
 none of its own parts, since all of them import it.
+
+Nothing leaves the machine unasked, also not through a dependency. Several report to their makers
+by default: onnxruntime keeps a device id and sends events, among them the path of Python. Every
+process of ours (a command, a child, a program that imports this package) imports this file before
+any of them and passes its environment on to its children, so their reports are switched off here.
 """
 
+import os
 from importlib import import_module
 
 __version__ = "0.3.0"
@@ -47,6 +53,15 @@ _MODULES = {
     "scan": "hapticvlm.scenes.scanned_scene",
     "serve": "hapticvlm.client.local_service",
 }
+
+# A value of the user's environment is replaced: the promise of SECURITY.md has no exception.
+_NO_REPORTS = {
+    "ORT_DISABLE_TELEMETRY": "1",  # onnxruntime
+    "HF_HUB_DISABLE_TELEMETRY": "1",  # transformers and huggingface_hub
+    "RAY_USAGE_STATS_ENABLED": "0",  # ray
+    "DO_NOT_TRACK": "1",  # the common name; huggingface_hub reads it, too
+}
+os.environ.update(_NO_REPORTS)
 
 
 def __getattr__(name: str) -> object:
