@@ -4,7 +4,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 CAPTURE := examples/captures/make
 
-.PHONY: demo fuzz test nightly unit check schemas hashes format pictures site toolchains coverage clean
+.PHONY: demo fuzz test nightly sweep unit check rooms schemas hashes format pictures site toolchains coverage clean
 
 demo: $(VENV)/.demo
 	@$(BIN)/hapticvlm demo
@@ -35,6 +35,11 @@ check: $(VENV)/.dev
 	$(BIN)/lint-imports --no-logo
 	$(BIN)/python schemas/generate.py --check
 	$(BIN)/python unity_client/Tools~/metas.py --check
+	$(BIN)/python .ci/rooms --check
+
+# Lines of code of each room, and how many it may have.
+rooms:
+	@$(PYTHON) .ci/rooms
 
 schemas: $(VENV)/.dev
 	$(BIN)/python schemas/generate.py
