@@ -21,6 +21,12 @@ nightly: $(VENV)/.dev toolchains build/chat-servers/.done
 	@echo "About 2,000 long tests follow: some fifty minutes on two cores."
 	$(BIN)/python .ci/tests nightly
 
+# Every fault of the plate on every board, also those whose thermistors lag: an hour, before firmware is released.
+sweep: $(VENV)/.dev toolchains
+	$(BIN)/python tests/firmware/sweep.py
+	for lag in 0.3 1.0; do for face in 0.6 1.0 1.5; do $(BIN)/python tests/firmware/sweep.py \
+	--lag $$lag --face $$face --keep .work/firmware-sweep-$$lag-$$face.jsonl || exit 1; done; done
+
 # The loop of a developer. Where everything is installed already, that is taken; else a third of it
 # is enough.
 unit: $(if $(wildcard $(VENV)/.dev),$(VENV)/.dev,$(VENV)/.unit)

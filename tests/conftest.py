@@ -29,15 +29,10 @@ if TYPE_CHECKING:
 settings.register_profile("project", deadline=None)
 settings.load_profile("project")
 
+pytest_plugins = ("lengths",)
 Message = dict[str, Any]
 ANSWER_S = 10.0 * PACE  # telemetry comes ten times a second: silence this long is a failure
 EVENT_S = 60.0 * PACE  # telemetry goes on while an event never comes
-
-
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Begin with the files that hold a worker longest, so that none of them is left at the end."""
-    long = {item.path for item in items if item.get_closest_marker("slow")}
-    items.sort(key=lambda item: item.path not in long)
 
 
 @pytest.hookimpl(tryfirst=True)

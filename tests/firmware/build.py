@@ -11,6 +11,8 @@ import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
+from shared_build import built_once
+
 from hapticvlm.devices.simulated.plant import AMBIENT_C
 
 from .board import Board, Build, load
@@ -37,6 +39,11 @@ def build(folder: Path) -> Chip:
     build_host(folder / "host")
     build_firmware(folder / "firmware")
     return opened(folder)
+
+
+def shared() -> Chip:
+    """Return the result of `build` that all tests share."""
+    return opened(built_once("firmware", build, FIRMWARE / "core", FIRMWARE / "avr", HERE / "sim"))
 
 
 def opened(folder: Path) -> Chip:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
-from shared_build import built_once
 from toolchains import require
 
 from . import build
@@ -15,10 +14,10 @@ from .rawhost import RawHost
 
 
 @pytest.fixture(scope="session")
-def chip(tmp_path_factory: pytest.TempPathFactory) -> Chip:
+def chip() -> Chip:
     """The firmware and the host of the simulated chip, compiled once."""
     require("simavr", "make")
-    return build.opened(built_once(tmp_path_factory, "firmware", build.build))
+    return build.shared()
 
 
 @pytest.fixture

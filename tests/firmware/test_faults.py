@@ -12,7 +12,7 @@ from .board import RESET_POWER_ON, sink_mv
 from .build import Chip
 from .faults import BY_NAME, FAULTS, IDLE_S, SLOW_S, Fault, one_bag_and_the_cut_out
 from .rawhost import RawHost
-from .situations import COLD_WARM, HELD, HOT, Situation
+from .situations import COLD_WARM, HOT, Situation
 from .trials import TEST_S, trial
 
 BEADS = [
@@ -53,18 +53,6 @@ def test_a_fault_is_caught_in_time_and_the_skin_is_safe(
     if "firmware" in fault.guards and "cut-out" not in outcome.caught_by:
         assert gone_s is not None
         assert gone_s <= fault.sees_s + fault.deadline_s, outcome
-
-
-@pytest.mark.nightly
-@pytest.mark.parametrize("situation", HELD, ids=[situation.name for situation in HELD])
-@pytest.mark.parametrize("fault", FAULTS, ids=[fault.name for fault in FAULTS])
-def test_a_fault_of_a_plate_that_held_its_extreme_leaves_a_pressed_palm_safe(
-    chip: Chip, fault: Fault, situation: Situation
-) -> None:
-    outcome = trial(chip.board, [fault], situation, TEST_S)
-
-    assert outcome.is_safe, outcome
-    assert outcome.shoot_through == 0
 
 
 @pytest.mark.nightly

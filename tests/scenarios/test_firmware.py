@@ -14,7 +14,6 @@ from conftest import peer, status
 from firmware import build
 from firmware.board import RESET_EXTERNAL
 from firmware_port import FirmwarePort, firmware_on_a_terminal
-from shared_build import built_once
 from test_server import owner_of, until
 from toolchains import require
 
@@ -27,9 +26,9 @@ RETURN_S = 10.5  # to neutral, then off: at most this, by the firmware's own clo
 
 
 @pytest.fixture(scope="module")
-def chip(tmp_path_factory):
+def chip():
     require("simavr", "make")
-    return build.opened(built_once(tmp_path_factory, "firmware", build.build))
+    return build.shared()
 
 
 @pytest.fixture

@@ -16,6 +16,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 import mutate
 from firmware.mutations import MUTATIONS
 
+pytestmark = pytest.mark.spread
 ENDANGERING = (
     "no over-temperature",
     "faults not latched",

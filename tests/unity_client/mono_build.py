@@ -9,10 +9,10 @@ from shared_build import built_once
 
 
 @pytest.fixture(scope="session")
-def build(tmp_path_factory: pytest.TempPathFactory) -> mono.Build:
+def build() -> mono.Build:
     """The compiled package, stubs and programs, for `pytest_plugins = ("mono_build",)`."""
     mono.require()
-    return mono.Build(built_once(tmp_path_factory, "mono", compile_all))
+    return mono.Build(built_once("mono", compile_all, mono.PACKAGE, mono.HERE))
 
 
 def compile_all(folder: Path) -> None:
