@@ -10,8 +10,6 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
-import hapticvlm
-
 ROOT = Path(__file__).parents[1]
 HISTORY = {"CHANGELOG.md", "LOG.md"}
 OF_CODE = {"command-line.md"}  # texts of the parsers, which name files of the user
@@ -62,15 +60,13 @@ def parts(path: Path) -> tuple[set[str], list[str]]:
 
 def is_defined(name: str) -> bool:
     """Whether a dotted name is a module of ours, or something in the code of one."""
-    if name.split(".")[1] in hapticvlm.__all__:  # found by name, so not in the package's code
-        return True
     here = ROOT / "service"
     for part in name.split("."):
         if here.suffix == ".py":
             return part in parts(here)[0]
         inside = [path for path in (here / part, here / f"{part}.py") if path.exists()]
         if not inside:
-            return (here / "__init__.py").exists() and part in parts(here / "__init__.py")[0]
+            return any(part in parts(file)[0] for file in here.glob("__init__.py*"))
         here = inside[0]
     return True
 

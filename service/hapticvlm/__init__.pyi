@@ -11,11 +11,11 @@ from hapticvlm.errors import HapticVLMError as HapticVLMError
 from hapticvlm.materials import MATERIALS as MATERIALS
 from hapticvlm.scenes.scanned_scene import ScannedScene as ScannedScene
 from hapticvlm.scenes.scanned_scene import scan as scan
+from hapticvlm.touches.felt import FeltTouch as FeltTouch
+from hapticvlm.touches.felt import feel as feel
 from hapticvlm.vision.picture_recogniser import PictureRecogniser as PictureRecogniser
 from hapticvlm.vision.picture_recogniser import RecognisedPicture as RecognisedPicture
 from hapticvlm.vision.picture_recogniser import recognise as recognise
-from hapticvlm_studio.touches.felt import FeltTouch as FeltTouch
-from hapticvlm_studio.touches.felt import feel as feel
 
 __version__: str
 __all__ = [

@@ -12,7 +12,7 @@ from hapticvlm.client.local_service import Service
 from hapticvlm.materials import MATERIALS
 from hapticvlm.rendering.vibration.sound_voice import as_sound
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
-from hapticvlm_studio.touches.sound import sound
+from hapticvlm.touches.sound import sound
 
 pytestmark = [pytest.mark.browser, pytest.mark.realtime]
 

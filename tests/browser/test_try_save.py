@@ -13,8 +13,8 @@ from scipy.signal import resample_poly
 from test_try import at, sample, visit
 
 from hapticvlm.client.local_service import Service, running
-from hapticvlm_studio.touches import ahap, haptic
-from hapticvlm_studio.touches.felt import feel
+from hapticvlm.touches import ahap, haptic
+from hapticvlm.touches.felt import feel
 
 pytestmark = pytest.mark.browser
 PAGE_HZ = 3000  # of the waveform that the page gets

@@ -54,7 +54,7 @@ NOT_RUN = (
     (r"make -C firmware|python tests/firmware", "needs cross compilers; tests/firmware runs it"),
     (r"hapticvlm (?:gallery build|serve) .*(?:scene\.npz|pictures --base)", "needs those pictures"),
     (r"hapticvlm serve .*--tls-cert", "has a test with certificates: tests/server/test_wss.py"),
-    (r"hapticvlm bake SESSION", "needs a record; tests/studio/test_bake_command.py makes one"),
+    (r"hapticvlm bake SESSION", "needs a record; tests/scenes/test_bake_command.py makes one"),
     (r"hapticvlm study run", "waits for a participant; tests/browser/test_study_page.py"),
     (r"hapticvlm (?:chart|stability|measure)", "takes minutes; tests/lab"),
     (r"hapticvlm study report (?!--paper)", "needs answers; tests/studio/test_study_report.py"),

@@ -17,7 +17,7 @@ from hapticvlm.rendering.vibration.textures import grain
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 from hapticvlm.rendering.vibration.vibration_plan import PLAN_HZ
 from hapticvlm.rendering.vibration.voices import Command, Voices
-from hapticvlm_studio.touches.sound import sound
+from hapticvlm.touches.sound import sound
 
 Wave = NDArray[np.float32]
 BLOCK = 128

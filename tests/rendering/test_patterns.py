@@ -28,7 +28,7 @@ from hapticvlm.rendering.vibration.patterns import (
 )
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 from hapticvlm.rendering.vibration.voices import Command, Voices
-from hapticvlm_studio.touches.sound import sound, spectrum
+from hapticvlm.touches.sound import sound, spectrum
 
 Wave = NDArray[np.float64]
 RUB = Command(1, "fabric", "slide", False, Motion(0.3, 2.0), 1, 100.0)

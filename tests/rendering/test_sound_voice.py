@@ -21,7 +21,7 @@ from hapticvlm.rendering.vibration.sound_voice import (
     as_sound,
 )
 from hapticvlm.rendering.vibration.vibration import IMPACTS, INTERACTIONS, RATE_HZ, Motion
-from hapticvlm_studio.touches.sound import sound
+from hapticvlm.touches.sound import sound
 
 PAGE = Path(__file__).parents[2] / "service" / "hapticvlm" / "pages" / "sound.voice.js"
 NODE_S = 60.0

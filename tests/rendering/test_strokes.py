@@ -15,7 +15,7 @@ from hapticvlm.rendering.vibration.vibration import (
     Motion,
     motion_at,
 )
-from hapticvlm_studio.touches.sound import sound
+from hapticvlm.touches.sound import sound
 
 PEAK = Motion(2.0, 3.0)
 

@@ -16,8 +16,11 @@ from collections.abc import Sequence
 
 from hapticvlm import __version__
 from hapticvlm.commands import (
+    bake,
     completion,
     doctor,
+    export,
+    feel,
     plate,
     recognise,
     record_replay,
@@ -53,9 +56,6 @@ PACKAGES = {
 # They are found by name: entry points would cost a quarter of a second at every call.
 PARTS = {
     "hapticvlm_studio": {
-        "feel": "show skin, plate and speaker during one touch",
-        "export": "write a touch for other haptic tools",
-        "bake": "write how a scene feels to files, for players without a service",
         "evaluate": "grade a method on labelled pictures",
         "calibrate": "fit palm, plate and speaker",
         "study": "run a study with participants, and report it",
@@ -144,6 +144,8 @@ def command_line() -> argparse.ArgumentParser:
     )
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
     for part in (serve, stop, stream_demo, record_replay, recognise, scan, gallery, plate, doctor):
+        part.add(commands)
+    for part in (feel, export, bake):
         part.add(commands)
     for package in PARTS:
         _add_package(commands, package)

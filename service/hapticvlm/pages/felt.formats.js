@@ -1,7 +1,7 @@
 // Writes a felt moment as files of other tools: WAV, `.haptic` (Meta Haptics SDK), `.ahap` (Apple Core Haptics) and ZIP. Pure.
 //
 // A moment is {material, interaction, samples, rateHz}: the true voice, -1..1. The formats and the fit of their points are
-// those of hapticvlm_studio/touches (clip.py, haptic.py, ahap.py), which explain them; a test compares the two.
+// those of hapticvlm/touches (clip.py, haptic.py, ahap.py), which explain them; a test compares the two.
 
 const STEP_S = 0.005;
 const WINDOW_S = 0.02;

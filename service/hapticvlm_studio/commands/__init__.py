@@ -1,10 +1,10 @@
-"""The commands `hapticvlm feel`, `export`, `bake`, `evaluate`, `calibrate` and `study`."""
+"""The commands `hapticvlm evaluate`, `calibrate` and `study`."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hapticvlm_studio.commands import bake, calibrate_thermal, evaluate, export, feel, study
+from hapticvlm_studio.commands import calibrate_thermal, evaluate, study
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
@@ -12,5 +12,5 @@ if TYPE_CHECKING:
 
 def add(commands: Commands) -> None:
     """Declare the commands."""
-    for part in (feel, export, bake, evaluate, calibrate_thermal, study):
+    for part in (evaluate, calibrate_thermal, study):
         part.add(commands)

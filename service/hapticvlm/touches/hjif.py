@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.perception import NEUTRAL_C
-from hapticvlm_studio.touches.clip import Band, Clip
+from hapticvlm.touches.clip import Band, Clip
 
 TICKS_PER_S = 1000
 LOW_HZ = 1

@@ -225,7 +225,7 @@ def _scenes(source: Path) -> Iterator[Scene]:
 
 def _write_clips(names: Mapping[str, object], table: Mapping[str, Material], folder: Path) -> int:
     """Write the clips of these materials; return their number."""
-    from hapticvlm_studio.touches.felt import feel, save_clip
+    from hapticvlm.touches.felt import feel, save_clip
 
     folder.mkdir(exist_ok=True)
     for name in names:

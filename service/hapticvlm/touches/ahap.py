@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm_studio.touches.clip import Clip
-from hapticvlm_studio.touches.haptic import relative_frequency
+from hapticvlm.touches.clip import Clip
+from hapticvlm.touches.haptic import relative_frequency
 
 MAX_POINTS = 16
 MAX_EVENT_S = 30.0

@@ -21,8 +21,8 @@ from hapticvlm.palette import BLUE, GRID, GROUND, INK, ORANGE, SOFT, VERMILION
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.heat.limits import SETPOINT_MAX_C, SETPOINT_MIN_C
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
-from hapticvlm_studio.touches.heat import Heat
-from hapticvlm_studio.touches.sound import BAND_HZ, THIRDS, Sound, spectrum, threshold_shape_db
+from hapticvlm.touches.heat import Heat
+from hapticvlm.touches.sound import BAND_HZ, THIRDS, Sound, spectrum, threshold_shape_db
 
 WIDTH_PX, HEIGHT_PX = 880, 540
 LOWEST_DB = -90.0

@@ -17,7 +17,7 @@ from hapticvlm.rendering.vibration.vibration import INTERACTIONS
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
     from hapticvlm.materials import Material
-    from hapticvlm_studio.touches.clip import Clip
+    from hapticvlm.touches.clip import Clip
 
 PAGE = "page"
 FORMATS = ("wav", "haptic", "ahap", "hjif", PAGE)
@@ -80,7 +80,7 @@ class _Job:
 
 
 def _export(options: argparse.Namespace) -> int:
-    from hapticvlm_studio.touches.felt import save_clip
+    from hapticvlm.touches.felt import save_clip
 
     if options.voice is not None and options.to not in ("wav", PAGE):
         raise UsageError(f"--voice is for wav and page; {options.to} drives an actuator")
@@ -106,7 +106,7 @@ def _export(options: argparse.Namespace) -> int:
 def _write_page(
     jobs: list[_Job], options: argparse.Namespace, table: Mapping[str, Material]
 ) -> int:
-    from hapticvlm_studio.touches import gallery
+    from hapticvlm.touches import gallery
 
     if options.material != ALL and options.interaction is None:
         jobs = [_Job(job.material, touch, job.path) for job in jobs for touch in INTERACTIONS]
@@ -133,7 +133,7 @@ def _jobs(options: argparse.Namespace, table: Mapping[str, Material]) -> Iterato
 
 
 def _clip(job: _Job, options: argparse.Namespace, table: Mapping[str, Material]) -> Clip:
-    from hapticvlm_studio.touches.felt import feel
+    from hapticvlm.touches.felt import feel
 
     # A recording may be of another material than the one that is touched.
     others = {} if options.patterns is None else table

@@ -21,11 +21,11 @@ from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering import touch_ranges
 from hapticvlm.rendering.vibration.vibration import INTERACTIONS, RATE_HZ, Motion
 from hapticvlm.rendering.vibration.voices import Voices
-from hapticvlm_studio.touches import ahap, haptic, hjif
-from hapticvlm_studio.touches.clip import Clip, clip, for_controllers
-from hapticvlm_studio.touches.drawing import Drawing, draw
-from hapticvlm_studio.touches.heat import Heat, ThermalInputs, heat
-from hapticvlm_studio.touches.sound import Sound, sound, write_wav
+from hapticvlm.touches import ahap, haptic, hjif
+from hapticvlm.touches.clip import Clip, clip, for_controllers
+from hapticvlm.touches.drawing import Drawing, draw
+from hapticvlm.touches.heat import Heat, ThermalInputs, heat
+from hapticvlm.touches.sound import Sound, sound, write_wav
 
 AMBIENT_C = 22.0
 SPEED_MPS = 0.3

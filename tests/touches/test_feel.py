@@ -16,8 +16,8 @@ from hapticvlm.materials import MATERIALS
 from hapticvlm.rendering.heat.contact import skin_surface_c, thermal_contact
 from hapticvlm.rendering.heat.limits import COOL_SLEW_C_PER_S
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
-from hapticvlm_studio.touches.heat import ThermalInputs, heat
-from hapticvlm_studio.touches.sound import sound, spectrum
+from hapticvlm.touches.heat import ThermalInputs, heat
+from hapticvlm.touches.sound import sound, spectrum
 
 pytestmark = pytest.mark.process
 

@@ -27,8 +27,8 @@ from hapticvlm.recordings.page.one_file import (
     sound,
 )
 from hapticvlm.rendering.vibration.sound_voice import as_sound
-from hapticvlm_studio.touches import ahap, haptic, hjif
-from hapticvlm_studio.touches.clip import Clip
+from hapticvlm.touches import ahap, haptic, hjif
+from hapticvlm.touches.clip import Clip
 
 HERE = Path(__file__).parent
 KINDS = ("haptic", "ahap", "hjif", "wav")

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from hapticvlm import __version__
-from hapticvlm_studio.touches.clip import Clip
+from hapticvlm.touches.clip import Clip
 
 # The range of a Quest controller, from its ACF file in that SDK.
 LOW_HZ = 55.0

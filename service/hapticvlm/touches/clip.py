@@ -23,8 +23,8 @@ from scipy.signal import resample_poly
 from hapticvlm.rendering.vibration.controller_scale import MIN_LEVEL, controller_amplitude
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 from hapticvlm.rendering.vibration.vibration_plan import PLAN_HZ, frequencies
-from hapticvlm_studio.touches.heat import Heat
-from hapticvlm_studio.touches.sound import Sound
+from hapticvlm.touches.heat import Heat
+from hapticvlm.touches.sound import Sound
 
 STEP_S = 0.005
 WINDOW_S = 0.02

@@ -20,8 +20,8 @@ from hapticvlm.server.options import contact_resistance
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
     from hapticvlm.materials import Material
-    from hapticvlm_studio.touches.felt import FeltTouch
-    from hapticvlm_studio.touches.heat import Heat
+    from hapticvlm.touches.felt import FeltTouch
+    from hapticvlm.touches.heat import Heat
 
 SHOWN_S = (0.0, 0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0)
 
@@ -108,7 +108,7 @@ def _feel(options: argparse.Namespace) -> int:
     from hapticvlm.commands.progress import working
     from hapticvlm.materials import find
     from hapticvlm.rendering.vibration.sound_voice import in_voice
-    from hapticvlm_studio.touches.sound import write_wav
+    from hapticvlm.touches.sound import write_wav
 
     with usage_errors():
         material = find(options.material, touch_options.table(options.gallery))
@@ -129,7 +129,7 @@ def _feel(options: argparse.Namespace) -> int:
 
 def _touch(material: Material, options: argparse.Namespace) -> FeltTouch:
     from hapticvlm.materials import MATERIALS
-    from hapticvlm_studio.touches.felt import feel
+    from hapticvlm.touches.felt import feel
 
     # A recording may be of another material than the one that is touched.
     others = {} if options.patterns is None else MATERIALS
