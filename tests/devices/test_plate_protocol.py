@@ -7,6 +7,7 @@ import struct
 from pathlib import Path
 
 import pytest
+from each_case import each
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -137,8 +138,7 @@ def test_a_message_survives_the_line(message: plate_protocol.Message, seq: int) 
 
 # A flip in a COBS code byte moves zeros about: more than one bit, which a CRC of 16 bits misses
 # once in 65536. Hence every flip of given frames, not of random ones.
-@pytest.mark.parametrize("seq", [0, 1, 77, 255])
-@pytest.mark.parametrize("message", SENT, ids=lambda message: type(message).__name__)
+@each(message=SENT, seq=[0, 1, 77, 255])
 def test_no_single_bit_error_is_accepted(message: plate_protocol.Message, seq: int) -> None:
     good = plate_protocol.encode(message, seq)
     for bit in range(len(good) * 8):

@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable
 
 import pytest
+from each_case import each
 
 from hapticvlm.devices.plate.plate import Plate
 from hapticvlm.devices.plate.session import REST_S
@@ -123,8 +124,7 @@ def test_heating_stuck_on_at_the_current_limit_does_not_burn_at_room_temperature
     assert (plant.plate_c < 43.0) == (ambient_c == 23.0)
 
 
-@pytest.mark.parametrize("ambient_c", [15.0, 23.0, 30.0, 35.0])
-@pytest.mark.parametrize("sink_k_per_w", [1.0, SINK_K_PER_W, 10.0])
+@each(sink_k_per_w=[1.0, SINK_K_PER_W, 10.0], ambient_c=[15.0, 23.0, 30.0, 35.0])
 def test_a_sink_at_its_trip_does_not_burn_through_the_open_bridge(
     ambient_c: float, sink_k_per_w: float
 ) -> None:
@@ -163,8 +163,7 @@ def test_the_steady_plate_obeys_the_datasheet_equation() -> None:
     assert pumped_w == pytest.approx(back_w, abs=1e-6)
 
 
-@pytest.mark.parametrize("step_s", [0.0005, 1 / 90, 0.02, 0.25, 1.0])
-@pytest.mark.parametrize("current_a", [-2.0, 0.75, -8.0])
+@each(current_a=[-2.0, 0.75, -8.0], step_s=[0.0005, 1 / 90, 0.02, 0.25, 1.0])
 def test_the_step_size_does_not_matter(current_a: float, step_s: float) -> None:
     fine, plant = Plant(), Plant()
     for _ in range(4000):

@@ -11,6 +11,7 @@ from dataclasses import replace
 from itertools import chain, combinations
 
 import pytest
+from each_case import each
 
 from hapticvlm.devices.simulated.limiter import (
     BYPASS_OHM,
@@ -288,9 +289,11 @@ def test_the_driver_limits_its_current_by_itself_to_what_the_firmware_may_ask() 
     assert parts.driver_limits_a() == pytest.approx((BURST_LIMIT_A, HEAT_LIMIT_A), rel=0.02)
 
 
-@pytest.mark.parametrize("emf_v", [-0.3, 0.0, 0.3])
-@pytest.mark.parametrize("duty", [-1.0, -2 / 3, -0.5, -0.1, 0.0, 0.1, 0.2, 0.25])
-@pytest.mark.parametrize("store_v", [0.0, 1.5, FULL_V])
+@each(
+    store_v=[0.0, 1.5, FULL_V],
+    duty=[-1.0, -2 / 3, -0.5, -0.1, 0.0, 0.1, 0.2, 0.25],
+    emf_v=[-0.3, 0.0, 0.3],
+)
 def test_the_drawn_circuit_gives_the_current_that_the_simulation_assumes(
     store_v: float, duty: float, emf_v: float
 ) -> None:

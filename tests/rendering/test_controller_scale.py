@@ -5,6 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from each_case import each
 
 from hapticvlm.materials import MATERIALS
 from hapticvlm.rendering.vibration.controller_scale import (
@@ -63,8 +64,7 @@ def palm_level(planner, material, kind, motion, form):
     return level.mean() if is_slide else level.max()
 
 
-@pytest.mark.parametrize("form", FORMS)
-@pytest.mark.parametrize("material", MATERIALS)
+@each(material=MATERIALS, form=FORMS)
 def test_every_material_is_felt_on_a_controller_and_leaves_it_room(planner, material, form):
     tap = max(struck(planner, material, "tap", form, BLOWS["tap"]).amplitude)
     press = max(struck(planner, material, "press", form, BLOWS["press"]).amplitude)
@@ -116,8 +116,7 @@ def test_half_the_gain_is_half_the_amplitude_and_none_is_rest(planner, form):
     assert none.amplitude == ()
 
 
-@pytest.mark.parametrize("form", FORMS)
-@pytest.mark.parametrize("material", MATERIALS)
+@each(material=MATERIALS, form=FORMS)
 def test_a_controller_rests_within_one_period_of_a_stop(planner, material, form):
     assert rubbed(planner, material, 0.3, form).size
     planner.rest()

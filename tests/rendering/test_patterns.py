@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import soundfile
+from each_case import each
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
@@ -268,8 +269,7 @@ def onset_s(wave: NDArray[np.float32]) -> float:
     return float(np.argmax(np.abs(wave) > 0.2 * np.abs(wave).max())) / RATE_HZ
 
 
-@pytest.mark.parametrize("lead_s", [0.0, 0.05, 0.3, 2.0])
-@pytest.mark.parametrize("offset", [0.0, 0.1, -0.5, 0.8])
+@each(offset=[0.0, 0.1, -0.5, 0.8], lead_s=[0.0, 0.05, 0.3, 2.0])
 def test_a_tap_with_any_lead_and_offset_is_felt_at_once_and_at_its_level(
     lead_s: float, offset: float
 ) -> None:

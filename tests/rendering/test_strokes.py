@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from each_case import each
 
 from hapticvlm.materials import MATERIALS
 from hapticvlm.rendering.vibration.vibration import (
@@ -64,8 +65,7 @@ def test_rubbing_and_whooshing_swell_and_sweep(interaction: str, speed_mps: floa
     assert crossings[1] > 1.3 * crossings[0]
 
 
-@pytest.mark.parametrize("interaction", [None, *IMPACTS, *TEXTURES])
-@pytest.mark.parametrize("seconds", [0.02, 0.3, 1.3])
+@each(seconds=[0.02, 0.3, 1.3], interaction=[None, *IMPACTS, *TEXTURES])
 def test_every_sound_begins_and_ends_at_zero(interaction: str | None, seconds: float) -> None:
     wave = sound(MATERIALS["glass"], interaction, Motion(1.0, 2.0), seconds).wave
 

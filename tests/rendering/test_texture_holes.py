@@ -1,7 +1,7 @@
 """Tests that a moving hand always feels the surface, and that too hard materials chatter."""
 
 import numpy as np
-import pytest
+from each_case import each
 
 from hapticvlm.materials import MATERIALS
 from hapticvlm.rendering.vibration.textures import Texture
@@ -10,9 +10,11 @@ from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion, motion_at
 WINDOW = RATE_HZ // 200  # 5 ms
 
 
-@pytest.mark.parametrize("interaction", ["slide", "swing"])
-@pytest.mark.parametrize("speed_mps", [0.1, 0.3])
-@pytest.mark.parametrize("material", ["stone", "fabric", "wood", "rubber"])
+@each(
+    material=["stone", "fabric", "wood", "rubber"],
+    speed_mps=[0.1, 0.3],
+    interaction=["slide", "swing"],
+)
 def test_nothing_is_silent_for_long_while_the_hand_moves(
     material: str, speed_mps: float, interaction: str
 ) -> None:

@@ -8,6 +8,7 @@ from dataclasses import replace
 import mpmath
 import numpy as np
 import pytest
+from each_case import each
 from numpy.typing import NDArray
 
 from hapticvlm.materials import MATERIALS, Thermal
@@ -62,7 +63,7 @@ def largest_difference_c(contact: ThermalContact, rows: NDArray[np.float64]) -> 
     return float(np.abs(model_c - late[:, 1]).max())
 
 
-@pytest.mark.parametrize("name", TWELVE)
+@each(name=TWELVE)
 def test_the_closed_form_is_exact_to_a_millionth_of_a_degree(name: str) -> None:
     for resistance in RESISTANCES:
         contact = thermal_contact(TWELVE[name], 22.0, contact_resistance=resistance)
@@ -72,8 +73,7 @@ def test_the_closed_form_is_exact_to_a_millionth_of_a_degree(name: str) -> None:
             assert abs(skin_c - exact_c) < 1e-6, (resistance, elapsed_s)
 
 
-@pytest.mark.parametrize("name", ["fabric", "wood", "glass", "metal", "copper"])
-@pytest.mark.parametrize("thickness_m", [3e-4, 1e-3, 5e-3, 2e-2])
+@each(thickness_m=[3e-4, 1e-3, 5e-3, 2e-2], name=["fabric", "wood", "glass", "metal", "copper"])
 def test_a_sheet_is_exact_to_some_thousandths_of_a_degree(name: str, thickness_m: float) -> None:
     for resistance in (0.0, 1e-4, 5e-4, 1e-2):
         contact = thermal_contact(

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from each_case import each
 
 from hapticvlm.materials import MATERIALS, Thermal
 from hapticvlm.rendering.heat.contact import (
@@ -45,16 +46,14 @@ def largest_error_c(stages: list[Stage], until_s: float) -> float:
     return float(np.abs(computed_c - rows[:, 1])[sharp(rows[:, 0], stages)].max())
 
 
-@pytest.mark.parametrize("after", [FABRIC, WOOD, GLASS, METAL])
-@pytest.mark.parametrize("before", [FABRIC, WOOD, GLASS, METAL])
+@each(before=[FABRIC, WOOD, GLASS, METAL], after=[FABRIC, WOOD, GLASS, METAL])
 def test_a_slide_to_another_material_stays_within_the_stated_error(
     before: ThermalContact, after: ThermalContact
 ) -> None:
     assert largest_error_c([Stage(0.0, before), Stage(1.0, after)], 6.0) < STATED_C
 
 
-@pytest.mark.parametrize("resistance", [0.0, 1e-4, 5e-4, 2.5e-3, 1e-2])
-@pytest.mark.parametrize("lasted_s", [0.1, 1.0, 5.0])
+@each(lasted_s=[0.1, 1.0, 5.0], resistance=[0.0, 1e-4, 5e-4, 2.5e-3, 1e-2])
 def test_the_stated_error_holds_for_every_resistance_and_duration(
     resistance: float, lasted_s: float
 ) -> None:

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from each_case import each
 from numpy.typing import NDArray
 
 from hapticvlm.materials import MATERIALS, Vibration
@@ -70,9 +71,7 @@ def felt_db(wave: Wave) -> float:
     return float(10.0 * np.log10(total))
 
 
-@pytest.mark.parametrize("name", MATERIALS)
-@pytest.mark.parametrize("interaction", IMPACTS)
-@pytest.mark.parametrize("speed_mps", [0.0, 0.1, 1.0, 30.0])
+@each(speed_mps=[0.0, 0.1, 1.0, 30.0], interaction=IMPACTS, name=MATERIALS)
 def test_an_impact_stays_in_range_and_begins_and_ends_at_nothing(
     name: str, interaction: str, speed_mps: float
 ) -> None:
@@ -88,16 +87,14 @@ def test_an_impact_stays_in_range_and_begins_and_ends_at_nothing(
         assert np.abs(np.diff(wave)).max() < 0.12
 
 
-@pytest.mark.parametrize("name", MATERIALS)
-@pytest.mark.parametrize("interaction", IMPACTS)
+@each(interaction=IMPACTS, name=MATERIALS)
 def test_an_impact_has_nothing_above_the_band(name: str, interaction: str) -> None:
     for speed_mps in (0.1, 1.0, 30.0):
         wave = impact(MATERIALS[name].vibration, interaction, Motion(speed_mps, 5.0), 3)
         assert share_db(wave, 1050.0) < -50.0
 
 
-@pytest.mark.parametrize("name", MATERIALS)
-@pytest.mark.parametrize("interaction", TEXTURES)
+@each(interaction=TEXTURES, name=MATERIALS)
 def test_a_texture_keeps_inside_the_band(name: str, interaction: str) -> None:
     for speed_mps in (0.02, 0.2, 2.0, 50.0):
         wave = rub(MATERIALS[name].vibration, interaction, Motion(speed_mps, 2.0))
@@ -106,8 +103,7 @@ def test_a_texture_keeps_inside_the_band(name: str, interaction: str) -> None:
         assert np.abs(wave).max() <= 1.5
 
 
-@pytest.mark.parametrize("name", MATERIALS)
-@pytest.mark.parametrize("interaction", IMPACTS)
+@each(interaction=IMPACTS, name=MATERIALS)
 def test_a_faster_impact_is_stronger_and_brighter(name: str, interaction: str) -> None:
     slow, middle, fast = (
         impact(MATERIALS[name].vibration, interaction, Motion(speed_mps, 1.0), 3)
@@ -125,8 +121,7 @@ def test_a_harder_press_is_stronger_and_needs_no_speed() -> None:
     assert 0.0 < rms(soft) < rms(hard)
 
 
-@pytest.mark.parametrize("interaction", IMPACTS)
-@pytest.mark.parametrize("speed_mps", [0.05, 0.1, 0.5, 2.0])
+@each(speed_mps=[0.05, 0.1, 0.5, 2.0], interaction=IMPACTS)
 def test_a_blow_on_a_controller_is_as_strong_as_its_material_is_hard_at_any_speed(
     interaction: str, speed_mps: float
 ) -> None:
@@ -145,8 +140,7 @@ def test_a_blow_on_a_controller_is_as_strong_as_its_material_is_hard_at_any_spee
     assert 20.0 * np.log10(hard / soft) < 20.0
 
 
-@pytest.mark.parametrize("name", MATERIALS)
-@pytest.mark.parametrize("interaction", IMPACTS)
+@each(interaction=IMPACTS, name=MATERIALS)
 def test_every_blow_of_a_tenth_of_a_metre_a_second_is_felt_by_a_palm(
     name: str, interaction: str
 ) -> None:
@@ -204,8 +198,7 @@ def test_a_surface_is_rubbed_as_strongly_as_it_is_rough_at_any_speed(speed_mps: 
     assert np.ptp(beyond) < 3.0  # dB, about one step of amplitude discrimination
 
 
-@pytest.mark.parametrize("speed_mps", [0.05, 0.1, 0.3, 0.5])
-@pytest.mark.parametrize("force_n", [0.5, 1.0, 2.0, 4.0])
+@each(force_n=[0.5, 1.0, 2.0, 4.0], speed_mps=[0.05, 0.1, 0.3, 0.5])
 def test_window_glass_is_rubbed_12_db_below_granite_and_all_within_20(
     speed_mps: float, force_n: float
 ) -> None:
@@ -339,8 +332,7 @@ def test_a_harder_hit_is_stronger_and_brighter(interaction: str) -> None:
     assert centroid_hz(hard) > centroid_hz(soft)
 
 
-@pytest.mark.parametrize("interaction", TEXTURES)
-@pytest.mark.parametrize("name", FOUR)
+@each(name=FOUR, interaction=TEXTURES)
 def test_a_faster_stroke_is_stronger(name: str, interaction: str) -> None:
     levels = [
         rms(rub(MATERIALS[name].vibration, interaction, Motion(speed_mps, 1.0), 4.0))
