@@ -176,7 +176,7 @@ def test_a_scene_that_cannot_be_read_is_refused_with_what_to_do(path, cure):
 
 def test_a_touch_is_what_the_command_computes(capsys):
     touch = hapticvlm.feel("wood", "slide", object_c=5.0, speed_mps=0.2, seconds=1.0)
-    options = ["--interaction", "slide", "--object-c", "5", "--speed", "0.2", "--seconds", "1"]
+    options = ["slide", "--object-c", "5", "--speed", "0.2", "--seconds", "1"]
     assert main(["feel", "wood", *options, "--json"]) == 0
     row = json.loads(capsys.readouterr().out)
     assert touch.skin_c.tolist() == row["thermal"]["skin_c"]

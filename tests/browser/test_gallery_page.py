@@ -1,4 +1,4 @@
-"""The page of touches that `export --to page` writes, opened as a file in a real browser."""
+"""The page of touches that `feel --save FILE.html` writes, opened as a file in a real browser."""
 
 import io
 import json
@@ -20,7 +20,7 @@ FORMATS = ("haptic", "ahap", "hjif")
 @pytest.fixture(scope="module")
 def address(tmp_path_factory):
     path = tmp_path_factory.mktemp("gallery") / "wood.html"
-    assert main(["export", "wood", "--to", "page", "--seconds", "0.6", "--out", str(path)]) == 0
+    assert main(["feel", "wood", "--seconds", "0.6", "--save", str(path)]) == 0
     return path.as_uri()
 
 

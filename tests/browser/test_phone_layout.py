@@ -100,7 +100,7 @@ def test_the_page_of_a_session_fits_a_phone(browser: Browser, tmp_path: Path) ->
 
 def test_the_gallery_of_touches_fits_a_phone(browser: Browser, tmp_path: Path) -> None:
     file = tmp_path / "metal.html"
-    command = ["export", "metal", "--to", "page", "--seconds", "0.6", "--out", str(file)]
+    command = ["feel", "metal", "--seconds", "0.6", "--save", str(file)]
     assert main(command) == 0
     with phone(browser, file.as_uri()) as page:
         check(page, "closed")

@@ -1,4 +1,4 @@
-"""What is saved of a touch on `/try`: files for other tools, the same as `export` writes."""
+"""What is saved of a touch on `/try`: files for other tools, the same as `feel --save` writes."""
 
 from __future__ import annotations
 

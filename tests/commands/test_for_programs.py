@@ -52,10 +52,10 @@ def test_the_contents_of_a_gallery_are_printed_as_json():
 
 
 def test_a_name_like_no_other_is_not_taken_for_another(tmp_path):
-    said = hapticvlm("export", "gold", "--to", "ahap", cwd=tmp_path).err
+    said = hapticvlm("feel", "gold", cwd=tmp_path).err
     assert "`gold`" in said
     assert "nearest" not in said
-    assert "nearest is `wood`" in hapticvlm("export", "woood", "--to", "ahap", cwd=tmp_path).err
+    assert "nearest is `wood`" in hapticvlm("feel", "woood", cwd=tmp_path).err
 
 
 def test_the_smallest_scene_says_how_to_start_the_service_that_it_lacks():

@@ -232,7 +232,7 @@ def test_the_engine_plays_the_patterns_it_is_given(tmp_path: Path) -> None:
 
 def felt(*options: str, capsys: pytest.CaptureFixture[str]) -> dict[float, float]:
     """Levels in dB by frequency in Hz of a strike on wood, as `feel` prints them."""
-    arguments = ["feel", "wood", "--interaction", "strike", "--seconds", "0.5", "--json"]
+    arguments = ["feel", "wood", "strike", "--seconds", "0.5", "--json"]
     assert main([*arguments, *options]) == 0
     bands = json.loads(capsys.readouterr().out)["vibration"]["spectrum"]
     return dict(zip(bands["frequency_hz"], bands["level_db"], strict=True))

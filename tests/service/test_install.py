@@ -317,7 +317,7 @@ def test_its_command_line_says_its_version_and_every_command(installed):
         "record",
         "replay",
         "recognise",
-        "export",
+        "feel",
         "gallery",
         "study",
     ):

@@ -1,4 +1,4 @@
-"""Exports, read back by the public rules of each format and compared with what the speaker plays.
+"""Saved touches, read back by the public rules of each format, are what the speaker plays.
 
 The readers here are written from the formats' documents and reference sources, not from our
 writers: .haptic from facebook/meta-haptics-sdk (haptic_data, strict mode), .ahap from Apple's Core
@@ -13,18 +13,19 @@ import numpy as np
 import pytest
 
 from hapticvlm.commands.main import main
+from hapticvlm.materials import MATERIALS
 
 RATE_HZ = 48_000
 WINDOW_S = 0.02
 LEAST = 10 ** (-40 / 20)  # of full scale: quieter windows are not compared
-MATERIALS = ("wood", "glass", "fabric", "metal")
+FOUR = ("wood", "glass", "fabric", "metal")
 INTERACTIONS = ("strike", "slide", "tap", "carve")
 
 
 def exported(tmp_path, material, interaction, kind, *more):
     path = tmp_path / f"touch.{kind}"
-    arguments = ["export", material, "--interaction", interaction, "--to", kind]
-    assert main([*arguments, "--out", str(path), *more]) == 0
+    arguments = ["feel", material, interaction, "--save", str(path), "--seconds", "1", *more]
+    assert main(arguments) == 0
     return path
 
 
@@ -204,7 +205,7 @@ READERS = {"haptic": read_haptic, "ahap": read_ahap, "hjif": lambda path: read_h
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("kind", READERS)
-@pytest.mark.parametrize("material", MATERIALS)
+@pytest.mark.parametrize("material", FOUR)
 def test_what_is_read_back_is_as_loud_as_what_the_speaker_plays(tmp_path, material, kind):
     errors = {}
     for interaction in INTERACTIONS:
@@ -315,18 +316,33 @@ def test_a_long_touch_is_cut_into_events_that_core_haptics_plays(tmp_path):
     assert read_ahap(path).size == pytest.approx(31 * RATE_HZ, abs=RATE_HZ * 0.02)
 
 
-def test_a_whole_gallery_is_one_file_a_material(tmp_path):
-    out = tmp_path / "all"
-    arguments = ["export", "all", "--interaction", "tap", "--to", "haptic", "--seconds", "0.1"]
-    assert main([*arguments, "--out", str(out)]) == 0
-    files = sorted(path.name for path in out.glob("*.haptic"))
-    assert "glass-tap.haptic" in files
-    assert len(files) == 11
-    for path in out.glob("*.haptic"):
-        read_haptic(path)
+@pytest.mark.parametrize("name", MATERIALS)
+def test_every_material_is_a_file_that_can_be_read(name, tmp_path):
+    read_haptic(exported(tmp_path, name, "tap", "haptic", "--seconds", "0.1"))
+
+
+def test_a_page_of_all_has_a_section_for_each_material(tmp_path, capsys):
+    path = tmp_path / "all.html"
+    assert main(["feel", "all", "tap", "--seconds", "0.1", "--save", str(path)]) == 0
+    sections = re.findall(r'<section data-material="(\w+)"', path.read_text(encoding="utf-8"))
+    assert sections == list(MATERIALS)
+    assert "11 touches" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("more", [(), ("--save", "all.wav"), ("--save", "all.html", "--json")])
+def test_all_materials_are_one_page_and_nothing_else(more, capsys):
+    assert main(["feel", "all", *more]) == 2
+    said = capsys.readouterr()
+    assert "--save FILE.html" in said.out + said.err
+
+
+def test_a_voice_for_an_actuator_is_refused(tmp_path, capsys):
+    assert main(["feel", "wood", "--voice", "sound", "--save", str(tmp_path / "x.ahap")]) == 2
+    assert "--voice" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_material_that_is_not_known_is_refused_with_the_nearest(tmp_path, capsys):
-    assert main(["export", "wod", "--to", "wav", "--out", str(tmp_path / "x.wav")]) == 2
+    assert main(["feel", "wod", "--save", str(tmp_path / "x.wav")]) == 2
     assert "nearest is `wood`" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())

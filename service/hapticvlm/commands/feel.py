@@ -6,16 +6,16 @@ import argparse
 import json
 import math
 import sys
-from dataclasses import asdict
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hapticvlm.commands import touch_options
 from hapticvlm.commands.parsing import add_json, number_within
-from hapticvlm.errors import usage_errors
+from hapticvlm.errors import UsageError, usage_errors
 from hapticvlm.rendering.touch_ranges import RANGES
 from hapticvlm.rendering.vibration.vibration import INTERACTIONS
-from hapticvlm.server.options import contact_resistance
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
@@ -23,12 +23,23 @@ if TYPE_CHECKING:
     from hapticvlm.touches.felt import FeltTouch
     from hapticvlm.touches.heat import Heat
 
+    Table = Mapping[str, Material]
+
 SHOWN_S = (0.0, 0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0)
+ALL = "all"
+PAGE, DRAWING = ".html", ".svg"
+HEARD = (".wav", PAGE)  # the others are drawn, or drive an actuator
+ENDINGS = (DRAWING, *HEARD, ".haptic", ".ahap", ".hjif")
+SCALES = ("palm", "controller")
 
 _DESCRIPTION = """
 Compute what touching a material feels like. The command prints the temperature of the skin, the
-setpoint of the plate, the limit that acted, and the vibration. --plot draws them and --wav writes
-the vibration. It uses neither a service nor a device. In Python `hapticvlm.feel` is the same.
+setpoint of the plate, the limit that acted, and the vibration. It uses neither a service nor a
+device. In Python `hapticvlm.feel` is the same. The ending of a FILE to save chooses its format. A
+.svg is a drawing, and a .wav is what the palm speaker plays. Other tools read .haptic (Meta Haptics
+SDK), .ahap (Apple Core Haptics) and .hjif (MPEG, ISO/IEC 23090-31). A .html is a page to hear and
+compare touches, with the files to download. Beside .wav, .haptic and .ahap a second file
+(FILE.heat.json) has the temperatures.
 """
 
 
@@ -36,116 +47,169 @@ def add(commands: Commands) -> None:
     """Declare the command and its options."""
     feel = commands.add_parser(
         "feel",
-        help="compute what a touch feels like",
+        help="compute what a touch feels like, and save it",
         description=_DESCRIPTION,
         examples=(
             "hapticvlm feel metal --object-c 5",
-            "hapticvlm feel wood --interaction slide --speed 0.2 --plot wood.svg --wav wood.wav",
-            "hapticvlm feel glass --wav glass.wav --voice sound",
+            "hapticvlm feel wood slide --speed 0.2 --save wood.svg --save wood.wav",
+            "hapticvlm feel glass tap --save glass.haptic --scale controller",
+            "hapticvlm feel all --save touches.html",
         ),
     )
     feel.set_defaults(run=_feel)
     feel.add_argument(
-        "material", metavar="MATERIAL", help="material, such as wood, glass, fabric or metal"
+        "material",
+        metavar="MATERIAL",
+        help=f"material, such as wood, glass, fabric or metal; `{ALL}` for a page of all",
     )
-    _add_heat(feel)
-    sound = feel.add_argument_group("vibration")
-    sound.add_argument(
-        "--interaction",
+    feel.add_argument(
+        "interaction",
+        nargs="?",
         choices=INTERACTIONS,
-        help="how the hand touches (a strike, then a slide from 0.4 s on)",
+        help="how the hand touches (a strike, then a slide from 0.4 s on; a page has all of them)",
     )
-    sound.add_argument(
+    _add_touch(feel)
+    out = feel.add_argument_group("output")
+    out.add_argument(
+        "--save",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="FILE",
+        help=f"write the touch to this file ({', '.join(ENDINGS)}); may be given several times",
+    )
+    out.add_argument(
+        "--scale",
+        choices=SCALES,
+        default=SCALES[0],
+        help="strength in .haptic, .ahap and .hjif: as the palm speaker plays it, or as "
+        "controllers and phones need it (%(default)s)",
+    )
+    touch_options.add_voice(out, None, "voice of .wav (true), or in which a page plays (sound)")
+    add_json(out)
+
+
+def _add_touch(feel: argparse.ArgumentParser) -> None:
+    touch = feel.add_argument_group("touch")
+    touch.add_argument(
+        "--object-c",
+        type=number_within(*RANGES["object_c"]),
+        metavar="DEGC",
+        help="temperature of the object (22, that of the room)",
+    )
+    touch.add_argument(
         "--speed",
         type=number_within(*RANGES["speed_mps"]),
         metavar="M_PER_S",
-        help="highest speed of a stroke in m/s (0.3; swing 5)",
+        help="highest speed of a stroke, or speed of an impact, in m/s (0.3; swing 5)",
     )
-    touch_options.add_force(sound)
-    touch_options.add_recordings(sound)
-    out = feel.add_argument_group("output")
-    touch_options.add_seconds(out, 5.0)
-    out.add_argument("--plot", type=Path, metavar="FILE", help="draw the touch to this .svg file")
-    out.add_argument(
-        "--wav", type=Path, metavar="FILE", help="write the vibration to this file, 48 kHz mono"
+    touch.add_argument(
+        "--force",
+        type=number_within(*RANGES["force_n"]),
+        default=1.0,
+        metavar="N",
+        help="force of the hand in N (%(default)s)",
     )
-    touch_options.add_voice(out, "true", "voice of --wav (true)")
-    add_json(out)
-    touch_options.add_gallery(out)
-
-
-def _add_heat(feel: argparse.ArgumentParser) -> None:
-    heat = feel.add_argument_group("temperature")
-    touch_options.add_temperatures(heat)
-    heat.add_argument(
-        "--skin-c",
-        type=number_within(*RANGES["skin_c"]),
-        default=32.0,
-        metavar="DEGC",
-        help="temperature of the skin before the touch (%(default)s)",
+    touch.add_argument(
+        "--seconds",
+        type=number_within(*RANGES["seconds"]),
+        metavar="S",
+        help="length of the touch (5; in a page 1)",
     )
-    heat.add_argument(
-        "--contact-resistance",
-        type=_palm,
-        metavar="R_OR_FILE",
-        help="contact resistance of skin and object in m2 K/W, or a file written by `hapticvlm "
-        "calibrate thermal` (that of the material)",
-    )
-    heat.add_argument(
-        "--thickness-m",
-        type=number_within(*RANGES["thickness_m"]),
-        metavar="M",
-        help="thickness of an object that is a sheet or rod, in m (thick)",
-    )
-
-
-def _palm(text: str) -> float:
-    """Return a contact resistance that skin and object can have."""
-    return number_within(*RANGES["contact_resistance"])(repr(contact_resistance(text)))
+    touch_options.add_recordings(touch)
+    touch_options.add_gallery(touch)
 
 
 def _feel(options: argparse.Namespace) -> int:
     from hapticvlm.commands.progress import working
     from hapticvlm.materials import find
-    from hapticvlm.rendering.vibration.sound_voice import in_voice
-    from hapticvlm.touches.sound import write_wav
 
-    with usage_errors():
-        material = find(options.material, touch_options.table(options.gallery))
-        with working("computing the touch"):
-            touch = _touch(material, options)
-            if options.wav is not None:
-                write_wav(options.wav, in_voice(touch.vibration, options.voice))
-            if options.plot is not None:
-                touch.plot().save(options.plot)
-    if options.json:
+    _check(options)
+    with usage_errors(), working("computing the touch"):
+        table = touch_options.table(options.gallery)
+        if options.material == ALL:
+            written = [_save_page(path, table.values(), options, table) for path in options.save]
+            touch = None
+        else:
+            touch = _touch(find(options.material, table), options.interaction, options, table)
+            written = [line for path in options.save for line in _save(touch, path, options, table)]
+    if touch is not None and options.json:
         document = {"thermal": asdict(touch.heat), "vibration": touch.sound.describe()}
         print(json.dumps(document), flush=True)
-    else:
+        return 0
+    if touch is not None:
         _print(touch.heat, touch.sound.describe())
-        sys.stdout.flush()
+    for line in written:
+        print(line)
+    sys.stdout.flush()
     return 0
 
 
-def _touch(material: Material, options: argparse.Namespace) -> FeltTouch:
-    from hapticvlm.materials import MATERIALS
+def _check(options: argparse.Namespace) -> None:
+    """Refuse files of no known format, and options that would do nothing. Raises UsageError."""
+    endings = {path.suffix.lower() for path in options.save}
+    for path in options.save:
+        if path.suffix.lower() not in ENDINGS:
+            raise UsageError(f"--save {path}: choose one of the endings {', '.join(ENDINGS)}")
+    if options.voice is not None and not endings & set(HEARD):
+        raise UsageError(f"--voice is for --save FILE with the ending {' or '.join(HEARD)}")
+    if options.material == ALL and (options.json or endings != {PAGE}):
+        raise UsageError(f"`{ALL}` is for a page of touches: give --save FILE{PAGE} and no --json")
+
+
+def _touch(
+    material: Material,
+    interaction: str | None,
+    options: argparse.Namespace,
+    table: Table,
+    seconds: float = 5.0,
+) -> FeltTouch:
     from hapticvlm.touches.felt import feel
 
     # A recording may be of another material than the one that is touched.
-    others = {} if options.patterns is None else MATERIALS
+    others = {} if options.patterns is None else table
     return feel(
         material,
-        options.interaction,
+        interaction,
         object_c=options.object_c,
-        ambient_c=options.ambient_c,
-        skin_c=options.skin_c,
-        contact_resistance=options.contact_resistance,
-        thickness_m=options.thickness_m,
         speed_mps=options.speed,
         force_n=options.force,
-        seconds=options.seconds,
+        seconds=seconds if options.seconds is None else options.seconds,
         voices=touch_options.voices(options, {**others, material.name: material}),
     )
+
+
+def _save(touch: FeltTouch, path: Path, options: argparse.Namespace, table: Table) -> list[str]:
+    """Write the touch to a file; return a line for each file written."""
+    from hapticvlm.rendering.vibration.sound_voice import as_sound
+    from hapticvlm.touches.felt import save_clip
+
+    ending = path.suffix.lower()
+    if ending == PAGE:
+        return [_save_page(path, [touch.sound.material], options, table)]
+    if ending == DRAWING:
+        touch.plot().save(path)
+        return [str(path)]
+    clip = touch.clip(options.scale)
+    if options.voice == "sound":  # only a WAV file has the wave itself
+        clip = replace(clip, wave=as_sound(clip.wave))
+    return [str(written) for written in save_clip(clip, ending.removeprefix("."), path)]
+
+
+def _save_page(
+    path: Path, materials: Iterable[Material], options: argparse.Namespace, table: Table
+) -> str:
+    """Write the page of these materials; return a line that says so."""
+    from hapticvlm.touches import gallery
+
+    interactions = INTERACTIONS if options.interaction is None else (options.interaction,)
+    clips = [
+        _touch(material, interaction, options, table, 1.0).clip(options.scale)
+        for material in materials
+        for interaction in interactions
+    ]
+    path.write_text(gallery.page(clips, options.voice or "sound"), encoding="utf-8")
+    return f"{path}: {len(clips)} touches, {path.stat().st_size / 1e6:.1f} MB; open it in a browser"
 
 
 def _print(heat: Heat, vibration: dict[str, Any]) -> None:

@@ -19,7 +19,6 @@ from hapticvlm.commands import (
     bake,
     completion,
     doctor,
-    export,
     feel,
     plate,
     recognise,
@@ -145,7 +144,7 @@ def command_line() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
     for part in (serve, stop, stream_demo, record_replay, recognise, scan, gallery, plate, doctor):
         part.add(commands)
-    for part in (feel, export, bake):
+    for part in (feel, bake):
         part.add(commands)
     for package in PARTS:
         _add_package(commands, package)

@@ -1,7 +1,4 @@
-"""The options of a touch without a scene: material, temperatures, recordings to play.
-
-`feel`, `export` and `replay` share them.
-"""
+"""Options that several commands of touches share: the voice, materials and recordings of a user."""
 
 from __future__ import annotations
 
@@ -10,8 +7,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hapticvlm.commands.parsing import number_within
-from hapticvlm.rendering.touch_ranges import RANGES
 from hapticvlm.rendering.vibration.vibration import VOICES
 
 if TYPE_CHECKING:
@@ -19,45 +14,6 @@ if TYPE_CHECKING:
     from hapticvlm.rendering.vibration.voices import Voices
 
 Options = argparse.ArgumentParser | argparse._ArgumentGroup
-
-
-def add_force(parser: Options) -> None:
-    """Declare the force of the hand."""
-    parser.add_argument(
-        "--force",
-        type=number_within(*RANGES["force_n"]),
-        default=1.0,
-        metavar="N",
-        help="force of the hand in N (%(default)s)",
-    )
-
-
-def add_temperatures(parser: Options) -> None:
-    """Declare the temperatures of object and room."""
-    parser.add_argument(
-        "--object-c",
-        type=number_within(*RANGES["object_c"]),
-        metavar="DEGC",
-        help="temperature of the object (the room's)",
-    )
-    parser.add_argument(
-        "--ambient-c",
-        type=number_within(*RANGES["ambient_c"]),
-        default=22.0,
-        metavar="DEGC",
-        help="temperature of the room (%(default)s)",
-    )
-
-
-def add_seconds(parser: Options, default_s: float) -> None:
-    """Declare the length of the touch."""
-    parser.add_argument(
-        "--seconds",
-        type=number_within(*RANGES["seconds"]),
-        default=default_s,
-        metavar="S",
-        help="length of the touch (%(default)s)",
-    )
 
 
 def add_voice(parser: Options, default: str | None, what: str) -> None:

@@ -1,6 +1,6 @@
 """Draws a touch as SVG: skin, setpoint and limits over time, the waveform, and its spectrum. Pure.
 
-It needs no library for figures, so that `feel --plot` and a notebook draw in every environment. The
+It needs no library for figures, so that `feel --save` and a notebook draw in every environment. The
 waveform of some hundred thousand samples is drawn as its lowest and highest sample per column.
 """
 

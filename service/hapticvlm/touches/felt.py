@@ -1,6 +1,6 @@
 """Computes one touch of a material by the models of the service: `hapticvlm.feel`.
 
-The commands `feel` and `export` are this too. It uses neither a service nor a device. heat.py has
+The command `feel` is this too. It uses neither a service nor a device. heat.py has
 the thermal half, sound.py the vibration.
 """
 
