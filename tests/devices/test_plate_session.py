@@ -405,6 +405,20 @@ def test_the_dose_survives_a_board_that_forgets_and_ends_with_a_rest() -> None:
     assert dose.total == (0.25, 10.0)
 
 
+@pytest.mark.parametrize("is_opened", [False, True], ids=["by-itself", "by-opening-the-port"])
+def test_the_dose_that_a_board_reported_survives_its_reset(is_opened: bool) -> None:
+    session = greeted()
+    tell(session, telemetry(6.0, dose_mcem43=1500, heated_s=400), 1.0)
+    if is_opened:
+        session.lost()
+        session.opened(2.0)
+    tell(session, telemetry(0.1, dose_mcem43=0, heated_s=0), 2.0)
+    tell(session, telemetry(20.1, dose_mcem43=250, heated_s=10), 22.0)
+
+    reading = session.reading(22.0)
+    assert (reading.dose_cem43, reading.heated_s) == (1.75, 410.0)
+
+
 def test_the_dose_of_a_board_that_remembers_is_not_counted_twice() -> None:
     dose = Dose()
     dose.update(1.5, 400.0, 0.0)

@@ -110,6 +110,7 @@ DEFECTS = (
     # stop and leases
     Defect("devices/plate/requests.py", "if isinstance(message, Rest) and isinstance(self._message, Off):", "if False:", f"{PLATE} -k does_not_undo"),
     Defect("devices/plate/session.py", "elif now - self._unfollowed_since > TRACKING_TIMEOUT_S:", "elif False:", f"{PLATE} -k follows_no"),
+    Defect("devices/plate/session.py", "            self._dose.restart()\n", "            pass\n", f"{PLATE} -k survives_its_reset"),
     Defect("devices/speaker/engine.py", "if self._rested < state.rested:", "if False:", f"{AUDIO} -k rest_that_was_lost"),
     Defect("devices/speaker/engine.py", "mixer.gain = state.gain", "pass", f"{AUDIO} -k outlive"),
     Defect("session/hands.py", "self.lease_until = now + LEASE_S", "self.lease_until = now + 1e9", f"{SESSION} -k lease"),
