@@ -21,6 +21,7 @@ PLATE, AUDIO = "tests/devices/test_plate_session.py", "tests/devices/test_audio.
 CHILD = "tests/processes/test_supervised.py"
 PHASES, REQUEST = "tests/server/test_phases.py", "tests/server/test_request.py"
 SCENES = "tests/server/test_scene_files.py"
+FRAMES = "tests/vision/test_frame_recogniser.py"
 EDGE, RANDOM = "tests/server/test_edge.py", "tests/lab/test_invariants.py"
 
 
@@ -53,6 +54,9 @@ DEFECTS = (
     Defect("server/recognition_queue.py", "session.is_uncached(request) or rate.spend(1.0, now)", "rate.spend(1.0, now)", "tests/server/test_gateway.py -k never_seen"),
     Defect("server/supervision.py", "if self._gateway.recognition.is_waiting:", "if False:", "tests/server/test_server.py -k before_its_time"),
     Defect("server/recognition_queue.py", "if waiting + size > ENROL_BYTES:", "if False:", f"{GATEWAY} -k one_budget"),
+    Defect("server/recognition_queue.py", "VIEW_S = 0.5", "VIEW_S = 0.05", f"{GATEWAY} -k twice_a_second"),
+    Defect("vision/frame_recogniser.py", "MAX_LAST_PICTURES = 1024", "MAX_LAST_PICTURES = 10240", f"{FRAMES} -k last_pictures"),
+    Defect("vision/frame_recogniser.py", "MAX_TAUGHT_SCENES = 16", "MAX_TAUGHT_SCENES = 160", f"{FRAMES} -k 16_scenes"),
     # limits
     Defect("server/edge/limits.py", "if amount > self._left:", "if False:", f"{BUDGETS} -k burst"),
     Defect("server/edge/limits.py", "min(self._rate.burst, self._left + gained)", "self._left + gained", f"{BUDGETS} -k never_holds"),

@@ -15,6 +15,7 @@ from websockets.protocol import State
 from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.messages import Error, Frame, MessageError, Ownership, Scene, SceneObject, Set, Touch
 from hapticvlm.processes.model_worker import WorkerReply
+from hapticvlm.server import recognition_queue
 from hapticvlm.server.connection import Connection
 from hapticvlm.server.edge.limits import ENROL_BYTES
 from hapticvlm.server.edge.scheduling import yield_to_io
@@ -24,6 +25,7 @@ from hapticvlm.session.session import SceneSession
 from hapticvlm.session.settings import SessionSettings
 from hapticvlm.session.targets import RecognitionRequest, RequestId, TextureTarget, of_object
 from hapticvlm.vision.frame_recogniser import Recognition
+from hapticvlm.vision.pictures import Thumbnail
 from hapticvlm.vision.worker import RecogniserResult
 
 PEER: Any = Peer()
@@ -346,6 +348,25 @@ async def test_what_was_never_seen_waits_for_no_turn_however_much_was_looked_at(
     queue.put(client, look("new"))
     await yield_to_io()
     assert recogniser.subjects[-1] == "owner/object new"
+
+
+async def test_observers_are_shown_a_frame_of_an_object_twice_a_second(monkeypatch):
+    clock = SimpleNamespace(now=100.0)
+    monkeypatch.setattr(recognition_queue, "time", SimpleNamespace(monotonic=lambda: clock.now))
+    queue, client, recogniser = await looking([])
+    observer = scene("observer")
+    observer.watches = frozenset({"frames"})
+    queue.join(observer)
+    reply = WorkerReply(1, RecogniserResult(Recognition(None, {}), Thumbnail(b"", None)))
+    queue.accept(reply)  # to the frame handed over before anybody watched
+    for number in range(24):
+        clock.now = 100.0 + number / 8
+        queue.put(client, look("thing"))
+        await yield_to_io()
+        queue.accept(reply)
+        await yield_to_io()
+    assert len(recogniser.subjects) == 25
+    assert len(observer._waiting) == 6, "of three seconds"
 
 
 def test_what_waits_to_be_enrolled_has_one_budget_for_all_connections():

@@ -12,7 +12,7 @@ from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.messages import Frame, Region
 from hapticvlm.vision.encoders.encoder import Encoder
 from hapticvlm.vision.encoders.loading import load_encoder
-from hapticvlm.vision.frame_recogniser import FrameRecogniser
+from hapticvlm.vision.frame_recogniser import FrameRecogniser, SceneContext
 from hapticvlm.vision.galleries.gallery import Calibration, Gallery
 from hapticvlm.vision.pictures import Crop, PictureError
 
@@ -119,6 +119,44 @@ def test_the_very_same_bytes_of_an_object_are_skipped_without_decoding_them(
     assert recognise(recogniser, frame(), force=True).evidence is not None
     assert recognise(recogniser, frame(purpose="enrol"), force=False).evidence is not None
     assert len(decoded) == 6
+
+
+def test_the_last_pictures_of_1024_objects_are_remembered_and_no_more(
+    encoder: Encoder, gallery: Gallery
+) -> None:
+    recogniser, shown = FrameRecogniser(encoder, gallery), frame(side=32)
+
+    def is_recognised(subject: int) -> bool:
+        return recogniser.recognise(shown, str(subject), 0.0, force=False).evidence is not None
+
+    assert all(is_recognised(subject) for subject in range(1024))
+    assert not is_recognised(0)
+    assert is_recognised(1024), "an object more"
+    assert not is_recognised(1), "all but the oldest are remembered"
+    assert is_recognised(0), "the oldest is forgotten"
+
+
+def test_the_references_of_16_scenes_are_remembered_and_no_more(
+    encoder: Encoder, gallery: Gallery
+) -> None:
+    recogniser, shown = FrameRecogniser(encoder, gallery), frame(seed=5)
+    (plain,) = recogniser.compare(shown, [None])
+
+    def look(scene: str) -> Evidence:
+        context = SceneContext(scene, "thing")
+        found = recogniser.recognise(shown, "thing", 0.0, force=True, shown=context).evidence
+        assert found is not None
+        return found
+
+    for seed, material in ((3, "wood"), (4, "metal")):
+        named = SceneContext("first", material, material)
+        recogniser.recognise(frame(seed=seed), material, 0.0, force=True, shown=named)
+    for number in range(15):
+        look(str(number))
+    assert look("first") != plain, "its named objects teach about the thing"
+    for number in range(16):
+        look(str(number))
+    assert look("first") == plain, "a scene more, and the least recent is forgotten"
 
 
 def test_a_region_outside_the_frame_is_refused_by_field(encoder: Encoder, gallery: Gallery) -> None:

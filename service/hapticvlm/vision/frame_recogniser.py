@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from hapticvlm.vision.remote.contract import RemoteMatch
 
 MAX_LAST_PICTURES = 1024
-MAX_SCENES = 16  # whose named objects give references; the least recently used is dropped
+MAX_TAUGHT_SCENES = 16  # whose named objects give references; the least recently used is dropped
 
 
 @dataclass(frozen=True, slots=True)
@@ -241,7 +241,7 @@ class FrameRecogniser:
         scene = f"{self._answered_by} {shown.scene}"  # embeddings of two encoders do not compare
         references = self._scenes.pop(scene, None) or SceneReferences()
         self._scenes[scene] = references
-        if len(self._scenes) > MAX_SCENES:
+        if len(self._scenes) > MAX_TAUGHT_SCENES:
             self._scenes.popitem(last=False)
         if shown.material is not None and shown.object_id is not None:
             references.add(shown.object_id, shown.material, embedding)
