@@ -23,6 +23,7 @@ NOT_MAPPED = ("failed to map segment", "cannot allocate memory")  # of a library
 FULL = (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC))
 REFUSED_ON_WINDOWS = (1225, 10061)  # a connection, by asyncio and by sockets
 LONGEST = 600  # characters of the line; the message of a third-party library may have any length
+SHORT = 160  # characters of a library's reason within a sentence of ours
 
 
 class HapticVLMError(Exception):
@@ -88,6 +89,11 @@ def printable(text: str, max_chars: int = LONGEST) -> str:
     clean = "".join(c if c.isprintable() else " " for c in text[: 4 * max_chars])
     clean = " ".join(clean.split())
     return clean if len(clean) <= max_chars else clean[:max_chars] + "..."
+
+
+def short_line(error: Exception) -> str:
+    """Return a library's error as a printable reason of bounded length, to put into a sentence."""
+    return printable(str(error), SHORT) or type(error).__name__
 
 
 def out_of_memory(error: BaseException) -> str | None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from tiny_encoders import PROCESSOR, picture
 
-from hapticvlm.vision.encoders.networks import read_preprocessing
+from hapticvlm.vision.encoders.preprocessing import read_preprocessing
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from hapticvlm.vision.encoders.networks import short_line
+from hapticvlm.errors import short_line
 from hapticvlm.vlm.contract import Picture, QuestionText, VlmError
 
 

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.vision.encoders.networks import short_line
+from hapticvlm.errors import short_line
 from hapticvlm.vlm.chat import Prompt
 from hapticvlm.vlm.contract import VlmError
 from hapticvlm.vlm.limits import KEPT_HEADS

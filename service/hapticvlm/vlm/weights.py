@@ -14,14 +14,13 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, Literal
 
-from hapticvlm.errors import installing
+from hapticvlm.errors import installing, short_line
 from hapticvlm.vision.encoders.networks import (
     CONFIG,
     HUB_NAME,
     HUB_S,
     PACKAGES,
     quieten_libraries,
-    short_line,
 )
 from hapticvlm.vlm.chat import Chat
 from hapticvlm.vlm.contract import VlmError, VlmSettings

@@ -25,6 +25,7 @@ Pixels = NDArray[np.uint8]
 SHIPPED = Path(__file__).parents[1] / "shipped"  # a folder for each encoder that ships
 DEFAULT = "lite0"
 CARD = "encoder.json"  # lies in the folder of every encoder that runs on onnxruntime
+FINGERPRINT = 8  # hexadecimal digits of the weights' SHA-256 in the name of an encoder
 BATCH = 8  # crops a pass: bounds memory; more are not faster on one thread
 UNIT_ERROR = 1e-3  # of an embedding's norm
 

@@ -21,18 +21,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm import documents
+from hapticvlm.errors import short_line
 from hapticvlm.vision.encoders import joint_embedding
-from hapticvlm.vision.encoders.encoder import EncoderError, Floats, Pixels, embed_all
-from hapticvlm.vision.encoders.networks import (
+from hapticvlm.vision.encoders.encoder import (
     FINGERPRINT,
+    EncoderError,
+    Floats,
+    Pixels,
+    embed_all,
+)
+from hapticvlm.vision.encoders.onnx_encoder import MAX_BYTES, READ_S, open_session
+from hapticvlm.vision.encoders.onnx_graph import Graph, read_graph, with_outputs
+from hapticvlm.vision.encoders.preprocessing import (
     PREPROCESSING,
     Colour,
     Preprocessing,
     read_preprocessing,
-    short_line,
 )
-from hapticvlm.vision.encoders.onnx_encoder import MAX_BYTES, READ_S, open_session
-from hapticvlm.vision.encoders.onnx_graph import Graph, read_graph, with_outputs
 from hapticvlm.vision.pictures import Crop
 
 IMAGENET_MEAN = (0.485, 0.456, 0.406)

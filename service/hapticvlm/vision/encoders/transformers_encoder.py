@@ -20,10 +20,11 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from hapticvlm import documents, materials
-from hapticvlm.errors import installing
+from hapticvlm.errors import installing, short_line
 from hapticvlm.vision.encoders import joint_embedding, networks
 from hapticvlm.vision.encoders.encoder import EncoderError, Floats, Pixels, embed_all
-from hapticvlm.vision.encoders.networks import Network, Preprocessing, read_preprocessing
+from hapticvlm.vision.encoders.networks import Network
+from hapticvlm.vision.encoders.preprocessing import Preprocessing, read_preprocessing
 from hapticvlm.vision.pictures import Crop
 
 if TYPE_CHECKING:
@@ -227,8 +228,5 @@ def _try(name: str, network: Network, side: int, device: str) -> tuple[Any, int]
             return words, describe(network, words, blank, blank[:, 0]).shape[1]
     except Exception as error:  # noqa: BLE001 - each kind of network fails in its own way
         kind = type(network.model).__name__
-        problem = (
-            f"encoder `{name}` is a {kind}, which cannot embed pictures "
-            f"({networks.short_line(error)})"
-        )
+        problem = f"encoder `{name}` is a {kind}, which cannot embed pictures ({short_line(error)})"
         raise EncoderError(f"{problem}; give an image network") from None
