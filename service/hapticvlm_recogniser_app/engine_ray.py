@@ -40,7 +40,6 @@ def running(settings: AppSettings, http: dict[str, Any]) -> Iterator[None]:
     # Ray listens on every interface and runs any code it is sent. A random token, which only this
     # process and its children have, keeps everyone else out.
     os.environ |= {"RAY_AUTH_MODE": "token", "RAY_AUTH_TOKEN": secrets.token_hex(32)}
-    os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
     os.environ.setdefault("RAY_SERVE_THROUGHPUT_OPTIMIZED", "1")
     os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")
     # Ray runs its workers at nice 15, which suits batch jobs. A recogniser is waited for: on two
@@ -71,7 +70,11 @@ def running(settings: AppSettings, http: dict[str, Any]) -> Iterator[None]:
 def _start(cores: int, folder: str) -> None:
     """Start Ray's own processes, and retry where they took too long. Raises RayError."""
     import ray
+    from ray._private import services
 
+    # Without the dashboard this process of Ray has usage reports alone to care for. Where they are
+    # off it sends none, and yet asks the metadata services of three clouds where it runs.
+    services.start_api_server = lambda *_, **__: (None, None)
     for left in reversed(range(ATTEMPTS)):
         try:
             ray.init(
