@@ -109,11 +109,11 @@ def test_paths_in_a_file_are_relative_to_it_and_names_stay_names(tmp_path):
 
 def test_a_palm_may_be_stated_as_its_file_beside_the_config_file(tmp_path):
     palm = tmp_path / "palm.json"
-    path = file(tmp_path, 'contact-resistance = "palm.json"\n')
-    palm.write_text('{"calibrate": "thermal", "contact_resistance": 2e-3}')
-    assert settled("--config", str(path)).contact_resistance == 2e-3
-    palm.write_text('{"calibrate": "thermal", "contact_resistance": 0.5}')
-    with pytest.raises(ValueError, match=r"contact-resistance: .*palm\.json has 0\.5"):
+    path = file(tmp_path, 'plate-resistance = "palm.json"\n')
+    palm.write_text('{"calibrate": "plate", "plate_resistance": 2e-3}')
+    assert settled("--config", str(path)).plate_resistance == 2e-3
+    palm.write_text('{"calibrate": "plate", "plate_resistance": 0.5}')
+    with pytest.raises(ValueError, match=r"plate-resistance: .*palm\.json has 0\.5"):
         settled("--config", str(path))
     palm.unlink()
     with pytest.raises(ValueError, match=r"hapticvlm\.toml: .*palm\.json"):

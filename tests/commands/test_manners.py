@@ -96,7 +96,7 @@ def test_older_names_of_options_are_taken_and_not_shown(tmp_path):
 @pytest.mark.parametrize(
     "words",
     [
-        ["calibrate", "thermal", "--simulate", "2e-4", "--trials", "1"],
+        ["calibrate", "plate", "--simulate", "5e-4"],
         ["calibrate", "speaker", "--simulate"],
     ],
 )

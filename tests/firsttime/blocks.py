@@ -59,7 +59,6 @@ NOT_RUN = (
     (r"hapticvlm (?:chart|stability|measure)", "takes minutes; tests/lab"),
     (r"hapticvlm study report (?!--paper)", "needs answers; tests/studio/test_study_report.py"),
     (r"hapticvlm study predict", "takes minutes; tests/studio/test_observer.py"),
-    (r"hapticvlm calibrate thermal --ob", "asks a person; tests/studio/test_calibrate_thermal.py"),
     (r"hapticvlm calibrate plate --out", "needs a palm; tests/studio/test_calibrate_plate.py"),
     (
         r"hapticvlm calibrate .*--recorded",

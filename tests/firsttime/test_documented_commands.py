@@ -35,7 +35,6 @@ MEANT = {
 PRINTING = (
     ("study", "new", "my result"),
     ("calibrate", "plate", "--simulate", "5e-4", "--out", "my result"),
-    ("calibrate", "thermal", "--simulate", "2e-4", "--out", "my result"),
     ("calibrate", "hand", "--simulate", "--out", "my result"),
     ("gallery", "add", "oak", "pictures/0001.jpg", "--like", "wood", "--out", "my result"),
 )

@@ -222,10 +222,6 @@ def test_what_the_command_writes_is_taken_as_plate_resistance(tmp_path, capsys):
     assert told["low"] < 5e-4 < told["high"]
     assert plate_resistance(str(kept)) == told["plate_resistance"]
 
-    thermal = ["calibrate", "thermal", "--simulate", "1e-3", "--trials", "1", "--json"]
-    assert main([*thermal, "--plate-resistance", str(kept)]) == 0
-    assert json.loads(capsys.readouterr().out)["plate_resistance"] == told["plate_resistance"]
-
     parser = argparse.ArgumentParser()
     serve.add_flags(parser)
     serving = serve.resolve_options(parser.parse_args(["--plate-resistance", str(kept)]), {})

@@ -18,54 +18,29 @@ from hapticvlm import documents
 _MOST_BYTES = 65_536  # a calibration has some three hundred
 
 
-def contact_resistance(text: str) -> float:
-    """Read a contact resistance in m2 K/W, of any range; an argparse type.
-
-    `text` is a number, or the file that `hapticvlm calibrate thermal --out FILE` wrote. Raises
-    ArgumentTypeError that names what to give.
-    """
-    return _resistance(text, "contact_resistance", ("thermal",))
-
-
 def plate_resistance(text: str) -> float:
     """Read a plate resistance in m2 K/W, of any range; an argparse type.
 
-    `text` is a number, or the file that `hapticvlm calibrate plate --out FILE` wrote; that of
-    `calibrate thermal` has it too. Raises ArgumentTypeError that names what to give.
+    `text` is a number, or the file that `hapticvlm calibrate plate --out FILE` wrote. Raises
+    ArgumentTypeError that names what to give.
     """
-    return _resistance(text, "plate_resistance", ("plate", "thermal"))
-
-
-def _resistance(text: str, key: str, subjects: tuple[str, ...]) -> float:
     try:
         return float(text)
     except ValueError:
         pass
-    calibration = _calibrated(Path(text), subjects[0])
-    value = calibration.get(key)
-    if calibration.get("calibrate") not in subjects or isinstance(value, bool):
-        value = None
-    if not isinstance(value, int | float):
-        raise _not_a_result(text, subjects[0])
-    return float(value)
-
-
-def _calibrated(path: Path, subject: str) -> dict[str, object]:
     try:
-        calibration = documents.parse_json(documents.read_bytes(path, _MOST_BYTES))
+        calibration = documents.parse_json(documents.read_bytes(Path(text), _MOST_BYTES))
     except OSError as error:
-        text = f"{path}: not a number, and as a file: {documents.reason(error)}"
-        raise argparse.ArgumentTypeError(text) from None
+        reason = f"{text}: not a number, and as a file: {documents.reason(error)}"
+        raise argparse.ArgumentTypeError(reason) from None
     except ValueError:
         calibration = None
-    if not isinstance(calibration, dict):
-        raise _not_a_result(str(path), subject)
-    return calibration
-
-
-def _not_a_result(text: str, subject: str) -> argparse.ArgumentTypeError:
-    return argparse.ArgumentTypeError(
-        f"{text} is not what `hapticvlm calibrate {subject} --out FILE` writes"
+    match calibration:
+        case {"calibrate": "plate", "plate_resistance": int(value) | float(value)}:
+            if not isinstance(value, bool):
+                return float(value)
+    raise argparse.ArgumentTypeError(
+        f"{text} is not what `hapticvlm calibrate plate --out FILE` writes"
     )
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Literal
 
-from hapticvlm.server.options import Flag, contact_resistance, options_of, plate_resistance
+from hapticvlm.server.options import Flag, options_of, plate_resistance
 from hapticvlm.vlm.limits import ANSWER_S, IMAGE_TOKENS
 
 CONNECTIONS = "connections"
@@ -149,11 +149,9 @@ class ServeOptions:
         float | None,
         Flag(
             OUTPUTS,
-            "contact resistance of the palm in m2 K/W, or a file that `hapticvlm calibrate "
-            "thermal` wrote (each material has its own)",
-            "R_OR_FILE",
+            "contact resistance of the palm in m2 K/W (each material has its own)",
+            "R",
             range=(0.0, 0.1),
-            read=contact_resistance,
         ),
     ] = None
     plate_resistance: Annotated[

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hapticvlm_studio.commands import calibrate_thermal, evaluate, study
+from hapticvlm_studio.commands import calibrate, evaluate, study
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
@@ -12,5 +12,5 @@ if TYPE_CHECKING:
 
 def add(commands: Commands) -> None:
     """Declare the commands."""
-    for part in (evaluate, calibrate_thermal, study):
+    for part in (evaluate, calibrate, study):
         part.add(commands)

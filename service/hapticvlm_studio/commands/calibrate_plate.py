@@ -20,10 +20,10 @@ if TYPE_CHECKING:
 _DESCRIPTION = """
 Measure the resistance between a palm and the plate from the heat that flows into the palm. The
 temperature of the plate swings gently for 72 s with nothing on it, and again with your palm at rest
-on it; the command asks for each. You are not asked what you feel. `hapticvlm serve` and
-`hapticvlm calibrate thermal` use the result. The first run also shows by how much the plate's
-thermistors lag behind its face, and the board keeps that lag: do this once for a new plate. With
---simulate R a simulated palm lies on a simulated plate.
+on it; the command asks for each. You are not asked what you feel. `hapticvlm serve` uses the
+result. The first run also shows by how much the plate's thermistors lag behind its face, and the
+board keeps that lag: do this once for a new plate. With --simulate R a simulated palm lies on a
+simulated plate.
 """
 
 
@@ -56,8 +56,7 @@ def add(subjects: Commands) -> None:
         "--out",
         type=Path,
         metavar="FILE",
-        help="write the result here, for `--plate-resistance FILE` of `hapticvlm serve` and "
-        "`hapticvlm calibrate thermal`",
+        help="write the result here, for `hapticvlm serve --plate-resistance FILE`",
     )
 
 

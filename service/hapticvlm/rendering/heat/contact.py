@@ -75,7 +75,7 @@ def thermal_contact(
     """Create a contact; the contact resistance (m2 K/W) defaults to the fit of Ho and Jones.
 
     The fit predicts larger changes than one published measurement (copper after 10 s would need
-    2e-3 to 3.5e-3; physics.md 1.1), so calibrate it where it matters (`calibrate thermal`).
+    2e-3 to 3.5e-3; physics.md 1.1), so `serve --contact-resistance` takes another.
     """
     if contact_resistance is None:
         contact_resistance = default_resistance(thermal)
