@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from conftest import peer, status
 from jack_server import jack_underruns
+from null_sink import NAME, null_sink, recording
 from pace import PACE, until
 
 from hapticvlm.client.local_service import running
@@ -20,14 +21,6 @@ from hapticvlm.devices.speaker.ring import PersistentState, Ring
 from hapticvlm.devices.speaker.speaker import Speaker
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 from hapticvlm.rendering.vibration.voices import Command
-from hapticvlm_lab.bench.audio import (
-    NAME,
-    gaps,
-    keep,
-    late,
-    null_sink,
-    recording,
-)
 
 pytestmark = pytest.mark.process
 
@@ -247,36 +240,6 @@ def test_a_block_that_is_not_finite_is_played_as_silence_and_counted():
     blocks = np.concatenate([engine.fill(128) for _ in range(20)])
     assert not blocks.any()
     assert ring.status().scrubbed == 20
-
-
-def chunk(arrived, *samples):
-    return arrived, np.array(samples, np.float32).tobytes()
-
-
-def test_delays_are_counted_to_the_first_chunk_that_sounds_and_unclear_moments_are_missed():
-    heard = [
-        chunk(1.000, 0.0),
-        chunk(1.010, 0.0, 0.5),
-        chunk(1.020, 0.0),
-        chunk(2.000, 0.0),
-        chunk(2.500, 0.5),
-    ]
-    result = late(heard, [1.005, 1.015, 2.001, 3.0])
-    assert result.delays_ms.tolist() == pytest.approx([5.0])
-    assert result.missed == 3  # still sounding, heard too late, never heard
-    assert late(heard, [3.0]).summary("touch")["touch_p99_ms"] is None
-
-
-def test_gaps_are_runs_of_exact_zeros_within_what_sounds():
-    sound, hole = np.full(100, 0.1, np.float32), np.zeros(48, np.float32)
-    assert gaps(np.concatenate([hole, sound, hole, sound, np.zeros(3), sound, hole])) == (1, 1.0)
-    assert gaps(hole) == (0, 0.0)
-
-
-def test_the_bare_loop_says_what_it_missed_and_with_what_priority():
-    kept = keep(0.1, 480, realtime=False)
-    assert int(str(kept["missed"])) <= 10
-    assert kept["realtime"] is False
 
 
 @needs_pulseaudio

@@ -6,10 +6,10 @@ import subprocess
 import threading
 
 import pytest
+from null_sink import NAME, null_sink
 from pace import until
 
 from hapticvlm.devices.speaker.volume import Volume, VolumeWatch, volume_of
-from hapticvlm_lab.bench.audio import NAME, null_sink
 
 # as pactl 16.1 prints it, shortened
 SINKS = """Sink #1

@@ -11,20 +11,17 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from null_sink import START_S, SinkError, environment
+
 from hapticvlm.devices.speaker.channels import JACK
 from hapticvlm.devices.speaker.engine import AudioSettings
 from hapticvlm.devices.speaker.speaker import Speaker
-from hapticvlm.rendering.vibration.vibration import RATE_HZ
-from hapticvlm_lab.bench.audio import (
-    RENEWAL_S,
-    SLIDE_LEASE_S,
-    START_S,
-    SinkError,
-    environment,
-    hand_on_wood,
-)
+from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
+from hapticvlm.rendering.vibration.voices import Command
 
 PRIORITY = 40  # above the engine's, as that of a sound server is
+SLIDE_LEASE_S = 0.5
+RENEWAL_S = 0.05
 SOCKETS = (Path("/dev/shm"), Path("/tmp"))
 
 
@@ -37,7 +34,7 @@ def jack_underruns(seconds: float, block: int, *, realtime: bool) -> dict[str, A
         before = speaker.underruns
         try:
             while time.monotonic() < ends_at:
-                speaker.play(hand_on_wood("slide", 1, SLIDE_LEASE_S))
+                speaker.play(_slide_over_wood())
                 time.sleep(RENEWAL_S)
             status = speaker.status()
             missed = speaker.underruns - before
@@ -45,6 +42,18 @@ def jack_underruns(seconds: float, block: int, *, realtime: bool) -> dict[str, A
             speaker.close()
     counts = {"seconds": seconds, "block": block, "underruns": missed}
     return {**counts, "samples": status.samples, "realtime": status.realtime}
+
+
+def _slide_over_wood() -> Command:
+    return Command(
+        hand=1,
+        material="wood",
+        interaction="slide",
+        onset=False,
+        motion=Motion(0.5, 2.0),
+        seed=1,
+        expires_at=time.monotonic() + SLIDE_LEASE_S,
+    )
 
 
 @contextmanager

@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import random_vlm
 from numpy.typing import NDArray
 
 from hapticvlm import materials
 from hapticvlm.vlm import contract
 from hapticvlm.vlm.local import LocalVlm
-from hapticvlm_lab.bench import random_vlm
 
 if TYPE_CHECKING:
     import torch
@@ -34,7 +34,7 @@ def write_tiny_vlm(folder: Path, seed: int = 0) -> Path:
     texts = " ".join(text for asked in ASKED for text in (asked.instruction, *asked.questions))
     for name in SPLIT:
         texts = texts.replace(name, "")
-    random_vlm.write(folder, [texts], random_vlm.TINY, "float32", seed, SD)
+    random_vlm.write(folder, [texts], seed, SD)
     return folder
 
 

@@ -63,7 +63,7 @@ PARTS = {
     "hapticvlm_lab": {
         "chart": "draw accuracy against latency for every method",
         "stability": "draw under which conditions a method fails",
-        "measure": "measure latency, memory and stops of this service",
+        "measure": "measure latency, stops and faults of this service",
     },
 }
 WHERE = {

@@ -16,8 +16,8 @@ anything, a "steel ..." probably is steel. Such a belief stays below SURE, so ot
 an engine's parent ("Canvas") silences its children; and a name that says only "Visuals" or "Mesh"
 means its parent.
 
-*Belief.* Each kind of ground (Ground) is scaled to how often it was right in real scenes
-(`belief` in names.toml; `hapticvlm measure names --csv` fits and checks it). Knows no picture.
+*Belief.* Each kind of ground (Ground) is scaled to how often it was right in real scenes (`belief`
+in names.toml). Knows no picture.
 """
 
 from __future__ import annotations

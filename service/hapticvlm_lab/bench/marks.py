@@ -23,8 +23,7 @@ from hapticvlm.messages import Scene, SceneObject, Touch
 from hapticvlm.session.session import SceneSession
 from hapticvlm.session.settings import SessionSettings
 from hapticvlm_lab.bench.latency.round_trip import echo
-from hapticvlm_lab.bench.latency.touch import measured
-from hapticvlm_lab.bench.latency.turns import measure as turns_beside
+from hapticvlm_lab.bench.latency.touch import SECONDS, measured
 from hapticvlm_lab.bench.rigs import (
     is_priority_permitted,
     least_us,
@@ -36,7 +35,6 @@ from hapticvlm_lab.bench.rigs import (
 DOCUMENT = Path(__file__).parents[3] / "docs" / "figures.md"
 BEGIN = "<!-- marks: `hapticvlm measure marks --write` writes what stands from here -->"
 END = "<!-- to here -->"
-SECONDS = 6.0
 REST_S = 5.0
 STARTS = 3
 MOST_OBJECTS = 8192
@@ -77,15 +75,6 @@ def run(*, write: bool, as_json: bool) -> int:
 def measure() -> Iterator[Mark]:
     """Yield every mark. The machine should be idle otherwise."""
     yield from _latencies()
-    turns = turns_beside(SECONDS)
-    p99_us = turns.turns[0].p99_us
-    yield Mark("a turn of the loop, the longest kind: p99", "ms of a core", 0.25, p99_us / 1e3)
-    yield Mark(
-        "the same over all that a bare echo's loop does for a message: p99",
-        "",
-        1.2,
-        p99_us / turns.echo.p99_us,
-    )
     yield from _at_rest()
     yield from _of_a_session()
 

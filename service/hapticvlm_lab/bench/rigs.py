@@ -26,7 +26,7 @@ Process = subprocess.Popen[str]
 
 @contextmanager
 def helper(module: str, *arguments: object) -> Iterator[Process]:
-    """Run the module `bench.MODULE` in its own process for as long as the context lasts."""
+    """Run a module of `bench/` in its own process for as long as the context lasts."""
     command = [sys.executable, "-m", f"hapticvlm_lab.bench.{module}", *map(str, arguments)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         try:

@@ -15,17 +15,6 @@ def number(
     )
 
 
-def only(parser: argparse.ArgumentParser, what: str) -> None:
-    """Declare --only, which restricts a measurement to some of its rows."""
-    parser.add_argument(
-        "--only",
-        action="append",
-        default=[],
-        metavar=what.upper(),
-        help=f"measure this {what} only, repeatable (all)",
-    )
-
-
 def labelled_pictures(parser: argparse.ArgumentParser) -> None:
     """Declare --data, the folder that training/sources.py describes."""
     parser.add_argument(

@@ -3,8 +3,8 @@
 Touches of a known object and echoes take turns, 100 of each a second. Both meet the same machine in
 the same second, so their ratio says what the service adds, and stays the same when the machine is
 slow. Conditions: no other load; a second process that streams 60 different frames a second; two
-scenes of 90, so that the recogniser is never idle; a VLM on every core. Service, echo and client
-all have normal or all have real-time priority.
+scenes of 90, so that the recogniser is never idle. Service, echo and client all have normal or all
+have real-time priority.
 
 The service answers a touch after its command is in the audio ring. How long the command then waits
 for the start of its block is read from the engine.
@@ -17,8 +17,7 @@ import json
 import os
 import platform
 import time
-from collections.abc import Iterator
-from contextlib import AbstractContextManager, ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass
 from typing import Any
 
@@ -42,6 +41,7 @@ from hapticvlm_lab.bench.rigs import (
     service_status,
 )
 
+SECONDS = 6.0  # of a row
 RATE_HZ = 100.0
 FRAME_BYTES = 40_000
 WARM_UP = 100
@@ -50,8 +50,6 @@ MARGIN_S = SETTLE_S + WARM_UP / RATE_HZ + 1.0
 # Scenes that stream, and frames/s of each: two are admitted beside an owner, and each is answered
 # `skipped` for what is above 90 a second.
 LOADS = {"idle": (0, 0.0), "60 frames/s": (1, 60.0), "2 x 90 frames/s": (2, 90.0)}
-BURNING = "VLM flat out"
-BURN_END_S = 60.0  # a pass under way may take some seconds
 BLOCK_MS = 128 / 48.0
 
 
@@ -90,33 +88,25 @@ class Row:
         }
 
 
-def run(*, seconds: float, as_json: bool, with_vlm: bool = False) -> int:
-    """Measure, print a table or JSON; with a VLM busy on every core too."""
+def run(*, as_json: bool) -> int:
+    """Measure, and print a table or JSON."""
     console = Console(quiet=as_json, width=150)
     rows: list[Row] = []
-    vlm: dict[str, dict[str, Any]] = {}
     for realtime in (False, True) if is_priority_permitted() else (False,):
         kind = "real-time" if realtime else "normal"
         arguments = [] if realtime else ["--no-realtime"]
         with priority(realtime), echo(realtime) as port, running(arguments) as service:
             for what, frames in LOADS.items():
                 name = f"{kind}, {what}"
-                with console.status(f"{name}: {seconds:.0f} s"):
-                    rows.append(asyncio.run(measured(name, service, port, seconds, frames)))
-            if with_vlm:
-                with console.status(f"{kind}, {BURNING}"), _burning(seconds) as burnt:
-                    name = f"{kind}, {BURNING}"
-                    rows.append(asyncio.run(measured(name, service, port, seconds, (0, 0.0))))
-                vlm[kind] = burnt
+                with console.status(f"{name}: {SECONDS:.0f} s"):
+                    rows.append(asyncio.run(measured(name, service, port, SECONDS, frames)))
     summaries = [row.summary() for row in rows]
     console.print(_table(summaries))
-    for kind, burnt in vlm.items():
-        console.print(f"{kind}: the VLM ({burnt['model']}) kept {burnt['cores']} cores busy")
-    if len(rows) < 2 * (len(LOADS) + with_vlm):
+    if len(rows) < 2 * len(LOADS):
         console.print("real-time priority is not permitted here: its rows are missing")
-    report = {"measure": "latency", **_versions(), "block_ms": BLOCK_MS, "rows": summaries}
     if as_json:
-        print(json.dumps({**report, "vlm": vlm or None}))
+        report = {"measure": "latency", **_versions(), "block_ms": BLOCK_MS, "rows": summaries}
+        print(json.dumps(report))
     return 0
 
 
@@ -168,17 +158,6 @@ def streaming(
 ) -> AbstractContextManager[Process]:
     """Let `scenes` stream at `rate` each from a process of their own."""
     return helper("latency.load", url, rate, seconds, FRAME_BYTES, scenes)
-
-
-@contextmanager
-def _burning(seconds: float) -> Iterator[dict[str, Any]]:
-    """Keep a VLM busy on every core; the yielded dict is filled when the context ends."""
-    report: dict[str, Any] = {}
-    with helper("latency.burn", seconds + MARGIN_S + 1.0, os.cpu_count() or 1) as process:
-        if first_line(process) != "burning":
-            raise RuntimeError("the VLM did not start; install the extra `models`")
-        yield report
-        report |= report_of(process, BURN_END_S)
 
 
 def _table(rows: list[dict[str, Any]]) -> Table:

@@ -83,6 +83,7 @@ KEPT = 12  # last requests that are reported with a violation
 LEAST = 12  # samples of memory for a slope
 CHILDREN = ("speaker", "recogniser")
 
+FLOOD_S = 8.0  # of touches beside each kind of hostile client
 FLOOD_MARK_MS = 10.0  # of a touch, p99
 FLOOD_MARGIN_S = 30.0  # a hostile client outlives its row
 
@@ -169,7 +170,7 @@ class World:
             self.threads.append(gateway.num_threads())
 
 
-def run(*, minutes: float, seed: int, flood_seconds: float, as_json: bool) -> int:
+def run(*, minutes: float, seed: int, as_json: bool, flood_seconds: float = FLOOD_S) -> int:
     """Run it and print the figures; return 1 where something did not hold."""
     console = Console(quiet=as_json, width=120)
     realtime = is_priority_permitted()

@@ -21,6 +21,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from null_sink import Recording, Server, null_sink, recording
 from rich.console import Console
 from rich.table import Table
 
@@ -28,12 +29,13 @@ from hapticvlm import __version__
 from hapticvlm.client import connect
 from hapticvlm.client.connection import Client, Refused
 from hapticvlm.client.local_service import Service, ServiceError
-from hapticvlm_lab.bench.audio import Recording, null_sink, raise_priority, recording
 from hapticvlm_lab.bench.reliability.board import OFF, PING, PtyBoard, board_on_a_terminal
 from hapticvlm_lab.bench.reliability.stop_conditions import CONDITIONS, Condition, Press, Start
-from hapticvlm_lab.bench.rigs import priority
+from hapticvlm_lab.bench.rigs import priority, set_priority
 
 MARK_MS = 50.0
+TRIALS = 20  # stops for each condition
+SERVER_PRIORITY = 25
 DRIVEN_WITHIN_S = 180.0  # from the contact to vibration and a driven plate, on a busy machine
 DRIVEN_FOR_S = (0.1, 0.4)  # random, so that no stop falls in step with anything
 SLIDE_S = 0.02
@@ -77,24 +79,35 @@ class Trial:
     line: float
 
 
-def run(*, trials: int, only: list[str], as_json: bool) -> int:
+def run(*, as_json: bool) -> int:
     """Measure, print a table or JSON. Returns 1 if a p99 is above the mark or a condition failed.
 
     A condition that fails is reported with its reason, and the others are measured. Raises
     SinkError.
     """
     console = Console(quiet=as_json, width=150)
-    chosen = {name: each for name, each in CONDITIONS.items() if not only or name in only}
     rows: list[dict[str, Any]] = []
     with null_sink() as server, priority(realtime=True), recording() as recorded:
-        raise_priority(True, server, recorded)
-        for service in dict.fromkeys(each.service for each in chosen.values()):
-            alike = {name: each for name, each in chosen.items() if each.service is service}
-            rows += _with_service(service, alike, recorded, trials, console)
+        _raise_priority(server, recorded)
+        for service in dict.fromkeys(each.service for each in CONDITIONS.values()):
+            alike = {name: each for name, each in CONDITIONS.items() if each.service is service}
+            rows += _with_service(service, alike, recorded, console)
     console.print(_table(rows))
     if as_json:
         print(json.dumps({"measure": "stop", "hapticvlm": __version__, "rows": rows}))
     return int(not all(_holds(row) for row in rows))
+
+
+def _raise_priority(server: Server, recording: Recording) -> None:
+    """Give real-time priority to the sound server and the recorder too.
+
+    Otherwise their waiting for the processor would count as delay of the audio engine.
+    """
+    ids = [process.pid for process in (server.process, recording.process) if process is not None]
+    if recording.reader is not None and recording.reader.native_id is not None:
+        ids.append(recording.reader.native_id)  # a thread of ours, which does not inherit priority
+    for number in ids:
+        set_priority(number, SERVER_PRIORITY)
 
 
 def summary(trials: list[Trial]) -> dict[str, Any]:
@@ -122,7 +135,6 @@ def _with_service(
     start: Start,
     conditions: dict[str, Condition],
     recorded: Recording,
-    trials: int,
     console: Console,
 ) -> list[dict[str, Any]]:
     rows = []
@@ -133,7 +145,7 @@ def _with_service(
         except ServiceError as error:
             return [{"condition": name, "failed": f"no service: {error}"} for name in conditions]
         for name, condition in conditions.items():
-            count = min(trials, condition.most or trials)
+            count = condition.most or TRIALS
             outputs = Outputs(recorded, board)
             with console.status(name):
                 rows.append({"condition": name, **_row(condition, outputs, service, count)})

@@ -1,16 +1,14 @@
-"""Qwen2-VL of any size with random weights: the real architecture without any knowledge.
+"""A small Qwen2-VL with random weights: the real architecture without any knowledge.
 
-Times, memory and the agreement of two implementations do not depend on the weights; answers do, so
-no answer of a random model is ever reported. The tokenizer is a stand-in made of the words it is
-given, whole as Qwen's own has them, its digits single, so that prompts are about as long as with
-Qwen's.
+The agreement of two implementations does not depend on the weights; answers do, so no answer of a
+random model is ever reported. The tokenizer is a stand-in made of the words it is given, whole as
+Qwen's own has them, its digits single, so that prompts are about as long as with Qwen's.
 """
 
 from __future__ import annotations
 
 import json
 from collections.abc import Iterable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +19,6 @@ IMAGE = "<|image_pad|>"
 VIDEO = "<|video_pad|>"
 VISION = ("<|vision_start|>", "<|vision_end|>")
 IMAGE_TOKENS = 256  # at most, of one picture
-SD = 0.02  # of the weights
 # As Qwen2-VL's own template, for one picture or more in a message.
 TEMPLATE = (
     "{% for m in messages %}{% if loop.first and m.role != 'system' %}"
@@ -35,26 +32,7 @@ TEMPLATE = (
 )
 
 
-@dataclass(frozen=True, slots=True)
-class Sizes:
-    """The sizes of a Qwen2-VL: those of the text part, then those of the vision tower."""
-
-    width: int
-    inner: int
-    layers: int
-    heads: int
-    key_heads: int
-    sections: tuple[int, int, int]  # of a head's half: time, height, width
-    vision_width: int
-    vision_layers: int
-    vision_heads: int
-    vocabulary: int | None = None  # None: as large as the tokenizer needs
-
-
-TINY = Sizes(64, 128, 2, 4, 2, (2, 3, 3), 32, 2, 2)
-
-
-def stand_in_tokenizer(texts: Iterable[str]) -> Any:  # noqa: ANN401 - of transformers
+def stand_in_tokenizer(texts: Iterable[str]) -> Any:
     """Make a Qwen2 tokenizer whose entries are the words of the texts, bytes and single digits."""
     from tokenizers import Regex, Tokenizer, models, pre_tokenizers, trainers
     from transformers import Qwen2Tokenizer
@@ -79,44 +57,38 @@ def stand_in_tokenizer(texts: Iterable[str]) -> Any:  # noqa: ANN401 - of transf
     return tokenizer
 
 
-def image_processor(image_tokens: int) -> Any:  # noqa: ANN401 - of transformers
+def image_processor(image_tokens: int) -> Any:
     """Make Qwen2-VL's own image processor with that many tokens at most."""
     from transformers.models.qwen2_vl.image_processing_pil_qwen2_vl import Qwen2VLImageProcessorPil
 
     return Qwen2VLImageProcessorPil(min_pixels=4 * 28 * 28, max_pixels=image_tokens * 28 * 28)
 
 
-def config(sizes: Sizes, tokenizer: Any) -> Any:  # noqa: ANN401 - of transformers
-    """Make the configuration of a Qwen2-VL of these sizes, its head tied to its embedding."""
+def config(tokenizer: Any) -> Any:
+    """Make the configuration of a small Qwen2-VL, its head tied to its embedding."""
     from transformers import Qwen2VLConfig
 
     id_of = tokenizer.convert_tokens_to_ids
     text = {
-        "hidden_size": sizes.width,
-        "intermediate_size": sizes.inner,
-        "num_hidden_layers": sizes.layers,
-        "num_attention_heads": sizes.heads,
-        "num_key_value_heads": sizes.key_heads,
-        "vocab_size": sizes.vocabulary or -(-len(tokenizer) // 64) * 64,
+        "hidden_size": 64,
+        "intermediate_size": 128,
+        "num_hidden_layers": 2,
+        "num_attention_heads": 4,
+        "num_key_value_heads": 2,
+        "vocab_size": -(-len(tokenizer) // 64) * 64,
         "max_position_embeddings": 32768,
         "rms_norm_eps": 1e-6,
         "rope_parameters": {
             "rope_type": "default",
             "rope_theta": 1e6,
-            "mrope_section": list(sizes.sections),
+            "mrope_section": [2, 3, 3],  # of a head's half: time, height, width
         },
         "bos_token_id": id_of(PAD),
         "eos_token_id": id_of(END),
         "pad_token_id": id_of(PAD),
         "tie_word_embeddings": True,
     }
-    vision = {
-        "depth": sizes.vision_layers,
-        "embed_dim": sizes.vision_width,
-        "hidden_size": sizes.width,
-        "num_heads": sizes.vision_heads,
-        "mlp_ratio": 4,
-    }
+    vision = {"depth": 2, "embed_dim": 32, "hidden_size": 64, "num_heads": 2, "mlp_ratio": 4}
     return Qwen2VLConfig(
         text_config=text,
         vision_config=vision,
@@ -128,17 +100,15 @@ def config(sizes: Sizes, tokenizer: Any) -> Any:  # noqa: ANN401 - of transforme
     )
 
 
-def random_network(configuration: Any, precision: str, seed: int = 0, sd: float = SD) -> Any:  # noqa: ANN401
-    """Make the network with normal random weights, at once in its precision."""
+def random_network(configuration: Any, seed: int, sd: float) -> Any:
+    """Make the network with normal random weights of this standard deviation, float32."""
     import torch
     from transformers import GenerationConfig, Qwen2VLForConditionalGeneration
     from transformers.initialization import no_init_weights
 
     # Otherwise every weight is initialised twice: by the library, and by the loop below.
     with no_init_weights():
-        model = Qwen2VLForConditionalGeneration._from_config(
-            configuration, dtype=getattr(torch, precision)
-        )
+        model = Qwen2VLForConditionalGeneration._from_config(configuration, dtype=torch.float32)
     model.tie_weights()
     rng = torch.Generator().manual_seed(seed)
     with torch.no_grad():
@@ -150,14 +120,12 @@ def random_network(configuration: Any, precision: str, seed: int = 0, sd: float 
     return model.eval()
 
 
-def write(
-    folder: Path, texts: Iterable[str], sizes: Sizes, precision: str, seed: int = 0, sd: float = SD
-) -> None:
+def write(folder: Path, texts: Iterable[str], seed: int, sd: float) -> None:
     """Write a folder as save_pretrained does: network, tokenizer of these texts, image processor.
 
     sd: of the weights.
     """
     tokenizer = stand_in_tokenizer(texts)
-    model = random_network(config(sizes, tokenizer), precision, seed, sd)
+    model = random_network(config(tokenizer), seed, sd)
     for part in (model, tokenizer, image_processor(IMAGE_TOKENS)):
         part.save_pretrained(folder)
