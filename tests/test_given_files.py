@@ -45,7 +45,7 @@ def graph(path: Path) -> object:
 
 DOORS: dict[str, Callable[[Path], object]] = {
     "--tls-cert": lambda path: certificate._require(path, "--tls-cert", "BEGIN", "certificate"),
-    "a calibration": lambda path: options._calibrated(path, "plate"),
+    "a calibration": lambda path: options.plate_resistance(str(path)),
     "a picture": files._read,
     "a capture's picture": lambda path: Line(0.0, "frame", {}, file=path).message(),
     "a capture's mask": lambda path: Line(0.0, "frame", {}, mask_file=path).message(),

@@ -83,7 +83,7 @@ def study_file(seconds: float) -> str:
     """The file of a new study, cut short: four brief patterns, once each, without training."""
     text = TEMPLATE.read_text(encoding="utf-8")
     text = re.sub(r"^patterns = .*$", "", text, flags=re.M)
-    for name, value in (("repeats", 1), ("renderings", 0), ("rest_s", 0.0)):
+    for name, value in (("repeats", 1), ("renderings", 0), ("rest_s", 0.0), ("settle_c", 20)):
         text = re.sub(rf"^{name} = \S+", f"{name} = {value}", text, flags=re.M)
     return text + "".join(
         PATTERN.format(
@@ -134,9 +134,7 @@ def sat(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Sat:
     folder = tmp_path_factory.mktemp("study")
     (folder / "study.toml").write_text(study_file(0.6), encoding="utf-8")
     command = [sys.executable, "-m", "hapticvlm", "study", "run", str(folder), "--hear"]
-    process = subprocess.Popen(
-        [*command, "--settle-c", "20", "--port", "0"], stdout=subprocess.PIPE, text=True
-    )
+    process = subprocess.Popen([*command, "--port", "0"], stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
     sat = Sat()
     context = browser.new_context()

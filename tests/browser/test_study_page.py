@@ -31,6 +31,15 @@ KILLED_AFTER = TRIALS // 2
 # A key of the number row as a French keyboard sends it: digits need Shift.
 FRENCH_KEY = """([key, code]) => document.body.dispatchEvent(
   new KeyboardEvent("keydown", { key, code, bubbles: true }))"""
+FILE = """
+participants = ["ann", "ben"]
+patterns = "{patterns}"
+renderings = 1
+repeats = {repeats}
+rest_s = 0.0
+settle_c = 20
+masking_noise = true
+"""
 QUICK = """
 [[pattern]]
 name = "{name}-{temperature}"
@@ -113,10 +122,9 @@ def patterns(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @contextlib.contextmanager
 def studying(folder: Path, patterns: Path, port: int) -> Iterator[subprocess.Popen[str]]:
     """A running `hapticvlm study run` on its own simulated service, with hardly any rest."""
-    command = [sys.executable, "-m", "hapticvlm", "study", "run", str(folder)]
-    command += ["--patterns", str(patterns), "--participants", "ann,ben", "--renderings", "1"]
-    command += ["--repeats", str(REPEATS), "--rest", "0", "--settle-c", "20"]
-    command += ["--port", str(port), "--masking-noise"]
+    folder.mkdir(exist_ok=True)
+    (folder / "study.toml").write_text(FILE.format(patterns=patterns, repeats=REPEATS))
+    command = [sys.executable, "-m", "hapticvlm", "study", "run", str(folder), "--port", str(port)]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
     try:

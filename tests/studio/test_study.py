@@ -57,14 +57,10 @@ def test_a_free_order_has_every_pattern_as_often_and_no_blocks() -> None:
     assert len(set(people)) == 9
 
 
-def test_the_order_is_kept_with_the_study_and_older_ones_are_blocked(tmp_path: Path) -> None:
+def test_the_order_is_kept_with_the_study(tmp_path: Path) -> None:
     made = designs.design(paper_like(), ("ann", "ben"), Plan(order="free"))
     designs.write_design(tmp_path, made)
     assert designs.read_design(tmp_path) == made
-    head = json.loads((tmp_path / designs.HEAD).read_text())
-    del head["order"]
-    (tmp_path / designs.HEAD).write_text(json.dumps(head))
-    assert designs.read_design(tmp_path).order == "blocked"
 
 
 def test_the_seed_decides_the_orders_and_people_differ() -> None:

@@ -49,7 +49,6 @@ MIN_COLUMNS = 2  # of a recording: time and a value
 UNITS_S = (1.0, 1e-3, 1e-6, 1e-9)  # of its clock
 ALIKE = 0.02  # share by which two columns may vary differently and still count as equal
 BOM = "\ufeff"
-QUANTITIES = {"acceleration": 0, "velocity": 1, "displacement": 2}  # derivatives to acceleration
 
 
 def sweep() -> NDArray[np.float32]:
@@ -69,13 +68,12 @@ def sweep() -> NDArray[np.float32]:
     return np.concatenate((silence, LEVEL * wave, silence)).astype(np.float32)
 
 
-def response(
-    recorded: _Floats, rate_hz: float, quantity: str = "acceleration", *, simulated: bool = False
-) -> SpeakerResponse:
+def response(recorded: _Floats, rate_hz: float, *, simulated: bool = False) -> SpeakerResponse:
     """Return the response from a recording of the sweep, 0 dB at 250 Hz.
 
-    `recorded` is (N,) float64 in any unit of `quantity`, a key of QUANTITIES. Raises ValueError
-    when it is too slow, too short or too long, silent, or does not contain the sweep.
+    `recorded` is (N,) float64, an acceleration in any unit, in which an ideal speaker is flat above
+    its resonance (perception.py). Raises ValueError when it is too slow, too short or too long,
+    silent, or does not contain the sweep.
     """
     wave = _checked(recorded, rate_hz)
     played = sweep().astype(np.float64)
@@ -87,10 +85,7 @@ def response(
     impulse = np.fft.irfft(received * np.conj(sent) / (power + 1e-4 * power.max()), size)
     gated = _gated(impulse)
     hertz = np.arange(size // 2 + 1) * (RATE_HZ / size)
-    # The response is that of acceleration, in which an ideal speaker is flat above its resonance
-    # (perception.py). Each derivative is a factor of 2 pi f, of which 2 pi cancels below, because
-    # the response is relative to that at 250 Hz.
-    transfer = np.abs(np.fft.rfft(gated)) * hertz ** QUANTITIES[quantity]
+    transfer = np.abs(np.fft.rfft(gated))
     edge = 2.0 ** (1.0 / 6.0)
     bands = [transfer[(hertz >= hz / edge) & (hertz < hz * edge)] for hz in THIRDS_HZ]
     levels_db = np.array([10.0 * math.log10(float(np.mean(band**2)) + 1e-30) for band in bands])

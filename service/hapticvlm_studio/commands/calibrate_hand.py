@@ -56,9 +56,6 @@ def add(subjects: Commands) -> None:
         metavar="N",
         help="trials at each frequency (%(default)s)",
     )
-    hand.add_argument(
-        "--seed", type=int, default=0, metavar="N", help="seed of the order of trials (%(default)s)"
-    )
     add_json(hand)
     hand.add_argument(
         "--out",
@@ -94,7 +91,7 @@ def _answers(options: argparse.Namespace) -> Iterator[Ask]:
     from hapticvlm_studio.calibration import hand_threshold as threshold
 
     if options.simulate:
-        simulated = threshold.SimulatedHand(threshold.SIMULATED_THRESHOLDS_DB, seed=options.seed)
+        simulated = threshold.SimulatedHand(threshold.SIMULATED_THRESHOLDS_DB)
         yield lambda index, level_db, _: simulated.answer(index, level_db)
         return
     from hapticvlm_studio.calibration import output
@@ -133,7 +130,7 @@ def _run(estimator: ThresholdEstimator, ask: Ask, options: argparse.Namespace) -
     """Run the trials, or as many as are answered."""
     from hapticvlm_studio.calibration.hand_threshold import trial_order
 
-    order = trial_order(options.trials, options.seed)
+    order = trial_order(options.trials, seed=0)
     for number, (index, is_first) in enumerate(order, 1):
         level_db = estimator.next_level_db(index)
         if not options.simulate:

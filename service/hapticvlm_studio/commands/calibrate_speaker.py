@@ -15,13 +15,13 @@ if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
     from hapticvlm.devices.speaker.speaker_files import SpeakerResponse
 
+COUNTDOWN_S = 5  # in which a recording is started and a palm laid on the speaker
 _DESCRIPTION = """
-Measure how a speaker moves, in two steps. First play a sweep of eleven seconds: --speaker NAME
-plays it, or --sweep FILE writes it to a WAV file to play elsewhere. Rest a palm on the speaker, and
-set the level you will use. Record the motion with an accelerometer, to a WAV file or to a CSV file
-of time and values, as phones export it. Ctrl-C ends the sweep. Then --recorded FILE --out CURVE
-writes the curve that `hapticvlm serve --speaker-response CURVE` corrects. --simulate measures a
-simulated speaker.
+Measure how a speaker moves, in two steps. First --speaker NAME plays a sweep of eleven seconds.
+Rest a palm on the speaker, and set the level you will use. Record the motion with an accelerometer,
+to a WAV file or to a CSV file of time and values, as phones export it. Ctrl-C ends the sweep. Then
+--recorded FILE --out CURVE writes the curve that `hapticvlm serve --speaker-response CURVE`
+corrects. --simulate measures a simulated speaker.
 """
 
 
@@ -39,9 +39,6 @@ def add(subjects: Commands) -> None:
     speaker.set_defaults(run=_speaker)
     steps = speaker.add_mutually_exclusive_group(required=True)
     steps.add_argument(
-        "--sweep", type=Path, metavar="FILE", help="write the sweep to this WAV file"
-    )
-    steps.add_argument(
         "--speaker",
         metavar="NAME",
         help="play the sweep on `default`, `jack`, or an output of this name",
@@ -51,24 +48,11 @@ def add(subjects: Commands) -> None:
     )
     steps.add_argument("--simulate", action="store_true", help="measure a simulated speaker")
     speaker.add_argument(
-        "--quantity",
-        choices=("acceleration", "velocity", "displacement"),
-        default="acceleration",
-        help="quantity in the recording (%(default)s)",
-    )
-    speaker.add_argument(
         "--level",
         type=_level,
         default=0.5,
         metavar="SHARE",
         help="level of the sweep, 0.01 to 1 of full scale (%(default)s)",
-    )
-    speaker.add_argument(
-        "--countdown",
-        type=int,
-        default=5,
-        metavar="S",
-        help="seconds to wait before the sweep (%(default)s)",
     )
     speaker.add_argument("--out", type=Path, metavar="FILE", help="write the curve to this file")
     add_json(speaker)
@@ -85,19 +69,7 @@ def _speaker(options: argparse.Namespace) -> int:
     with usage_errors():
         if options.speaker is not None:
             return _play_sweep(options)
-        if options.sweep is not None:
-            return _write_sweep(options)
         return _report(_measure(options), options)
-
-
-def _write_sweep(options: argparse.Namespace) -> int:
-    from hapticvlm.devices.speaker.audio import write_wav
-    from hapticvlm_studio.calibration import speaker_response
-
-    write_wav(options.sweep, speaker_response.sweep())
-    seconds = speaker_response.SWEEP_S + 2 * speaker_response.SILENCE_S
-    print(f"wrote {options.sweep}: play its {seconds:g} s, record them, then run with --recorded")
-    return 0
 
 
 def _play_sweep(options: argparse.Namespace) -> int:
@@ -108,7 +80,7 @@ def _play_sweep(options: argparse.Namespace) -> int:
     wave = speaker_response.sweep() * (options.level / speaker_response.LEVEL)
     with calibration_output.open_player(options.speaker) as player:
         print(f"{player.name}: start recording, palm on the speaker; Ctrl-C stops", flush=True)
-        for left in range(max(options.countdown, 0), 0, -1):
+        for left in range(COUNTDOWN_S, 0, -1):
             print(f"  {left}", flush=True)
             time.sleep(1.0)
         player.play(wave)
@@ -129,9 +101,9 @@ def _measure(options: argparse.Namespace) -> SpeakerResponse:
         recording = speaker_response.read_csv(options.recorded)
         if not options.json:
             print(f"{recording.column}, {recording.rate_hz:.0f} Hz")
-        return speaker_response.response(recording.values, recording.rate_hz, options.quantity)
+        return speaker_response.response(recording.values, recording.rate_hz)
     sound, rate = read_wav(options.recorded, speaker_response.LONGEST_S)
-    return speaker_response.response(sound.mean(axis=1), rate, options.quantity)
+    return speaker_response.response(sound.mean(axis=1), rate)
 
 
 def _report(response: SpeakerResponse, options: argparse.Namespace) -> int:

@@ -42,16 +42,12 @@ def add(commands: Commands) -> None:
         help="file with the columns image (path relative to the file) and temperature_c",
     )
     ambient.add_argument(
-        "--method",
-        choices=["default", "vlm"],
-        help="method to grade (vlm if --vlm or --vlm-url is given, else default)",
-    )
-    ambient.add_argument(
         "--vlm",
         metavar="NAME_OR_FOLDER",
         nargs="?",
         const=True,
-        help="grade this image-text model of transformers (without a name: the default model)",
+        help="grade this image-text model of transformers (without a name: the default model); "
+        "with neither --vlm nor --vlm-url the service's default is graded",
     )
     ambient.add_argument(
         "--vlm-url",
@@ -85,11 +81,7 @@ def _method(options: argparse.Namespace) -> tuple[str, Ask]:
     """Return the name of the method and the function that asks it. Raises ValueError, VlmError."""
     from hapticvlm_studio.evaluation.asking import by_default, by_vlm
 
-    named = options.vlm or options.vlm_url
-    method = options.method or ("vlm" if named else "default")
-    if method != "vlm" and named:
-        raise ValueError(f"--method {method} asks no model: omit --vlm and --vlm-url")
-    if method == "default":
+    if not (options.vlm or options.vlm_url):
         return "default", by_default
     from hapticvlm.vlm.local import load_vlm
 

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 from hapticvlm.commands.parsing import add_former, add_json
 from hapticvlm.errors import usage_errors
-from hapticvlm_studio.commands.layout import patterns_named
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
@@ -113,10 +112,11 @@ def _choose(options: argparse.Namespace) -> int:
 
 def _report(options: argparse.Namespace) -> None:
     from hapticvlm.commands.progress import working
+    from hapticvlm_studio.design.patterns import named
     from hapticvlm_studio.observer import predict
     from hapticvlm_studio.observer.percepts import Noise
 
-    stimuli = patterns_named(options.patterns)
+    stimuli = named(options.patterns)
     check = spread = None
     if options.noise is None and options.heat_noise is not None:
         raise ValueError("--heat-noise needs --noise")
@@ -141,6 +141,7 @@ def _report(options: argparse.Namespace) -> None:
 
 def _draw(prediction: Prediction, check: PaperCheck | None, options: argparse.Namespace) -> None:
     from hapticvlm_studio.design import paper
+    from hapticvlm_studio.design.patterns import named
     from hapticvlm_studio.observer import plots, predict
 
     folder: Path = options.out
@@ -148,7 +149,7 @@ def _draw(prediction: Prediction, check: PaperCheck | None, options: argparse.Na
     name = Path(options.patterns).stem
     plots.draw_matrix(prediction, folder / f"observer-{name}.png")
     others = {
-        other: predict.predict(patterns_named(other), prediction.noise).curve
+        other: predict.predict(named(other), prediction.noise).curve
         for other in SETS
         if other != options.patterns
     }

@@ -9,22 +9,21 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hapticvlm.commands.parsing import add_json, number_within
+from hapticvlm.commands.parsing import add_json
 from hapticvlm.commands.service_address import port_errors
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
     from hapticvlm_studio.design.design import Design
-    from hapticvlm_studio.trials.record import Pace
+    from hapticvlm_studio.design.form import StudyFile
 
 _RUN = """
 Serve the study page on this machine. It trains the participant with pictures, then presents every
 pattern in a balanced or a free random order. A service of its own plays the patterns, or the one at
 --url. Devices are simulated unless --speaker and --peltier name others. Every answer is on the disk
 before the next pattern: stop the command at any time and run it again to continue. DIR/study.toml,
-written by `hapticvlm study new`, adds consent, questions, ratings and languages; the plan of such a
-study is in that file and cannot be given as options. Exit code 2: the study could not start or
-continue.
+written by `hapticvlm study new`, has the plan of the study. Exit code 2: the study could not start
+or continue.
 """
 
 
@@ -36,8 +35,7 @@ def add(parts: Commands) -> None:
         description=_RUN,
         examples=(
             "hapticvlm study run pilot --hear",
-            "hapticvlm study run pilot --participants 9",
-            "hapticvlm study run pilot --participants 9 --speaker default --peltier auto",
+            "hapticvlm study run mystudy --speaker default --peltier auto",
         ),
     )
     run.set_defaults(run=_run)
@@ -45,43 +43,7 @@ def add(parts: Commands) -> None:
         "folder",
         type=Path,
         metavar="DIR",
-        help="folder of the study, new or to be continued",
-    )
-    run.add_argument(
-        "--without-file",
-        action="store_true",
-        help="begin a study without study.toml, laid out by the options; any of --patterns to "
-        "--seed implies this",
-    )
-    run.add_argument(
-        "--patterns",
-        metavar="FILE",
-        help="TOML file with [[pattern]] tables, or ours, twenty, paper-like (ours)",
-    )
-    run.add_argument(
-        "--participants",
-        metavar="N_OR_CODES",
-        help="number of participants, or their codes separated by commas; never use names (1)",
-    )
-    run.add_argument(
-        "--order",
-        choices=("blocked", "free"),
-        help="balanced blocks of all patterns, or one free random order (blocked)",
-    )
-    run.add_argument(
-        "--repeats", type=int, metavar="N", help="trials of every pattern for each participant (5)"
-    )
-    run.add_argument(
-        "--renderings",
-        type=int,
-        metavar="N",
-        help="how often every pattern is played in training (3)",
-    )
-    run.add_argument("--seed", type=int, metavar="N", help="seed of the random orders (1)")
-    run.add_argument(
-        "--masking-noise",
-        action="store_true",
-        help="play noise into the participant's headphones",
+        help="folder of the study, to be begun or continued",
     )
     run.add_argument(
         "--hear",
@@ -94,19 +56,6 @@ def add(parts: Commands) -> None:
         default=8791,
         metavar="PORT",
         help="port of the page; 0: any free port (%(default)s)",
-    )
-    run.add_argument(
-        "--rest",
-        type=number_within(0.0, 600.0),
-        metavar="S",
-        help="seconds between two patterns (3)",
-    )
-    run.add_argument(
-        "--settle-c",
-        type=float,
-        default=0.8,
-        metavar="DEGC",
-        help="how close to 32 degC the plate must be before a pattern (%(default)s)",
     )
     add_json(run)
     devices = run.add_argument_group("devices")
@@ -125,12 +74,12 @@ def add(parts: Commands) -> None:
 def _run(options: argparse.Namespace) -> int:
     import asyncio
 
-    from hapticvlm_studio.commands.layout import layout
+    from hapticvlm_studio.design.layout import layout
     from hapticvlm_studio.trials.record import locked
 
-    design, pace = layout(options)
+    design, file = layout(options.folder)
     with locked(options.folder), port_errors(options.port), _service(options) as url:
-        asyncio.run(_serve(design, pace, options, url))
+        asyncio.run(_serve(design, file, options, url))
     return 0
 
 
@@ -147,11 +96,12 @@ def _service(options: argparse.Namespace) -> Iterator[str]:
         yield service.url
 
 
-async def _serve(design: Design, pace: Pace, options: argparse.Namespace, url: str) -> None:
+async def _serve(design: Design, file: StudyFile, options: argparse.Namespace, url: str) -> None:
     import asyncio
     import signal
 
     from hapticvlm_studio.trials.page_server import EXPERIMENTER, PAGE, Setting, run
+    from hapticvlm_studio.trials.record import Pace
 
     def ready(page: str) -> None:
         trials = len(next(iter(design.trials.values())))
@@ -166,8 +116,11 @@ async def _serve(design: Design, pace: Pace, options: argparse.Namespace, url: s
         print(f"  {size}", flush=True)
         print(f"  for the experimenter: {experimenter}", flush=True)
 
+    pace = Pace(
+        rest_s=file.rest_s, masking_noise=file.masking_noise and not options.hear, hear=options.hear
+    )
     setting = Setting(
-        options.folder, url, options.port, pace, settle_c=options.settle_c, token=options.token
+        options.folder, url, options.port, pace, settle_c=file.settle_c, token=options.token
     )
     study = asyncio.create_task(run(design, setting, ready))
     with contextlib.suppress(NotImplementedError):

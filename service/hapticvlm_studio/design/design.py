@@ -34,9 +34,8 @@ from hapticvlm_studio.design.form import NOTHING, Form
 from hapticvlm_studio.design.stimuli import Stimulus, StudyError, revive
 
 HEAD = "study.json"
-VERSION = 2  # of study.json; 2 added the form
+VERSION = 2  # of study.json
 _WINDOWS_DEVICE = re.compile(r"con|prn|aux|nul|(com|lpt)[0-9¹²³]", re.IGNORECASE)
-OLDEST = 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,15 +130,15 @@ class _Versioned(msgspec.Struct):
 
 
 class _Head(msgspec.Struct):
-    """The fields of study.json; `order` and `form` are younger than the first studies."""
+    """The fields of study.json."""
 
     patterns: list[dict[str, Any]]
     repeats: int
     renderings: int
     seed: int
     trials: dict[str, tuple[str, ...]]
-    order: str = "blocked"
-    form: dict[str, Any] = {}
+    order: str
+    form: dict[str, Any]
 
 
 def read_design(folder: Path) -> Design:
@@ -148,8 +147,8 @@ def read_design(folder: Path) -> Design:
     try:
         content = documents.parse_json(documents.read_text(path))
         version = msgspec.convert(content, _Versioned).version
-        if version not in range(OLDEST, VERSION + 1):
-            raise StudyError(f"format {version}; this program reads {OLDEST} to {VERSION}")
+        if version != VERSION:
+            raise StudyError(f"format {version}; this program reads {VERSION}")
         head = msgspec.convert(content, _Head)
         return Design(
             revive(head.patterns, HEAD),

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import msgspec
-from msgspec import Struct
+from msgspec import Meta, Struct
 
 from hapticvlm import documents
 from hapticvlm_studio.design import languages, stimuli
@@ -117,7 +117,10 @@ NOTHING = Form()  # the form of a study without a study.toml
 
 
 class StudyFile(Struct, frozen=True, forbid_unknown_fields=True):
-    """The plan and pace of a study, from the same file; None means the program's default."""
+    """The plan and pace of a study, from the same file; None means the program's default.
+
+    `settle_c` is how close to neutral the plate must be before a pattern, degC.
+    """
 
     participants: int | tuple[str, ...] | None = None
     patterns: str | None = None
@@ -126,8 +129,9 @@ class StudyFile(Struct, frozen=True, forbid_unknown_fields=True):
     renderings: int | None = None
     order: Literal["blocked", "free"] | None = None
     seed: int | None = None
-    rest_s: float | None = None
-    masking_noise: bool | None = None
+    rest_s: Annotated[float, Meta(ge=0.0, le=600.0)] = 3.0
+    settle_c: Annotated[float, Meta(ge=0.1, le=20.0)] = 0.8
+    masking_noise: bool = False
 
     def stimuli(self) -> tuple[Stimulus, ...] | None:
         """Return the patterns that the file itself contains, or None. Raises StudyError."""

@@ -17,8 +17,10 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterable
+from pathlib import Path
 from typing import Any
 
+from hapticvlm_studio.design import stimuli
 from hapticvlm_studio.design.paper import TEMPERATURES
 from hapticvlm_studio.design.stimuli import Stimulus
 
@@ -95,6 +97,12 @@ _PAPER_FIVE: tuple[tuple[str, dict[str, Any]], ...] = (
     ("fabric rubbing", {"material": "fabric", "interaction": "slide", "speed_mps": 0.15}),
     ("metal whooshing", {"material": "metal", "interaction": "swing", "speed_mps": 2.0}),
 )
+
+
+def named(name: str) -> tuple[Stimulus, ...]:
+    """Return a shipped set of patterns by its name, or read a file. Raises StudyError."""
+    sets = {"ours": ours, "twenty": twenty, "paper-like": paper_like}
+    return sets[name]() if name in sets else stimuli.read(Path(name))
 
 
 def ours() -> tuple[Stimulus, ...]:
