@@ -7,6 +7,7 @@ import os
 import threading
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
 
 import pytest
@@ -30,8 +31,8 @@ from hapticvlm.devices.simulated.simulated_board import (
     SimulatedPort,
     simulated_plate,
 )
+from hapticvlm.processes.priority import request_priority
 from hapticvlm.rendering.heat.limits import PlateReading
-from hapticvlm_lab.bench.rigs import is_priority_permitted
 
 
 def hold(cable: Cable, plate: Peltier, setpoint_c: float, seconds: float) -> list[PlateReading]:
@@ -260,6 +261,12 @@ def test_a_thread_follows_the_plate_and_ends_with_it(running: tuple[Cable, Pelti
     plate.close()
 
     assert "plate" not in [thread.name for thread in threading.enumerate()]
+
+
+def is_priority_permitted() -> bool:
+    """Whether a thread may have real-time priority; the one that asks ends here."""
+    with ThreadPoolExecutor(1) as threads:
+        return threads.submit(request_priority).result()
 
 
 @pytest.mark.skipif(not is_priority_permitted(), reason="needs the right to real-time priority")

@@ -4,13 +4,13 @@ import math
 
 import numpy as np
 import pytest
+from thermal_reference import Stage, skin_surface
 
 from hapticvlm.evidence import names, sub_materials
 from hapticvlm.evidence.lexicon import read_lexicon
 from hapticvlm.evidence.sub_materials import PLAIN, SUB_MATERIALS, THICKNESSES, MaterialDetail
 from hapticvlm.materials import MATERIALS, Thermal
 from hapticvlm.rendering.heat.contact import skin_surface_c, thermal_contact
-from hapticvlm_lab.bench.thermal.reference import Stage, skin_surface
 
 LEXICON = read_lexicon(MATERIALS)
 BY_NAME = {kind.name: kind for kind in SUB_MATERIALS.values()}

@@ -7,13 +7,13 @@ import json
 import mpmath
 import numpy as np
 import pytest
+from thermal_reference import Stage, contact_surface, sharp, skin_surface
 
 from hapticvlm.commands.main import main
 from hapticvlm.materials import MATERIALS
 from hapticvlm.rendering.heat.contact import SKIN, thermal_contact
 from hapticvlm_lab.bench.thermal import chart, first_second, plate_term
 from hapticvlm_lab.bench.thermal.chart import METHODS, Method, Row
-from hapticvlm_lab.bench.thermal.reference import Stage, contact_surface, sharp, skin_surface
 
 NAMED = {method.name: method for method in METHODS}
 GLASS = chart.BULKS["glass"]

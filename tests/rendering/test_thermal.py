@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from each_case import each
 from numpy.typing import NDArray
+from thermal_reference import Stage, skin_surface
 
 from hapticvlm.materials import MATERIALS, Thermal
 from hapticvlm.rendering.heat.contact import (
@@ -21,7 +22,6 @@ from hapticvlm.rendering.heat.contact import (
     skin_surface_c,
     thermal_contact,
 )
-from hapticvlm_lab.bench.thermal.reference import Stage, skin_surface
 
 ALUMINIUM = Thermal(167, 2700, 896)
 COPPER = Thermal(398, 8940, 385)

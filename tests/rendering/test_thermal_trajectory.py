@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from each_case import each
+from thermal_reference import Stage, sharp, skin_surface
 
 from hapticvlm.materials import MATERIALS, Thermal
 from hapticvlm.rendering.heat.contact import (
@@ -19,7 +20,6 @@ from hapticvlm.rendering.heat.contact import (
 )
 from hapticvlm.rendering.heat.history import RATES, aged
 from hapticvlm.rendering.heat.trajectory import BRIEF_LIFT_S, ThermalTrajectory
-from hapticvlm_lab.bench.thermal.reference import Stage, sharp, skin_surface
 
 ALUMINIUM = Thermal(167, 2700, 896)
 METAL = thermal_contact(MATERIALS["metal"].thermal, 22.0)

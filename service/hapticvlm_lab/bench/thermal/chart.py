@@ -31,6 +31,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
+from thermal_reference import (
+    Floats,
+    Stage,
+    contact_surface,
+    sharp,
+    skin_surface,
+)
 
 from hapticvlm.commands.progress import track
 from hapticvlm.materials import MATERIALS, Thermal
@@ -47,13 +54,6 @@ from hapticvlm_lab.bench import figures
 from hapticvlm_lab.bench.printing import made_with, publish
 from hapticvlm_lab.bench.rigs import core_us
 from hapticvlm_lab.bench.thermal import first_second, plate_term
-from hapticvlm_lab.bench.thermal.reference import (
-    Floats,
-    Stage,
-    contact_surface,
-    sharp,
-    skin_surface,
-)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -21,6 +21,7 @@ from pathlib import Path
 
 import numpy as np
 from scipy.special import erfcx
+from thermal_reference import Floats
 
 from hapticvlm.materials import MATERIALS
 from hapticvlm.palette import GREEN, GREY, INK, SOFT
@@ -29,7 +30,6 @@ from hapticvlm.rendering.heat.contact import SKIN, ThermalContact, progress, the
 from hapticvlm.rendering.heat.trajectory import ThermalTrajectory
 from hapticvlm_lab.bench import figures
 from hapticvlm_lab.bench.rigs import core_us
-from hapticvlm_lab.bench.thermal.reference import Floats
 
 NAME = "chart-thermal-plate"
 FRAME_S = 0.02

@@ -19,6 +19,7 @@ from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
+from thermal_reference import contact_surface
 
 from hapticvlm.materials import MATERIALS, Thermal
 from hapticvlm.perception import NEUTRAL_C
@@ -29,7 +30,6 @@ from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 from hapticvlm.session.decisions import Rendition
 from hapticvlm_lab.bench.thermal import chart as heat
 from hapticvlm_lab.bench.thermal.chart import TICK_S
-from hapticvlm_lab.bench.thermal.reference import contact_surface
 from hapticvlm_lab.bench.vibration.chart import RUBBED, rub
 from hapticvlm_lab.bench.vibration.spectra import difference_db, event_db, steady_db
 from hapticvlm_lab.bench.whole import baked
