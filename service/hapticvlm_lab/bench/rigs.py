@@ -41,9 +41,9 @@ def first_line(process: Process) -> str:
     return process.stdout.readline().strip()
 
 
-def report_of(process: Process, within_s: float | None = None) -> dict[str, Any]:
+def report_of(process: Process) -> dict[str, Any]:
     """Wait for the end of a helper; return the JSON object of its last line."""
-    report: dict[str, Any] = json.loads(process.communicate(timeout=within_s)[0].splitlines()[-1])
+    report: dict[str, Any] = json.loads(process.communicate()[0].splitlines()[-1])
     return report
 
 
@@ -121,7 +121,7 @@ def least_us(
     return least
 
 
-def spread(values: Sequence[float], digits: int = 2) -> dict[str, float]:
+def spread(values: Sequence[float]) -> dict[str, float]:
     """Return n, and the median, p99 and greatest of any values."""
     if not len(values):
         return {"n": 0}
@@ -129,4 +129,4 @@ def spread(values: Sequence[float], digits: int = 2) -> dict[str, float]:
     # one wait of a second hides a thousand short ones.
     median, p99 = np.percentile(values, (50, 99))
     figures = {"median": median, "p99": p99, "max": max(values)}
-    return {"n": len(values), **{name: round(float(x), digits) for name, x in figures.items()}}
+    return {"n": len(values), **{name: round(float(x), 2) for name, x in figures.items()}}

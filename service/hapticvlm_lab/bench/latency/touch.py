@@ -6,8 +6,7 @@ slow. Conditions: no other load; a second process that streams 60 different fram
 scenes of 90, so that the recogniser is never idle. Service, echo and client all have normal or all
 have real-time priority.
 
-The service answers a touch after its command is in the audio ring. How long the command then waits
-for the start of its block is read from the engine.
+The service answers a touch after its command is in the audio ring.
 """
 
 from __future__ import annotations
@@ -50,7 +49,6 @@ MARGIN_S = SETTLE_S + WARM_UP / RATE_HZ + 1.0
 # Scenes that stream, and frames/s of each: two are admitted beside an owner, and each is answered
 # `skipped` for what is above 90 a second.
 LOADS = {"idle": (0, 0.0), "60 frames/s": (1, 60.0), "2 x 90 frames/s": (2, 90.0)}
-BLOCK_MS = 128 / 48.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +60,6 @@ class Row:
     echo_ms: list[float]
     load: float
     frames: dict[str, Any] | None
-    command_wait_ms: dict[str, float]
     recogniser_busy: float
 
     def summary(self) -> dict[str, Any]:
@@ -83,8 +80,6 @@ class Row:
             "load": round(self.load, 2),
             "recogniser_busy": round(self.recogniser_busy, 2),
             "frames": self.frames,
-            "command_to_block_median": round(self.command_wait_ms["median"] / BLOCK_MS, 2),
-            "command_to_block_p99": round(self.command_wait_ms["p99"] / BLOCK_MS, 2),
         }
 
 
@@ -105,7 +100,7 @@ def run(*, as_json: bool) -> int:
     if len(rows) < 2 * len(LOADS):
         console.print("real-time priority is not permitted here: its rows are missing")
     if as_json:
-        report = {"measure": "latency", **_versions(), "block_ms": BLOCK_MS, "rows": summaries}
+        report = {"measure": "latency", **_versions(), "rows": summaries}
         print(json.dumps(report))
     return 0
 
@@ -126,11 +121,10 @@ async def measured(
             started = time.monotonic()
             busy_s = service_status(service)["recogniser"]["busy_s"]
             touch_ms, echo_ms = await alternate(touches, echoes, seconds)
-            status = service_status(service)
-            busy = (status["recogniser"]["busy_s"] - busy_s) / (time.monotonic() - started)
-            waits = status["speaker"]["command_wait_ms"]
+            busy_s = service_status(service)["recogniser"]["busy_s"] - busy_s
+            busy = busy_s / (time.monotonic() - started)
         result = None if load is None else await asyncio.to_thread(report_of, load)
-    return Row(name, touch_ms, echo_ms, os.getloadavg()[0], result, waits, busy)
+    return Row(name, touch_ms, echo_ms, os.getloadavg()[0], result, busy)
 
 
 async def alternate(
@@ -163,7 +157,7 @@ def streaming(
 def _table(rows: list[dict[str, Any]]) -> Table:
     columns = ("condition", "n", "touch median / p99", "echo median / p99", "ratio median / p99")
     title = "touch round trip, ms (floor: bare websockets echo of the same bytes)"
-    table = Table(*columns, "to block, blocks", "busy", "load", "frames", title=title)
+    table = Table(*columns, "busy", "load", "frames", title=title)
     for row in rows:
         table.add_row(
             row["condition"],
@@ -171,7 +165,6 @@ def _table(rows: list[dict[str, Any]]) -> Table:
             f"{row['touch_median_ms']:.3f} / {row['touch_p99_ms']:.3f}",
             f"{row['echo_median_ms']:.3f} / {row['echo_p99_ms']:.3f}",
             f"{row['median_ratio']:.2f} / {row['p99_ratio']:.2f}",
-            f"{row['command_to_block_median']:.2f} / {row['command_to_block_p99']:.2f}",
             f"{row['recogniser_busy']:.0%}",
             f"{row['load']:.1f}",
             _frames(row["frames"]),
