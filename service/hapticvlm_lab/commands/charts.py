@@ -191,7 +191,7 @@ def _where(options: argparse.Namespace) -> Where:
 
 def _data(options: argparse.Namespace) -> Path | None:
     """Return the folder of labelled data, None without one."""
-    from hapticvlm_lab.training.sources import SIBLING
+    from hapticvlm_lab.bench.material.data import SIBLING
 
     folder: Path = options.data or SIBLING
     return folder if (folder / "labels.csv").is_file() else None

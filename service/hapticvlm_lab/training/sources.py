@@ -15,7 +15,6 @@ from zlib import crc32
 
 from hapticvlm import materials
 
-SIBLING = Path(__file__).parents[4] / "shared" / "data"  # the data folder, beside a checkout
 # Labelled pictures that teach the probes and galleries of the bench.
 LABELLED = ("ambientcg_tiles", "trashnet", "clothing", "woodboards")
 # Photographs that teach the head; unlabelled_caltech101 gives its living things beside them.

@@ -24,6 +24,8 @@ from hapticvlm.vision.pictures import Crop, crop
 Cut = Literal["mask", "box", "centre", "whole"]
 
 FOUR = ("wood", "glass", "fabric", "metal")
+# The data folder, where it lies beside a checkout.
+SIBLING = Path(__file__).parents[5] / "shared" / "data"
 VIEWS = 8  # most views used per object, evenly over its time
 
 

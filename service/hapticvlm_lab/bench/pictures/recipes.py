@@ -11,8 +11,8 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
+from hapticvlm_lab.bench.material.data import SIBLING
 from hapticvlm_lab.bench.pictures import pages
-from hapticvlm_lab.training.sources import SIBLING
 
 Recipe = Callable[[Path, Path], None]  # (folder to work in, picture to write)
 
