@@ -56,15 +56,13 @@ def running(
     *,
     ends_with_us: bool = False,
     log: int = subprocess.STDOUT,
-    module: str = "hapticvlm",
 ) -> Iterator[Service]:
     """Start a service on a free port, and stop it when the context ends. Raises ServiceError.
 
     With `ends_with_us` it also stops, on Linux, when this thread is killed. Its log goes to the
-    descriptor `log`; by default it is kept in `printed`. `module` is the module that Python runs as
-    the `hapticvlm` command.
+    descriptor `log`; by default it is kept in `printed`.
     """
-    command = [sys.executable, "-m", module, "serve", "--port", "0", *arguments]
+    command = [sys.executable, "-m", "hapticvlm", "serve", "--port", "0", *arguments]
     started = time.monotonic()
     process = subprocess.Popen(
         command,

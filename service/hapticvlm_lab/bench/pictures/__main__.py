@@ -17,19 +17,16 @@ def main() -> int:
     """Read the command line; draw each picture, and print the time it took and its size."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"{', '.join(RECIPES)} (all)")
-    parser.add_argument("--out", type=Path, default=DOCS, help="folder to write to (docs)")
-    chosen = parser.parse_args()
     try:
-        wanted = names(chosen.names)
+        wanted = names(parser.parse_args().names)
     except KeyError as error:
         parser.error(str(error.args[0]))
-    chosen.out.mkdir(parents=True, exist_ok=True)
     for name in wanted:
         print(f"{name} ...", flush=True)
         started = time.monotonic()
         with tempfile.TemporaryDirectory() as folder:
-            RECIPES[name](Path(folder), chosen.out / name)
-        size = (chosen.out / name).stat().st_size
+            RECIPES[name](Path(folder), DOCS / name)
+        size = (DOCS / name).stat().st_size
         print(f"{name}: {size / 1e3:.0f} kB in {time.monotonic() - started:.0f} s", flush=True)
     return 0
 
