@@ -2,7 +2,6 @@
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
-CAPTURE := examples/captures/make
 
 .PHONY: demo fuzz test nightly sweep unit check rooms schemas hashes format pictures site toolchains coverage clean
 
@@ -85,7 +84,6 @@ coverage: $(VENV)/.dev
 # What pip does not bring: a browser and node, for the tests that drive a real one.
 toolchains:
 	./.ci/toolchains
-	@if command -v npm >/dev/null; then npm ci --silent --no-audit --no-fund --prefix $(CAPTURE); fi
 	@if command -v npm >/dev/null; then npm ci --silent --no-audit --no-fund --prefix tests/browser; fi
 	@if command -v npm >/dev/null; then npm ci --silent --no-audit --no-fund --prefix tests/engines; fi
 	@if command -v npm >/dev/null; then npm ci --silent --no-audit --no-fund --prefix tests/contract; fi

@@ -19,6 +19,7 @@ from PIL import Image
 import hapticvlm
 from hapticvlm import HapticVLMError
 from hapticvlm.commands.main import main
+from hapticvlm.demo import CAPTURE
 
 NAMES = {
     "MATERIALS",
@@ -40,7 +41,7 @@ NAMES = {
     "scan",
     "serve",
 }
-HEADSET = Path(__file__).parents[1] / "examples" / "captures" / "living_room" / "frames"
+HEADSET = CAPTURE / "frames"
 
 
 def test_the_names_are_these_and_each_is_there_with_a_docstring_that_shows_its_errors():

@@ -1,6 +1,6 @@
 /** Frames on demand: pictures of undecided objects that a hand touches, taken from the position of the head. */
 import * as THREE from 'three';
-import {Camera, SIDE} from '../captures/make/page/picture.js';
+import {Camera, SIDE} from './room/picture.js';
 import {makeGlass} from './objects.js';
 
 const LEAST_WAIT = 500; // ms between pictures

@@ -2,7 +2,7 @@
 import * as THREE from 'three';
 import {Hands as Merged, surfaceAt} from 'hapticvlm';
 import {Controller, Glove} from './bodies.js';
-import {Toucher} from '../captures/make/page/touch.js';
+import {Toucher} from './room/touch.js';
 
 const FINGERTIP = 'index-finger-tip';
 const TIP_RADIUS = 0.009; // m, as drawn

@@ -3,7 +3,7 @@ import * as THREE from 'three';
 import {Felt, Haptics, Pulses, Textures, openFeel, surfacesOf} from 'hapticvlm';
 import {copyAddress} from '../../dom.js';
 import {offerSound, startWithTouch} from '../../hear.js';
-import {Surface} from '../captures/make/page/collision.js';
+import {Surface} from './room/collision.js';
 import {pointingHand} from './bodies.js';
 import {Drawing} from './drawing.js';
 import {FrameCamera} from './frames.js';

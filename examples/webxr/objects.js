@@ -6,8 +6,8 @@
  * `truths` has that of each surface, the largest first.
  */
 import * as THREE from 'three';
-import * as shapes from '../captures/make/page/shapes.js';
-import * as textures from '../captures/make/page/textures.js';
+import * as shapes from './room/shapes.js';
+import * as textures from './room/textures.js';
 import * as surfaces from './surfaces.js';
 
 export const TABLE_TOP = 0.74; // m

@@ -1,6 +1,6 @@
 /** Procedural surfaces of the objects on the table: colour, height and roughness as functions of (u, v). */
 import * as THREE from 'three';
-import {blend, clamp, fractal, mix, noise, step} from '../captures/make/page/noise.js';
+import {blend, clamp, fractal, mix, noise, step} from './room/noise.js';
 
 const SIDE = 512; // px
 

@@ -6,7 +6,6 @@ import subprocess
 import sys
 import time
 import types
-from pathlib import Path
 from typing import Any
 
 import cv2
@@ -17,14 +16,15 @@ from pace import PACE
 from hapticvlm import captures
 from hapticvlm.client import connect
 from hapticvlm.client.sending import stream
+from hapticvlm.demo import CAPTURE
 
-FRAMES = Path(__file__).parents[2] / "examples" / "captures" / "living_room" / "frames"
+FRAMES = CAPTURE / "frames"
 PATIENCE_S = 300.0 * PACE
 
 
 def recording(path, count=20):
     """A screen recording of two seconds, made of the project's own rendered frames."""
-    files = [str(FRAMES / f"{60 + n:04}.jpg") for n in range(count)]
+    files = [str(FRAMES / f"{20 + n:04}.jpg") for n in range(count)]
     pictures: Any = [cv2.imread(file) for file in files]
     return tiny_video.write(path, pictures)
 

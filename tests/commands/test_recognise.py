@@ -17,6 +17,7 @@ from tiny_encoders import write_classifier
 
 from hapticvlm import materials, messages
 from hapticvlm.commands.main import main
+from hapticvlm.demo import CAPTURE
 from hapticvlm.evidence.ladder import decide
 from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.frame_recogniser import FrameRecogniser
@@ -338,9 +339,6 @@ def test_the_strongest_beliefs_are_printed_if_asked(folder: Path) -> None:
     line = recognise(path, "--top", "3").out.splitlines()[1]
     assert line.count(",") == 2
     assert f"{next(iter(row['beliefs']))} " in line
-
-
-CAPTURE = Path(__file__).parents[2] / "examples/captures/living_room"
 
 
 @pytest.mark.nightly

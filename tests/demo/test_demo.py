@@ -14,7 +14,7 @@ import soundfile
 
 from hapticvlm.captures import read
 from hapticvlm.captures.contacts import contacts
-from hapticvlm.demo.run import CAPTURE
+from hapticvlm.demo import CAPTURE
 from hapticvlm.evidence.names import words_of
 
 pytestmark = pytest.mark.slow

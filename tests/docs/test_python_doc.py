@@ -12,6 +12,7 @@ import pytest
 from gltf_room import write_room
 
 from hapticvlm.commands.main import main
+from hapticvlm.demo import CAPTURE
 
 pytestmark = [pytest.mark.process, pytest.mark.slow]
 ROOT = Path(__file__).parents[2]
@@ -25,7 +26,7 @@ MOST_LINES = 5  # from a picture to the drawing of its touch
 def folder(tmp_path_factory):
     """A folder with a photo, a scene and own materials, as the page takes for granted."""
     folder = tmp_path_factory.mktemp("reader")
-    frames = sorted((ROOT / "examples" / "captures" / "living_room" / "frames").glob("*.jpg"))
+    frames = sorted((CAPTURE / "frames").glob("*.jpg"))
     shutil.copy(frames[0], folder / "photo.jpg")
     write_room(folder / "room.glb")
     for frame in frames[8:11]:

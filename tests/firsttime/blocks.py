@@ -50,7 +50,7 @@ NOT_RUN = (
     (r"hapticvlm .*(?:--vlm|--encoder|--vlm-url)\b", "needs a model from a hub or an endpoint"),
     (r"hapticvlm .*--(?:peltier|speaker) (?!simulated)", "needs a device"),
     (r"hapticvlm plate |hapticvlm serve --peltier socket", "tests/commands/test_plate_simulate.py"),
-    (r"python examples/captures/make|python tests/browser", "drives a browser for minutes"),
+    (r"python tests/browser", "drives a browser for minutes"),
     (r"make -C firmware|python tests/firmware", "needs cross compilers; tests/firmware runs it"),
     (r"hapticvlm (?:gallery build|serve) .*(?:scene\.npz|pictures --base)", "needs those pictures"),
     (r"hapticvlm serve .*--tls-cert", "has a test with certificates: tests/server/test_wss.py"),

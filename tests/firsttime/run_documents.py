@@ -31,7 +31,7 @@ from PIL import Image
 PATIENCE_S = 300.0
 SERVES = ("hapticvlm serve", "hapticvlm record")
 SCENE = {"type": "scene", "id": 1, "objects": [{"object_id": "oak_table"}], "replace": True}
-HELD_BACK = ROOT / "examples" / "captures" / "living_room" / "frames"
+HEADSET = ROOT / "service" / "hapticvlm" / "demo" / "capture" / "frames"
 
 
 def install(folder: Path) -> Path:
@@ -55,7 +55,7 @@ def install(folder: Path) -> Path:
 def furnish(folder: Path) -> None:
     """Lay out what the documents take for granted: a reader's pictures, scenes and examples."""
     folder.mkdir()
-    frames = sorted(HELD_BACK.glob("*.jpg"))
+    frames = sorted(HEADSET.glob("*.jpg"))
     shutil.copy(frames[0], folder / "photo.jpg")
     rooms = {"frames": 0, "masks": 0, "walnut": 8, "pictures/wood": 16, "pictures/glass": 24}
     rooms |= {"other-pictures/wood": 19, "other-pictures/glass": 27}

@@ -31,7 +31,7 @@ NOTHING = choose_rendition(decide([]), MATERIALS)
 @pytest.fixture(scope="module")
 def room() -> Source:
     """Two pictures of each object of the living room."""
-    return thin(read_capture(default_captures()[1]), 0, per_object=2)
+    return thin(read_capture(default_captures()[0]), 0, per_object=2)
 
 
 @pytest.mark.nightly

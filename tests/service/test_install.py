@@ -32,7 +32,7 @@ SCENE = "hapticvlm/scene/"  # the browser scene, which a container has nobody to
 # What npm fetches for it.
 DRAWS = tuple(f"examples/webxr/node_modules/{name}/" for name in ("three", "@msgpack/msgpack"))
 HOUSES = ("hapticvlm", "hapticvlm_studio", "hapticvlm_recogniser_app")  # what one wheel holds
-FRAME = ROOT / "examples" / "captures" / "living_room" / "frames" / "0050.jpg"
+FRAME = ROOT / "service" / "hapticvlm" / "demo" / "capture" / "frames" / "0050.jpg"
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 BINARY = frozenset({".onnx", ".safetensors", ".npz", ".jpg", ".png"})
 TEXT = frozenset(

@@ -44,7 +44,6 @@ PACKAGES = {
     "statsmodels": "statsmodels",
     "pandas": "statsmodels",
     "onnx": "onnx",
-    "mitsuba": "mitsuba",
     "httpx2": "httpx2",
     "uvicorn": "uvicorn",
     "ray": "'ray[serve]'",

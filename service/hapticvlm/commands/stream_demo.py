@@ -45,7 +45,7 @@ def _add_stream(commands: Commands) -> None:
         help="send a recorded session, a screen or a camera to a running service",
         description=_STREAM,
         examples=(
-            "hapticvlm stream examples/captures/living_room",
+            "hapticvlm stream demo    the recorded session of `hapticvlm demo`",
             "hapticvlm stream headset.mp4 --eye left --centre 0.3",
             "hapticvlm stream screen --area 100,80,900,900    a window with a headset's mirror",
             "hapticvlm stream camera --centre 0.5",
@@ -56,7 +56,7 @@ def _add_stream(commands: Commands) -> None:
         "capture",
         type=Path,
         metavar="CAPTURE",
-        help="capture folder, video file, `screen` or `camera`",
+        help="capture folder, `demo` (the one in the package), video file, `screen` or `camera`",
     )
     stream.add_argument(
         "--device",
@@ -135,10 +135,11 @@ def _stream(options: argparse.Namespace) -> int:
     from hapticvlm.captures import Touched, View, live, read, watch
     from hapticvlm.client.sending import Pace
     from hapticvlm.client.stream import run
+    from hapticvlm.demo import CAPTURE
 
     touched = None if options.centre is None else Touched(options.centre)
     name, view, number = str(options.capture), View(options.eye), options.device
-    opened = partial(read, options.capture, view, touched)
+    opened = partial(read, CAPTURE if name == "demo" else options.capture, view, touched)
     if name == "screen":
         source = partial(live.screen, 1 if number is None else number, options.area)
         opened = partial(watch, live.Live(name, source, view), touched)

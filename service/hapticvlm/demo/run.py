@@ -24,7 +24,7 @@ from hapticvlm.client import connect
 from hapticvlm.client.connection import Client, Message
 from hapticvlm.client.local_service import Service, ServiceError, ending_on_sigterm, running
 from hapticvlm.client.sending import Outcome, stream
-from hapticvlm.demo import summary
+from hapticvlm.demo import CAPTURE, summary
 from hapticvlm.demo.show import Show, waiting
 from hapticvlm.devices.speaker.audio import write_wav
 from hapticvlm.devices.speaker.output_list import has_output
@@ -37,7 +37,6 @@ from hapticvlm.recordings.timeline import Timeline
 from hapticvlm.rendering.vibration.sound_voice import in_voice
 from hapticvlm.rendering.vibration.voices import Voices
 
-CAPTURE = Path(__file__).parent / "capture"
 _VOICES = {
     "sound": "It plays as sound; --voice true is for a palm speaker.",
     "true": "It plays for a palm speaker; --voice sound is for the speakers of a laptop.",

@@ -1,26 +1,22 @@
 """From data to the shipped encoder: `python -m hapticvlm_lab.training --data D --work W`.
 
-Draws rooms and path-traced objects, describes every teaching picture by the packaged network, fits
+Draws rooms, describes every teaching picture by the packaged network, fits
 the head, chooses its scale on pictures that taught nothing, and writes the encoder's folder. Files
-that exist in W are not computed again. It takes about half an hour of two cores, with libllvm19.
+that exist in W are not computed again.
 """
 
 from __future__ import annotations
 
 import argparse
-import multiprocessing
 import sys
-from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 from hapticvlm.vision.encoders.encoder import SHIPPED
-from hapticvlm_lab.training import traced
 from hapticvlm_lab.training.making import make
 from hapticvlm_lab.training.rooms import __main__ as rooms
 from hapticvlm_lab.training.rooms.page import RoomsError
 
 ROOM_SHARDS = 40
-TRACED_SHARDS = 10
 
 
 def main() -> int:
@@ -32,25 +28,13 @@ def main() -> int:
     parser.add_argument("--out", type=Path, help="folder to write to (the shipped one)")
     chosen = parser.parse_args()
     try:
-        _draw(chosen.data, chosen.work)
+        rooms.draw(chosen.data, chosen.work / "rooms", range(ROOM_SHARDS))
     except RoomsError as error:
         sys.stderr.write(f"rooms: {error}\n")
         return 2
     out = chosen.out or SHIPPED / chosen.network
     sys.stderr.write(make(chosen.network, chosen.data, chosen.work, out) + "\n")
     return 0
-
-
-def _draw(data: Path, work: Path) -> None:
-    """Draw rooms and path-traced objects in parallel. Raises RoomsError."""
-    apart = multiprocessing.get_context("spawn")  # a browser is driven in one of them
-    with ProcessPoolExecutor(2, mp_context=apart) as pool:
-        drawn = [
-            pool.submit(rooms.draw, data, work / "rooms", range(ROOM_SHARDS)),
-            pool.submit(traced.draw, data, work / "traced", range(TRACED_SHARDS)),
-        ]
-        for each in drawn:
-            each.result()
 
 
 if __name__ == "__main__":

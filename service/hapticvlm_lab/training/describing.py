@@ -27,7 +27,7 @@ from hapticvlm.vision.pictures import Crop
 from hapticvlm_lab.training import pool, sources
 
 NAMES = (*materials.MATERIALS, materials.UNKNOWN)
-RENDERS = ("rooms", "traced")
+ROOMS = "rooms"
 SEED = 20261122
 # Crops of one source and class, by round: the second round adds to the sources that show most.
 MOST = ({"imagenet_small": 150}, {"imagenet_small": 500})
@@ -89,18 +89,13 @@ def teaching(data: Path, renders: Path, side: int) -> dict[str, Iterable[Labelle
     """Return every set of crops that may teach: references, photographs, renders."""
     sets: dict[str, Iterable[Labelled]] = {"references": _references(side)}
     sets |= {f"photographs_{turn}": _photographs(data, side, turn) for turn in range(len(MOST))}
-    for name in RENDERS:
-        sets[name] = _renders(renders / name, side, calibrates=False)
-    return sets
+    return sets | {ROOMS: _renders(renders / ROOMS, side, calibrates=False)}
 
 
 def judging(data: Path, renders: Path, side: int) -> dict[str, Iterable[Labelled]]:
     """Return the sets that choose and calibrate: renders of other rooms, and sources.CHOICE."""
-    sets: dict[str, Iterable[Labelled]] = {sources.CHOICE: _chosen(data, side)}
-    for name in RENDERS:
-        shown = _renders(renders / name, side, calibrates=True)
-        sets[f"{name}_left_out"] = shown
-    return sets
+    left_out = _renders(renders / ROOMS, side, calibrates=True)
+    return {sources.CHOICE: _chosen(data, side), f"{ROOMS}_left_out": left_out}
 
 
 def calibrating(data: Path, renders: Path, side: int, count: int) -> list[Pixels]:
@@ -111,7 +106,7 @@ def calibrating(data: Path, renders: Path, side: int, count: int) -> list[Pixels
     chosen = np.random.default_rng(SEED).choice(len(paths), count, replace=False)
     whole = np.full((side, side), 255, np.uint8)
     crops = [_pixels(Crop(_resized(pool.read(paths[at]), side), whole)) for at in chosen]
-    rooms = _renders(renders / RENDERS[0], side, calibrates=False)
+    rooms = _renders(renders / ROOMS, side, calibrates=False)
     crops += [_pixels(crop) for (crop, _, _), _ in zip(rooms, range(count), strict=False)]
     return crops
 

@@ -18,7 +18,7 @@ from torch.nn import functional
 from hapticvlm.vision.encoders import joint_embedding
 from hapticvlm.vision.galleries.gallery import LinearLayer
 from hapticvlm_lab.training import sources
-from hapticvlm_lab.training.describing import NAMES, RENDERS, Described
+from hapticvlm_lab.training.describing import NAMES, ROOMS, Described
 from hapticvlm_lab.training.lite_graph import Head, Network
 
 WIDTH = 256  # of the hidden layer
@@ -85,7 +85,7 @@ def fit(sets: Sequence[Described], network: Network, seed: int) -> Fitted:
 def weigh(labels: NDArray[np.int64], sources_of: NDArray[np.str_]) -> Doubles:
     """Return weights (N,), which sum to 1, so that classes, kinds and sources count equally."""
     weights = np.zeros(len(labels))
-    is_render = np.isin(sources_of, (*RENDERS, "references", sources.KITS))
+    is_render = np.isin(sources_of, (ROOMS, "references", sources.KITS))
     for label in np.unique(labels):
         for kind in (is_render, ~is_render):
             _weigh_kind(weights, (labels == label) & kind, sources_of)
@@ -99,7 +99,7 @@ def _weigh_kind(weights: Doubles, chosen: NDArray[np.bool_], sources_of: NDArray
     for source in np.unique(sources_of[chosen]):
         rows = chosen & (sources_of == source)
         rare = min(1.0, rows.sum() / RARE_SOURCE)
-        share = {RENDERS[0]: ROOMS_WEIGHT, sources.KITS: KITS_WEIGHT * rare}.get(source, rare)
+        share = {ROOMS: ROOMS_WEIGHT, sources.KITS: KITS_WEIGHT * rare}.get(source, rare)
         weights[rows] = share / rows.sum()
     weights[chosen] *= min(1.0, chosen.sum() / RARE_KIND) / weights[chosen].sum()
 

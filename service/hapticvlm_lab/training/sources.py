@@ -71,7 +71,7 @@ _ALSO_IN_PBR = frozenset(
     """Tiles036 Grass001 Metal007 Metal053 Metal055 Marble006 Marble009 Onyx003 Rock020 Rock053
     Rock058 Terrazzo019 Bark014 WoodFloor043""".split()  # noqa: SIM905
 )
-_TILES_HELD_BACK = 4  # one in so many tiles dresses the held-back renders
+_TILES_HELD_BACK = 4  # one in so many tiles never teaches
 
 
 def material_of(label: str) -> str:

@@ -29,7 +29,7 @@ from hapticvlm_lab.bench.material.data import (
 )
 from hapticvlm_lab.training import sources
 
-CAPTURES = ("service/hapticvlm_lab/data/held_back/approach", "examples/captures/living_room")
+CAPTURES = ("service/hapticvlm/demo/capture",)
 PICTURES = ("caltech101", "pb_renders")
 UNKNOWN_PICTURES = "unlabelled_caltech101"
 UNKNOWN_OF = "caltech101"  # the source whose collection those unknown pictures come from

@@ -18,7 +18,7 @@ from hapticvlm.captures import read
 from hapticvlm.client import connect
 from hapticvlm.client.local_service import running
 from hapticvlm.client.sending import stream
-from hapticvlm.demo.run import CAPTURE
+from hapticvlm.demo import CAPTURE
 from hapticvlm.errors import UsageError
 
 ROOT = Path(__file__).parents[4]
