@@ -125,6 +125,8 @@ DEFECTS = (
     Defect("session/hands.py", "self.lease_until = now + LEASE_S", "self.lease_until = now + 1e9", f"{RANDOM} -k must_hold"),
     Defect("server/ownership.py", "            requester.session.set_owner(owner=False)\n", "", f"{RANDOM} -k must_hold"),
     Defect("session/hands.py", "return bool(self._held) and self.outputs(hand) == OUTPUTS", "return False", f"{RANDOM} -k must_hold"),
+    # reports of dependencies
+    Defect("__init__.py", "os.environ.update(_NO_REPORTS)", "pass", "tests/service/test_nothing_leaves.py -k listed"),
     # children
     Defect("backoff.py", "first_s * 2.0 ** min(failures - 1, _MAX_DOUBLINGS)", "first_s", f"{CHILD} -k growing_pause"),
 )  # fmt: skip

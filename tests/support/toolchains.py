@@ -42,6 +42,14 @@ def _has_simavr() -> bool:
     return subprocess.run(command, input=SIMAVR, capture_output=True).returncode == 0
 
 
+def _can_trace() -> bool:
+    """Whether strace is here and may look at other programs, which a container can forbid."""
+    return (
+        _program("strace")()
+        and not subprocess.run(["strace", "-qqo", os.devnull, "true"]).returncode
+    )
+
+
 # Each toolchain: whether it is here, and how it is installed.
 TOOLCHAINS: dict[str, tuple[Callable[[], bool], str]] = {
     **{
@@ -52,6 +60,7 @@ TOOLCHAINS: dict[str, tuple[Callable[[], bool], str]] = {
     "doctest": (_file("/usr/include/doctest/doctest.h"), SYSTEM),
     "pulseaudio": (_program("pulseaudio", "pactl", "parec"), SYSTEM),
     "simavr": (_has_simavr, SYSTEM),
+    "strace": (_can_trace, SYSTEM),
     **{name: (_module(name), DEV) for name in ("cv2", "playwright", "ray", "statsmodels")},
     **{name: (_module(name), DEV) for name in ("torch", "transformers", "uvicorn")},
     **{name: (_module(name), DEV) for name in ("accelerate", "fastapi", "openai", "zensical")},
