@@ -784,12 +784,16 @@ def explained(reason: str, id: int = 0) -> MessageError:
     path = where.strip("`") or "$"
     if "unknown field" in text:
         path += "." + text[text.index("`") + 1 : text.rindex("`")]
-    is_limit = text.startswith("Expected") and re.search(r"<|>|length", text)
+    is_limit = text.startswith("Expected") and bool(re.search(r"<|>|length", text))
     code: ErrorCode = "limit" if is_limit else "message"
-    field = "type" if text.endswith("field `type`") else re.sub(r"\[.*\]$", "", path).split(".")[-1]
-    if "Invalid" in text or text.endswith("field `type`"):
-        cure = f"`{field}` is one of {', '.join(_CHOICES.get(field, ()))}"
-    else:
-        cure = next((cure for part, cure in _CURES if part in text), "send the expected type")
-        cure = "keep the value within this limit" if is_limit else cure
+    cure = "keep the value within this limit" if is_limit else _cure(text, path)
     return MessageError(code, f"{path}: {text}; {cure}", path=path, id=id)
+
+
+def _cure(text: str, path: str) -> str:
+    """Return what to do about a fault that is not a limit."""
+    is_of_type = text.endswith("field `type`")
+    if "Invalid" in text or is_of_type:
+        field = "type" if is_of_type else re.sub(r"\[.*\]$", "", path).split(".")[-1]
+        return f"`{field}` is one of {', '.join(_CHOICES.get(field, ()))}"
+    return next((cure for part, cure in _CURES if part in text), "send the expected type")

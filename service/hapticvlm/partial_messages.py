@@ -179,13 +179,9 @@ def _usable_scene(
     usable: list[SceneObject] = []
     for index, each in enumerate(objects):
         place = index if places is None else places[index]
-        if first.setdefault(each.object_id, place) != place:
-            earlier = first[each.object_id]
-            text = (
-                f"objects[{earlier}] has the id `{each.object_id}` too: this one was left out; "
-                "give each object its own id"
-            )
-            left_out.append(LeftOut(path=f"objects[{place}].object_id", text=text))
+        earlier = first.setdefault(each.object_id, place)
+        if earlier != place:
+            left_out.append(_repeated_id(each.object_id, place, earlier))
             is_changed = True
             continue
         stated = _with_known_materials(each, f"objects[{place}]", known, left_out)
@@ -193,14 +189,27 @@ def _usable_scene(
         usable.append(stated)
     if is_changed:
         scene = msgspec.structs.replace(scene, objects=usable)
-    if unknown := [name for name in scene.materials or () if name not in known]:
-        assert scene.materials is not None
-        for name in unknown:
-            place = scene.materials.index(name)
-            left_out.append(_no_material(name, f"materials[{place}]", known))
-        remaining = [name for name in scene.materials if name in known]
-        scene = msgspec.structs.replace(scene, materials=remaining or None)
+    scene = _with_known_candidates(scene, known, left_out)
     return PartialMessage(scene, listed(sorted(left_out, key=_object_number)))
+
+
+def _repeated_id(object_id: str, place: int, earlier: int) -> LeftOut:
+    text = (
+        f"objects[{earlier}] has the id `{object_id}` too: this one was left out; "
+        "give each object its own id"
+    )
+    return LeftOut(path=f"objects[{place}].object_id", text=text)
+
+
+def _with_known_candidates(scene: Scene, known: set[str], left_out: list[LeftOut]) -> Scene:
+    """Return a scene without unknown names in its list of materials."""
+    names = scene.materials or []
+    unknown = [name for name in names if name not in known]
+    if not unknown:
+        return scene
+    left_out += (_no_material(name, f"materials[{names.index(name)}]", known) for name in unknown)
+    remaining = [name for name in names if name in known]
+    return msgspec.structs.replace(scene, materials=remaining or None)
 
 
 def _with_known_materials(
@@ -229,6 +238,27 @@ def _object_number(part: LeftOut) -> int:
 def _no_material(name: str, path: str, known: Collection[str]) -> LeftOut:
     problem = materials.no_material(name, sorted(known)).partition("; known")[0]
     return LeftOut(path=path, text=f"left out: {problem}; state one of `welcome.materials`")
+
+
+def _clamped(
+    path: Path, found: object, limit: float, *, is_above: bool
+) -> tuple[object, str] | None:
+    """Return the limit instead of a number beyond it; None for a temperature, which is refused."""
+    is_temperature = str(path[-1]).endswith("_c")
+    if is_temperature or not isinstance(found, int | float) or math.isnan(found):
+        return None
+    side = "above" if is_above else "below"
+    return limit, f"{found!r} is {side} the limit of {limit:g}, which is used; stay within it"
+
+
+def _cut(path: Path, found: object, size: int) -> tuple[object, str] | None:
+    """Return a list or a name that is too long, cut to this size."""
+    said = f"were sent and the limit is {size}: cut; shorten it"
+    if isinstance(found, list):
+        return found[:size], f"{len(found)} entries {said}"
+    if isinstance(found, str) and path[-1] == "name":  # the last part of a path is the object's own
+        return found[-size:], f"{len(found)} characters {said}"
+    return None
 
 
 class _Repair:
@@ -266,41 +296,36 @@ class _Repair:
             return _with(value, path, int(cast(float, found)))
         if isinstance(found, float) and math.isnan(found):
             text = "NaN is not a number"
-        if not self._is_scene and (len(path) != 1 or path[0] not in self._measured):
-            raise msgspec.ValidationError(f"{text} - at {where}" if where else text)
+        refusal = msgspec.ValidationError(f"{text} - at {where}" if where else text)
+        if not self._may_change(path):
+            raise refusal
         nearest = self._nearest(path, text, found)
         if nearest is not None and path not in self._was_changed:
             self._was_changed.add(path)
             changed, said = nearest
             self.left_out.append(LeftOut(path=self._name(path), text=said))
             return _with(value, path, changed)
-        if not self._is_scene or not path or (not self._base and path[0] in REQUIRED):
-            raise msgspec.ValidationError(f"{text} - at {where}" if where else text)
+        if not self._may_leave_out(path):
+            raise refusal
         return self._without(value, path, text)
+
+    def _may_change(self, path: Path) -> bool:
+        """Whether a wrong part is mended: any of a scene, the measured quantities of a touch."""
+        return self._is_scene or (len(path) == 1 and path[0] in self._measured)
+
+    def _may_leave_out(self, path: Path) -> bool:
+        """Whether a message can do without this part."""
+        return self._is_scene and bool(path) and (bool(self._base) or path[0] not in REQUIRED)
 
     def _nearest(self, path: Path, text: str, found: object) -> tuple[object, str] | None:
         """Return what a value that is out of range becomes, and a sentence about it, if it may."""
         bound = _BOUND.match(text)
         if bound is None or not path:
             return None
-        limit = float(bound[4])
+        is_above = bound[3] == "<="
         if bound[1] == "float":
-            is_temperature = str(path[-1]).endswith("_c")
-            if is_temperature or not isinstance(found, int | float) or math.isnan(found):
-                return None
-            side = "above" if bound[3] == "<=" else "below"
-            return (
-                limit,
-                f"{found!r} is {side} the limit of {limit:g}, which is used; stay within it",
-            )
-        size = int(limit)
-        may_be_cut = bound[3] == "<=" and (path[-1] == "name" or isinstance(found, list))
-        if not may_be_cut or not isinstance(found, str | list):
-            return None
-        unit = "characters" if isinstance(found, str) else "entries"
-        # The last part of a path of names is the object's own.
-        cut = found[-size:] if isinstance(found, str) else found[:size]
-        return cut, f"{len(found)} {unit} were sent and the limit is {size}: cut; shorten it"
+            return _clamped(path, found, float(bound[4]), is_above=is_above)
+        return _cut(path, found, int(float(bound[4]))) if is_above else None
 
     def _without(self, value: Any, path: Path, text: str) -> Any:  # noqa: ANN401
         """Leave this part out. What misses the part removed before is removed in its place."""

@@ -163,26 +163,36 @@ def _raise_priority() -> bool:
 
 def print_ready(options: ServeOptions, port: int, devices: Devices, *, has_priority: bool) -> None:
     """Print the addresses of the service and its devices."""
-    shown = "127.0.0.1" if options.lan and options.host == "0.0.0.0" else _bracketed(options.host)
-    s = "" if options.tls_cert is None else "s"
-    print(f"hapticvlm {__version__} ready on ws{s}://{shown}:{port}/", flush=True)
-    print(f"  status page  http{s}://{shown}:{port}/")
-    print(f"  try it       http{s}://{shown}:{port}/try")
-    for path in [] if options.scene is None else scene_files.pages(options.scene):
-        print(f"  scene        http{s}://{shown}:{port}{path}")
-    for line in _network(options, f"ws{s}", port):
-        print(line)
+    for line in _addresses(options, port):
+        print(line, flush=True)
     for label, device in (("speaker", devices.speaker), ("plate", devices.peltier)):
         print(f"  {label:<12} {device.name}{' (simulated)' if device.simulated else ''}")
         if label == "speaker" and (heard := _heard(options)):
             print(f"  {'':<12} {heard}")
     print(f"  priority     {'real-time' if has_priority else 'normal'}", flush=True)
+    for line in _models(options):
+        print(line, flush=True)
+
+
+def _addresses(options: ServeOptions, port: int) -> Iterator[str]:
+    shown = "127.0.0.1" if options.lan and options.host == "0.0.0.0" else _bracketed(options.host)
+    s = "" if options.tls_cert is None else "s"
+    yield f"hapticvlm {__version__} ready on ws{s}://{shown}:{port}/"
+    yield f"  status page  http{s}://{shown}:{port}/"
+    yield f"  try it       http{s}://{shown}:{port}/try"
+    for path in [] if options.scene is None else scene_files.pages(options.scene):
+        yield f"  scene        http{s}://{shown}:{port}{path}"
+    yield from _network(options, f"ws{s}", port)
+
+
+def _models(options: ServeOptions) -> Iterator[str]:
+    """Yield lines on models that are not in the service: what is sent where."""
     if options.recogniser_url is not None:
-        print(f"  recogniser   {options.recogniser_url} (crops are sent there)", flush=True)
+        yield f"  recogniser   {options.recogniser_url} (crops are sent there)"
     if options.vlm_url is not None:
-        print(f"  vlm          {options.vlm_url} (frames are sent there)", flush=True)
+        yield f"  vlm          {options.vlm_url} (frames are sent there)"
     elif options.vlm is not None:
-        print(f"  vlm          {options.vlm or 'the default'}, loading", flush=True)
+        yield f"  vlm          {options.vlm or 'the default'}, loading"
 
 
 def _heard(options: ServeOptions) -> str:

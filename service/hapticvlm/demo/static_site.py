@@ -109,14 +109,15 @@ def _refuse_foreign(
         )
     for name in {**before, **files}:
         path = _place(folder, name)
-        if not path.exists():
-            continue
-        is_ours = name in before and path.is_file()
-        digest = before.get(name)
-        if not is_ours or (digest is not None and _digest(path.read_bytes()) != digest):
+        if path.exists() and not (name in before and _is_as_written(path, before[name])):
             raise UsageError(
                 f"{path}: was changed or made by someone else; move it, or give another folder"
             )
+
+
+def _is_as_written(path: Path, digest: str | None) -> bool:
+    """Whether a file is the one of this digest; any file where the digest is not known."""
+    return path.is_file() and digest in (None, _digest(path.read_bytes()))
 
 
 def _place(folder: Path, name: str) -> Path:

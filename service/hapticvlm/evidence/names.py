@@ -102,18 +102,23 @@ def read(name: str, lexicon: Lexicon) -> Reading | None:
     above = [words_of(parent) for parent in parents]
     if any(_silences(words, lexicon) for words in above):
         return None
-    context = _sides_of(leaf) | {
-        singular_of(word, lexicon.vocabulary) for words in above for word in words
-    }
+    context = _sides_of(leaf) | _singulars(above, lexicon)
     items = _lookup(words_of(leaf), lexicon, context)
-    factor = 1.0
+    is_from_parent = False
     while above and not any(_is_noun(item) for item in items):
         items = _lookup(above.pop(), lexicon, context) + items
-        factor = FROM_PARENT
+        is_from_parent = True
     reading = _read_items(items)
-    if reading is None or factor == 1.0:
-        return reading
-    return replace(reading, beliefs={m: factor * p for m, p in reading.beliefs.items()})
+    return _weakened(reading) if reading and is_from_parent else reading
+
+
+def _singulars(names: Iterable[Iterable[str]], lexicon: Lexicon) -> frozenset[str]:
+    return frozenset(singular_of(word, lexicon.vocabulary) for words in names for word in words)
+
+
+def _weakened(reading: Reading) -> Reading:
+    """Return a reading of which a part stands in a parent's name."""
+    return replace(reading, beliefs={m: FROM_PARENT * p for m, p in reading.beliefs.items()})
 
 
 def _sides_of(name: str) -> frozenset[str]:
@@ -325,19 +330,27 @@ def _read_items(items: Sequence[Item]) -> Reading | None:
     if last is None or not groups:
         return None
     group = groups[_head(groups)]
-    is_stuff = any(item.kind in _STUFFS and item.beliefs for item in group)
-    is_bare = last.kind in ("void", "")
-    if last.kind == "void" and not is_stuff:
+    if _says_nothing(last, group, toned):
         return None
-    if last.kind == "picky" and _is_modified(toned, last):
-        return None
-    weights = [1.0 if each is group else MINOR for each in groups]
-    beliefs = mix([_meaning(each) for each in groups], weights)
-    if is_bare and not any(item.head_first for item in group):
-        ground: Ground = "stuff_before_unknown" if is_stuff else "thing_before_unknown"
-    else:
-        ground = _ground(group)
-    return Reading(beliefs, ground, tuple(word for item in group for word in item.words))
+    words = tuple(word for item in group for word in item.words)
+    return Reading(_mixed(groups, group), _ground_before(last, group), words)
+
+
+def _mixed(groups: Sequence[Sequence[Item]], head: Sequence[Item]) -> Distribution:
+    """Return what all groups mean, in which the head group counts in full."""
+    weights = [1.0 if each is head else MINOR for each in groups]
+    return mix([_meaning(each) for each in groups], weights)
+
+
+def _says_nothing(last: Item, group: Sequence[Item], items: Sequence[Item]) -> bool:
+    """Whether the last noun takes the meaning from the words before it."""
+    if last.kind == "void":
+        return not _has_stuff(group)
+    return last.kind == "picky" and _is_modified(items, last)
+
+
+def _has_stuff(group: Sequence[Item]) -> bool:
+    return any(item.kind in _STUFFS and item.beliefs for item in group)
 
 
 def _head_item(items: Sequence[Item]) -> Item | None:
@@ -356,6 +369,13 @@ def _is_modified(items: Sequence[Item], last: Item) -> bool:
         or (item.kind in _THINGS and item.beliefs.keys() != last.beliefs.keys())
         for item in before
     )
+
+
+def _ground_before(last: Item, group: Sequence[Item]) -> Ground:
+    """Return the ground of the head group, which is weaker before a noun that says nothing."""
+    if last.kind not in ("void", "") or any(item.head_first for item in group):
+        return _ground(group)
+    return "stuff_before_unknown" if _has_stuff(group) else "thing_before_unknown"
 
 
 def _ground(group: Sequence[Item]) -> Ground:
@@ -417,11 +437,15 @@ def _groups(items: Iterable[Item]) -> list[list[Item]]:
         if item.kind in _THINGS or item.kind == "part":
             groups.append(current)
             current = []
-    if current and groups and weight == 1.0:
-        groups[-1] = groups[-1] + current
+    if groups and weight == 1.0:
+        groups[-1] += current
     else:
         groups.append(current)
-    return [group for group in groups if any(item.beliefs for item in group)]
+    return [group for group in groups if _has_beliefs(group)]
+
+
+def _has_beliefs(group: Sequence[Item]) -> bool:
+    return any(item.beliefs for item in group)
 
 
 def _is_aside(group: Sequence[Item]) -> bool:

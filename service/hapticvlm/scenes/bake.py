@@ -123,15 +123,9 @@ def bake(model: SceneModel, table: Mapping[str, Material], before: Materials | N
     """
     known = {target.object_id for target in model.objects.known if isinstance(target, ObjectTarget)}
     corrections = {} if before is None else _corrections(before, table)
-    objects = {}
-    for object_id in sorted(known):
-        facts = model.objects.facts(ObjectTarget(object_id))
-        count = max(1, len(facts.surfaces or ()) if facts else 1)
-        surfaces = [_surface(model, ObjectTarget(object_id, index)) for index in range(count)]
-        for index, surface in enumerate(surfaces):
-            if (object_id, index) in corrections:
-                surfaces[index] = _corrected(surface, corrections[object_id, index])
-        objects[object_id] = BakedObject(tuple(surfaces), facts.name if facts else None)
+    objects = {
+        object_id: _baked_object(model, object_id, corrections) for object_id in sorted(known)
+    }
     felt = {one.material for each in objects.values() for one in each.surfaces}
     used = {name: table[name] for name in felt if name is not None}
     sentences = (*NEEDS_SERVICE, *feel_tables.left_out(used), *_unknown(objects))
@@ -202,6 +196,18 @@ def _surface(model: SceneModel, target: ObjectTarget) -> BakedSurface:
 
 def _hum(hum: Hum) -> BakedHum:
     return BakedHum(hum.frequency_hz, round(hum.level, 4), feel_tables.hum_drives(hum))
+
+
+def _baked_object(
+    model: SceneModel, object_id: str, corrections: Mapping[tuple[str, int], str | None]
+) -> BakedObject:
+    facts = model.objects.facts(ObjectTarget(object_id))
+    count = max(1, len(facts.surfaces or ()) if facts else 1)
+    surfaces = [_surface(model, ObjectTarget(object_id, index)) for index in range(count)]
+    for index, surface in enumerate(surfaces):
+        if (object_id, index) in corrections:
+            surfaces[index] = _corrected(surface, corrections[object_id, index])
+    return BakedObject(tuple(surfaces), facts.name if facts else None)
 
 
 def _corrected(surface: BakedSurface, material: str | None) -> BakedSurface:

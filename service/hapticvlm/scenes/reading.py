@@ -11,7 +11,7 @@ where its data cannot be read, the count of triangles stands for it.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
@@ -80,29 +80,28 @@ class _Reader:
                 continue
             visited[index] = 1
             own = _clean(node.name)
-            surfaces = () if node.mesh is None else self._of_mesh(node.mesh)
+            surfaces = self._of_mesh(node.mesh)
             if len(objects) == MAX_OBJECTS or in_all + len(surfaces) > MAX_IN_ALL:
                 left_out += bool(surfaces)
             elif surfaces:
-                path = (*parents, own or self._mesh_name(node) or f"#{index}")
+                path = (*parents, own or self._mesh_name(node, index))
                 objects.append(SceneNode(_unique(path, ids), path, surfaces))
                 in_all += len(surfaces)
             below = (*parents, own)[-MAX_PARENTS:] if own else parents
             waiting += [(child, below) for child in reversed(node.children)]
+        self._notes += self._notes_of_all(repeated, left_out)
+        return Scene(tuple(objects), tuple(self._notes))
+
+    def _notes_of_all(self, repeated: int, left_out: int) -> Iterator[str]:
         if repeated:
-            self._notes.append(
-                f"{repeated} nodes have several parents or are below themselves; each counts once"
-            )
+            yield f"{repeated} nodes have several parents or are below themselves; each counts once"
         if left_out:
-            self._notes.append(
+            yield (
                 f"{left_out} objects were left out: a scene has at most {MAX_OBJECTS} objects with "
                 f"{MAX_IN_ALL} surfaces"
             )
         for reason, count in self._unordered.items():
-            self._notes.append(
-                f"the surfaces of {count} of the meshes are ordered by triangles: {reason}"
-            )
-        return Scene(tuple(objects), tuple(self._notes))
+            yield f"the surfaces of {count} of the meshes are ordered by triangles: {reason}"
 
     def _roots(self) -> Sequence[int]:
         document = self._document
@@ -111,11 +110,15 @@ class _Reader:
         children = {child for node in document.nodes for child in node.children}
         return [index for index in range(len(document.nodes)) if index not in children]
 
-    def _mesh_name(self, node: gltf.Node) -> str:
-        return "" if node.mesh is None else _clean(self._document.meshes[node.mesh].name)
+    def _mesh_name(self, node: gltf.Node, index: int) -> str:
+        """Return the name of a node that has none: that of its mesh, or its number."""
+        name = "" if node.mesh is None else _clean(self._document.meshes[node.mesh].name)
+        return name or f"#{index}"
 
-    def _of_mesh(self, index: int) -> tuple[Surface, ...]:
+    def _of_mesh(self, index: int | None) -> tuple[Surface, ...]:
         """Return the surfaces of a mesh, the largest first; points and lines are none."""
+        if index is None:
+            return ()
         known = self._surfaces.get(index)
         if known is not None:
             return known

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Generic, TypeVar
@@ -65,6 +65,16 @@ def from_declaration(
         if shaded:
             found.append(shaded)
     return tuple(found)
+
+
+def _materials_of(scene: Scene) -> Iterator[tuple[str, str | None]]:
+    """Yield every material that a message states, with its path."""
+    for index, given in enumerate(scene.objects):
+        yield f"$.objects[{index}].material", given.material
+        for number, surface in enumerate(given.surfaces or ()):
+            yield f"$.objects[{index}].surfaces[{number}].material", surface.material
+    for index, name in enumerate(scene.materials or ()):
+        yield f"$.materials[{index}]", name
 
 
 def name_of(target: Target, facts: SceneObject | None) -> str | None:
@@ -226,16 +236,9 @@ class SceneObjects:
 
     def _check(self, scene: Scene) -> None:
         allowed = {*self._table, materials.UNKNOWN}
-        for index, given in enumerate(scene.objects):
-            if given.material is not None and given.material not in allowed:
-                raise self._no_material(given.material, f"$.objects[{index}].material")
-            for number, surface in enumerate(given.surfaces or ()):
-                if surface.material is not None and surface.material not in allowed:
-                    path = f"$.objects[{index}].surfaces[{number}].material"
-                    raise self._no_material(surface.material, path)
-        for index, name in enumerate(scene.materials or ()):
-            if name not in allowed:
-                raise self._no_material(name, f"$.materials[{index}]")
+        for path, material in _materials_of(scene):
+            if material is not None and material not in allowed:
+                raise self._no_material(material, path)
         if self._count_after(scene) > MAX_KNOWN:
             text = f"$.objects: more than {MAX_KNOWN}; send `replace` true with those in use"
             raise MessageError("limit", text, path="$.objects")

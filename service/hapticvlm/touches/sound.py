@@ -110,13 +110,17 @@ def sound(
         voices.apply(replace(command, interaction=interaction or "strike", onset=True))
     for begin in range(0, count, BLOCK):
         now = begin / RATE_HZ
-        if texture in TEXTURES and now >= begins_s:
-            voices.apply(replace(command, motion=motion_at(texture, motion, now - begins_s)))
-        elif texture == "press":  # the contact sounds at full force; the force then builds up
-            force_n = motion.force_n * min(now / PRESS_S, 1.0)
-            voices.apply(replace(command, motion=Motion(0.0, force_n)))
+        if now >= begins_s and (moved := _motion_after(texture, motion, now - begins_s)):
+            voices.apply(replace(command, motion=moved))
         blocks.append(voices.render(min(BLOCK, count - begin), now))
     return Sound(material, interaction, motion, _ended(np.concatenate(blocks)), thickness_m)
+
+
+def _motion_after(interaction: str, motion: Motion, now: float) -> Motion | None:
+    """Return how the hand moves at this time after it began; None: it has only struck."""
+    if interaction == "press":  # the contact sounds at full force; the force then builds up
+        return Motion(0.0, motion.force_n * min(now / PRESS_S, 1.0))
+    return motion_at(interaction, motion, now) if interaction in TEXTURES else None
 
 
 def _ended(samples: NDArray[np.float32]) -> NDArray[np.float32]:

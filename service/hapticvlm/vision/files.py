@@ -153,13 +153,18 @@ def _image(source: Source, role: str) -> tuple[str, bytes | None, Image.Image]:
     if not isinstance(source, np.ndarray):
         kind = type(source).__name__
         raise FileError(f"{role}: {kind}; give a path, an image of Pillow or an array of numpy")
+    return role, None, _image_of(source, role)
+
+
+def _image_of(source: NDArray[Any], role: str) -> Image.Image:
+    """Return the image of an array. Raises FileError for another type or shape."""
     pixels = source.astype(np.uint8) * 255 if source.dtype == np.bool_ else source
     is_grey, is_colour = pixels.ndim == 2, pixels.ndim == 3 and pixels.shape[2] in (3, 4)
     if pixels.dtype != np.uint8 or not (is_grey or is_colour) or not pixels.size:
         shape = f"an array of {source.dtype}, {source.shape}"
         cure = "give uint8 of 0..255 as (H, W), (H, W, 3) or (H, W, 4)"
         raise FileError(f"{role}: {shape}; {cure}")
-    return role, None, Image.fromarray(np.ascontiguousarray(pixels))
+    return Image.fromarray(np.ascontiguousarray(pixels))
 
 
 def _upright(
@@ -171,23 +176,29 @@ def _upright(
     size = image.size[::-1] if turn >= _QUARTER else image.size
     # A JPEG that needs no change keeps its own bytes. Decoded and encoded again, its pixels would
     # differ from those that a scene sends, and references made from it would match less well.
-    is_plain = image.format == "JPEG" and image.mode in ("RGB", "L") and turn == 1
-    is_plain = is_plain and profile is None
-    is_plain = is_plain and not (cut_bars and data is not None and _has_bars(data))
-    if data is not None and is_plain and max(size) <= MAX_SIDE_PX:
-        return _frame("jpeg", data, size, None if mask is None else _mask(mask, size, size))
+    is_plain = profile is None and max(size) <= MAX_SIDE_PX and _is_plain_jpeg(image)
+    if data is not None and is_plain and not (cut_bars and _has_bars(data)):
+        return _frame("jpeg", data, size, _mask(mask, size, size))
     try:
         pixels = _pixels(image, turn, profile)
     except (*_UNREADABLE, Image.DecompressionBombError) as error:
         raise FileError(
             f"{name}: broken picture ({documents.reason(error)}); save it again"
         ) from None
-    box = content_box(pixels) if cut_bars else None
-    if box is not None:
-        pixels = np.ascontiguousarray(pixels[box[1] : box[3], box[0] : box[2]])
+    if cut_bars:
+        pixels = _without_bars(pixels)
     shrunk = (pixels.shape[1], pixels.shape[0])
-    levels = None if mask is None else _mask(mask, size, shrunk)
-    return _frame("rgb8", pixels.tobytes(), shrunk, levels)
+    return _frame("rgb8", pixels.tobytes(), shrunk, _mask(mask, size, shrunk))
+
+
+def _is_plain_jpeg(image: Image.Image) -> bool:
+    """Whether it is a JPEG that is neither turned nor of other colours."""
+    return image.format == "JPEG" and image.mode in ("RGB", "L") and _orientation(image) == 1
+
+
+def _without_bars(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    box = content_box(pixels)
+    return pixels if box is None else np.ascontiguousarray(pixels[box[1] : box[3], box[0] : box[2]])
 
 
 def _has_bars(data: bytes) -> bool:
@@ -300,8 +311,10 @@ def _rgb(image: Image.Image) -> Image.Image:
     return ground
 
 
-def _mask(mask: Source, upright: tuple[int, int], size: tuple[int, int]) -> bytes:
+def _mask(mask: Source | None, upright: tuple[int, int], size: tuple[int, int]) -> bytes | None:
     """Return a mask of the picture's upright size as a 1-bit PNG of `size`."""
+    if mask is None:
+        return None
     name, _, image = _image(mask, "mask")
     with image:
         if image.size != upright:

@@ -106,20 +106,26 @@ def read_celsius(text: str) -> Stated:
     plain = _plain(_of_object(text))
     if _EITHER.search(plain):
         raise _refusal(text, "several temperatures")
-    quantities = _quantities(plain)
-    stated = [quantity for quantity in quantities if quantity.is_stated]
-    celsius = [quantity for quantity in stated if quantity.unit == "c"]
-    degrees = [quantity for quantity in stated if quantity.unit == "degrees"]
-    # Without any unit the whole answer must be about a temperature, not only the number's clause.
-    is_bare = set(re.findall(r"[^\W\d_]+", plain)) <= _COMPANY
-    bare = [quantity for quantity in stated if not quantity.unit and is_bare]
-    ends = {(quantity.low, quantity.high) for quantity in celsius or degrees or bare}
+    ends = _ends(plain)
     if len(ends) != 1:
         raise _refusal(text, "several temperatures" if ends else "no temperature")
     low, high = ends.pop()
     if not LEAST_C <= low <= high <= MOST_C:
         raise _refusal(text, f"a temperature outside {LEAST_C} to {MOST_C} degC")
     return Stated(low, high)
+
+
+def _ends(plain: str) -> set[tuple[float, float]]:
+    """Return the lowest and highest degC of each temperature that counts, by the best unit."""
+    stated = [quantity for quantity in _quantities(plain) if quantity.is_stated]
+    by_unit = {
+        unit: [each for each in stated if each.unit == unit] for unit in ("c", "degrees", "")
+    }
+    # Without any unit the whole answer must be about a temperature, not only the number's clause.
+    if not set(re.findall(r"[^\W\d_]+", plain)) <= _COMPANY:
+        del by_unit[""]
+    best = next((quantities for quantities in by_unit.values() if quantities), [])
+    return {(quantity.low, quantity.high) for quantity in best}
 
 
 def _of_object(text: str) -> str:

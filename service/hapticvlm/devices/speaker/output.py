@@ -222,29 +222,32 @@ def choose(outputs: Sequence[dict[str, Any]], requested: str) -> dict[str, Any] 
     if requested == "default" and outputs:
         return None
     if requested.lower() == DUALSENSE:
-        outputs = [output for output in outputs if is_dualsense(output["name"])]
-        if not outputs:
-            raise OutputError(
-                "no PS5 controller found among the sound outputs: connect it by USB, as Bluetooth "
-                "carries no sound to it"
-            )
-        return _with_voice_coils(outputs)
-    by_name = [(output, output["name"].lower()) for output in outputs]
-    exact = [output for output, name in by_name if name == requested.lower()]
-    partial = [output for output, name in by_name if requested.lower() in name]
-    if exact or len(partial) == 1:
-        return (exact or partial)[0]
-    names = ", ".join(output["name"] for output in partial or outputs) or "none"
-    if partial:
+        return _with_voice_coils([each for each in outputs if is_dualsense(each["name"])])
+    named = _named(outputs, requested.lower())
+    if len(named) == 1:
+        return named[0]
+    names = ", ".join(output["name"] for output in named or outputs) or "none"
+    if named:
         raise OutputError(f"several outputs match: {names}; give more of the name")
     raise OutputError(f"no such output; this machine has: {names}")
 
 
+def _named(outputs: Sequence[dict[str, Any]], name: str) -> list[dict[str, Any]]:
+    """Return the first output of this name in lower case; without one all that contain it."""
+    exact = [output for output in outputs if output["name"].lower() == name]
+    return exact[:1] or [output for output in outputs if name in output["name"].lower()]
+
+
 def _with_voice_coils(outputs: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Return the first output that has a PS5 controller's four channels. Raises OutputError.
+    """Return the first output of a PS5 controller with all four channels. Raises OutputError.
 
     Linux may split the controller into a speaker, headphones and one output of all four channels.
     """
+    if not outputs:
+        raise OutputError(
+            "no PS5 controller found among the sound outputs: connect it by USB, as Bluetooth "
+            "carries no sound to it"
+        )
     for output in outputs:
         if (_channel_count(output) or DUALSENSE_CHANNELS.min_count) >= DUALSENSE_CHANNELS.min_count:
             return output
