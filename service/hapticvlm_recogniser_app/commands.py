@@ -72,19 +72,11 @@ def add(commands: Commands) -> None:
     app.add_argument(
         "--encoder", metavar="NAME_OR_FILE", help="image network, as in `serve` (the shipped one)"
     )
-    devices = ("cpu", "cuda", "auto")
     app.add_argument(
         "--encoder-device",
-        choices=devices,
+        choices=("cpu", "cuda", "auto"),
         default="cpu",
         help="device for a network of transformers (%(default)s)",
-    )
-    app.add_argument(
-        "--device",
-        dest="encoder_device",
-        choices=devices,
-        default=argparse.SUPPRESS,
-        help=argparse.SUPPRESS,
     )
     app.add_argument(
         "--threads", type=int, default=1, metavar="N", help="CPU threads of one batch (%(default)s)"

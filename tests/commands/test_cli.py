@@ -100,16 +100,6 @@ def test_what_the_user_can_mend_is_one_line_that_names_the_command(tmp_path, cap
     assert said.count("\n") == 1
 
 
-def test_completion_without_its_extra_is_refused_with_how_to_get_it(monkeypatch, capsys):
-    monkeypatch.setitem(sys.modules, "shtab", None)
-    assert main(["completion", "bash"]) == 2
-    printed = capsys.readouterr()
-    assert not printed.out
-    (line,) = printed.err.splitlines()
-    assert line.startswith("hapticvlm completion: needs shtab: `")
-    assert line.endswith("install shtab`")
-
-
 @pytest.mark.parametrize(
     ("error", "is_memory"),
     [

@@ -133,7 +133,7 @@ def test_a_flag_that_may_stand_alone_is_true_in_a_file(said, meant, tmp_path):
         ("[outputs]\nlevel = -1", "outputs.level: expected `float` >= 0.0"),
         ("port = 1.5", "port: expected `int`, got `float`; give a whole number, 0..65535"),
         ("port = true", "got `bool`"),
-        ('device = "gpu"', "give one of cpu, cuda, auto"),
+        ('encoder-device = "gpu"', "give one of cpu, cuda, auto"),
         ("host = 1", "give a text in quotes"),
         ("no-realtime = 1", "give true or false"),
         ('allow-origin = "x"', "give a list of texts"),

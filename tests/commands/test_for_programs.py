@@ -138,7 +138,9 @@ def test_ctrl_c_leaves_no_traceback_during_the_very_first_import(tmp_path):
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("after_s", [0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0])
-@pytest.mark.parametrize("command", [["serve"], ["record", "sessions"]], ids=lambda words: words[0])
+@pytest.mark.parametrize(
+    "command", [["serve"], ["serve", "--record", "sessions"]], ids=["serve", "record"]
+)
 @pytest.mark.skipif(os.name == "nt", reason="a process is interrupted otherwise there")
 def test_ctrl_c_of_a_terminal_stops_a_service_that_starts_with_all_its_processes(
     tmp_path, command, after_s

@@ -1,17 +1,16 @@
-"""Every command explains itself, speaks JSON only when asked, and can be completed by a shell."""
+"""Every command explains itself, and speaks JSON only when asked."""
 
 import argparse
 import json
 import os
 import pty
-import re
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from hapticvlm.commands import config_file, main, serve
+from hapticvlm.commands import main
 from hapticvlm.commands.progress import track
 from hapticvlm.errors import installing
 
@@ -33,8 +32,7 @@ OPTIONS = {
     f"{name} {'/'.join(action.option_strings) or action.dest}": action
     for name, parser in ALL.items()
     for action in parser._actions
-    if action.help != argparse.SUPPRESS
-    and not isinstance(action, argparse._SubParsersAction | argparse._HelpAction)
+    if not isinstance(action, argparse._SubParsersAction | argparse._HelpAction)
 }
 
 
@@ -72,27 +70,6 @@ def test_examples_stand_as_they_are_written():
     assert "examples:\n  hapticvlm serve\n" in shown
 
 
-def test_recognize_is_recognise():
-    assert ALL["hapticvlm recognize"] is ALL["hapticvlm recognise"]
-
-
-def test_older_names_of_options_are_taken_and_not_shown(tmp_path):
-    for words, dest, value in (
-        (["gallery", "add", "a", "b", "--like", "wood", "--into", "x"], "out", "x"),
-        (["study", "predict", "--plots", "x"], "out", "x"),
-        (["serve", "--device", "cuda"], "encoder_device", "cuda"),
-    ):
-        assert str(getattr(PARSER.parse_args(words), dest)) == value
-    for name in ("gallery add", "study predict", "serve"):
-        shown = ALL[f"hapticvlm {name}"].format_help()
-        assert not {"--into", "--plots", "--device"} & set(shown.replace("[", " ").split())
-    file = tmp_path / "h.toml"
-    file.write_text('[recognition]\ndevice = "auto"\n')
-    assert config_file.read(file) == {"encoder_device": "auto"}
-    given = PARSER.parse_args(["serve", "--config", str(file)])
-    assert serve.resolve_options(given, {}).encoder_device == "auto"
-
-
 @pytest.mark.parametrize(
     "words",
     [
@@ -106,27 +83,6 @@ def test_json_comes_alone_and_only_when_asked(words, capsys):
     assert main.main([*words, "--json"]) == 0
     (line,) = capsys.readouterr().out.splitlines()
     assert json.loads(line)["calibrate"] == words[1]
-
-
-@pytest.mark.parametrize("shell", ["bash", "zsh", "fish", "tcsh", "powershell"])
-def test_a_shell_gets_a_script_with_every_command(shell, capsys):
-    assert main.main(["completion", shell]) == 0
-    script = capsys.readouterr().out
-    assert {"record", "stop", "calibrate"} <= set(re.findall(r"\w+", script))
-
-
-def test_bash_completes_commands_and_options(tmp_path):
-    script = tmp_path / "complete"
-    script.write_text(
-        f"source <({sys.executable} -m hapticvlm completion bash)\n"
-        "COMP_WORDS=(hapticvlm rec); COMP_CWORD=1; _shtab_hapticvlm; echo ${COMPREPLY[@]}\n"
-        "COMP_WORDS=(hapticvlm stop --u); COMP_CWORD=2; _shtab_hapticvlm; echo ${COMPREPLY[@]}\n"
-    )
-    done = subprocess.run(["bash", script], capture_output=True, text=True, check=True, timeout=300)
-    first, second = done.stdout.splitlines()
-    assert {"record", "recognise", "recognize"} <= set(first.split())
-    assert all(word.startswith("rec") for word in first.split())
-    assert "--url" in second.split()
 
 
 MODELS = "torch transformers safetensors"

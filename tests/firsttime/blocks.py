@@ -64,7 +64,6 @@ NOT_RUN = (
         r"hapticvlm calibrate .*--recorded",
         "needs a recording; tests/studio/test_speaker_response.py",
     ),
-    (r"(?:eval .*)?hapticvlm completion", "needs an extra; tests/commands/test_cli.py"),
     (r"hapticvlm recognise --texture FILE", "stands for any picture; docs/command-line.md has one"),
     (r"hapticvlm serve --scene boxes", "needs three.js; tests/browser/test_boxes.py"),
 )

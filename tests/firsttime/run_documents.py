@@ -29,7 +29,7 @@ from gltf_room import write_room
 from PIL import Image
 
 PATIENCE_S = 300.0
-SERVES = ("hapticvlm serve", "hapticvlm record")
+SERVES = "hapticvlm serve"
 SCENE = {"type": "scene", "id": 1, "objects": [{"object_id": "oak_table"}], "replace": True}
 HEADSET = ROOT / "service" / "hapticvlm" / "demo" / "capture" / "frames"
 
@@ -78,7 +78,7 @@ def furnish(folder: Path) -> None:
 
 
 def record(folder: Path, programs: Path) -> None:
-    """Record a session by the demo, as a reader has after `hapticvlm record`."""
+    """Record a session by the demo, as a reader has after `hapticvlm serve --record`."""
     with tempfile.TemporaryDirectory() as name:
         shown = subprocess.run(
             [programs / "hapticvlm", "demo", "--out", name], capture_output=True, check=True
@@ -92,7 +92,7 @@ def run(command: Command, folder: Path, programs: Path) -> str | None:
     """Run one command; return what went wrong, or None."""
     kept = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
     clean = {**kept, "PATH": f"{programs}{os.pathsep}{kept['PATH']}", "PYTHONUNBUFFERED": "1"}
-    does_serve = any(name in command.text for name in SERVES)
+    does_serve = SERVES in command.text
     text = f"{command.setting}{command.text}{' --port 0' if does_serve else ''}"
     shell = ["bash", "--noprofile", "--norc", "-e", "-c", text]
     with tempfile.TemporaryFile("w+") as output:

@@ -1,4 +1,4 @@
-"""The session log is a file format: its names stay when code is renamed, and version 1 is read."""
+"""The session log is a file format: its names stay when code is renamed."""
 
 import json
 import shutil
@@ -14,7 +14,7 @@ from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.materials import MATERIALS
 from hapticvlm.messages import Frame, Scene, SceneObject, Stop, Touch
 from hapticvlm.recordings import recorded_session as recorded
-from hapticvlm.recordings import timeline, version_1
+from hapticvlm.recordings import timeline
 from hapticvlm.recordings.lines import Input, Output
 from hapticvlm.recordings.recorded_session import RecordedSession
 from hapticvlm.recordings.recorder import SESSION_LOG
@@ -36,7 +36,7 @@ PICTURE = Frame(
     image=b"abc",
     object_id="blob",
 )
-VERSION_1 = Path(__file__).parent / "version_1"
+VERSION_2 = Path(__file__).parent / "version_2"
 
 
 def test_the_names_in_a_session_log_are_those_of_format_version_2():
@@ -83,19 +83,19 @@ def test_a_log_says_how_its_session_was_felt_and_one_that_does_not_was_graded(fe
     assert recorded.settings_of(head, MATERIALS).feel == "graded"
 
 
-def test_a_session_of_version_1_replays_bit_for_bit_with_every_kind_of_line():
+def test_a_session_of_version_2_replays_bit_for_bit_with_every_kind_of_line():
     # A record holds the name of an object and not what was believed of it: when the word lists
     # change, old records differ in that belief. The one number in this file is today's.
-    outcome = replay(VERSION_1, MATERIALS)
+    outcome = replay(VERSION_2, MATERIALS)
     assert outcome.is_same, outcome.first_difference
     assert outcome.outputs == 32
     assert set(outcome.counts) == set(Input)
-    lines = list(read_session_log(VERSION_1))
+    lines = list(read_session_log(VERSION_2))
     assert {output["do"] for line in lines for output in line.get("out", [])} == set(Output)
     wave = waveform(outcome, Voices())
     assert np.abs(wave).max() > 0.01
-    assert np.array_equal(wave, waveform(replay(VERSION_1, MATERIALS), Voices()))
-    assert {touch.object_id for touch in timeline.read(VERSION_1, MATERIALS, Voices()).touches} >= {
+    assert np.array_equal(wave, waveform(replay(VERSION_2, MATERIALS), Voices()))
+    assert {touch.object_id for touch in timeline.read(VERSION_2, MATERIALS, Voices()).touches} >= {
         "mug",
         "thing",
         "stool",
@@ -106,28 +106,30 @@ def test_a_session_of_version_1_replays_bit_for_bit_with_every_kind_of_line():
     ("field", "other"),
     [('"force_n": 1.0', '"force_n": 1.5'), ('"setpoint_c": 31.5', '"setpoint_c": 31.6')],
 )
-def test_a_change_in_a_session_of_version_1_makes_its_replay_differ(field, other, tmp_path):
-    copy = shutil.copytree(VERSION_1, tmp_path / "copy")
-    log = copy / version_1.SESSION_LOG
+def test_a_change_in_a_session_of_version_2_makes_its_replay_differ(field, other, tmp_path):
+    copy = shutil.copytree(VERSION_2, tmp_path / "copy")
+    log = copy / SESSION_LOG
     log.write_text(log.read_text().replace(field, other, 1))
     assert replay(copy, MATERIALS).differing > 0
 
 
-def test_a_damaged_line_of_version_1_is_named_with_its_place(tmp_path):
-    copy = shutil.copytree(VERSION_1, tmp_path / "copy")
-    log = copy / version_1.SESSION_LOG
-    log.write_text(log.read_text().replace('"do": "Heat"', '"heat": 1', 1))
-    with pytest.raises(SessionLogError, match=r"tape\.jsonl:\d+: .*line"):
+def test_a_damaged_line_is_named_with_its_place(tmp_path):
+    copy = shutil.copytree(VERSION_2, tmp_path / "copy")
+    log = copy / SESSION_LOG
+    log.write_text(log.read_text().replace('"phase": "contact"', '"phase": 1', 1))
+    with pytest.raises(SessionLogError, match=r"session\.jsonl:\d+: .*line"):
         replay(copy, MATERIALS)
 
 
-@pytest.mark.parametrize("version", [3, 0, "two", None, [1]])
-def test_a_session_of_an_unknown_version_is_refused_with_the_versions_that_are_read(
+@pytest.mark.parametrize("version", [3, 1, 0, "two", None, [1]])
+def test_a_session_of_an_unknown_version_is_refused_with_the_version_that_is_read(
     version, tmp_path
 ):
     head = {"line": 0, "head": {"version": version}}
     (tmp_path / SESSION_LOG).write_text(json.dumps(head) + "\n")
-    with pytest.raises(SessionLogError, match=r"session\.jsonl:1: format version .*1 to 2.*update"):
+    with pytest.raises(
+        SessionLogError, match=r"session\.jsonl:1: format version .*reads 2: update"
+    ):
         replay(tmp_path, MATERIALS)
 
 

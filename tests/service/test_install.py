@@ -270,7 +270,7 @@ def test_the_metadata_says_licence_python_and_addresses_anyone_can_open(built):
     assert said.get_all("Classifier") == sorted(PROJECT["classifiers"])
     for address in said.get_all("Project-URL", []):
         assert re.fullmatch(r"[^,]+, https://[\w.-]+/\S*", address)
-    ours = {"models", "lite2", "remote", "video", "studio", "fleet", "ray", "screen", "completion"}
+    ours = {"models", "lite2", "remote", "video", "studio", "fleet", "ray", "screen"}
     assert set(said.get_all("Provides-Extra", [])) == ours | {"train", "unit", "dev", "docs"}
 
 
@@ -314,7 +314,6 @@ def test_its_command_line_says_its_version_and_every_command(installed):
     for command in (
         "serve",
         "stream",
-        "record",
         "replay",
         "recognise",
         "feel",

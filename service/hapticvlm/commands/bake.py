@@ -30,12 +30,12 @@ CLIP_S = 0.6
 _DESCRIPTION = """
 Write how a scene feels to a folder, for players that have no service: materials.json (what each
 surface is) and feel.json (how its materials vibrate). SOURCE is a glTF 2.0 scene (.glb, .gltf), a
-file of `scene` messages (a list, or a message a line), or a folder that `hapticvlm record` wrote.
-Any other folder stands for the glTF scenes in it, each baked to a folder of its own. The surfaces
-of a glTF scene are decided as by `hapticvlm scan`, and open ones by their textures. --materials
-writes the built-in materials instead. A surface of materials.json whose `by` is `hand` keeps its
-material in the next bake. docs/bake.md has both files. Exit code 1: a scene of a folder could not
-be read.
+file of `scene` messages (a list, or a message a line), or a folder that `hapticvlm serve --record
+FOLDER` wrote. Any other folder stands for the glTF scenes in it, each baked to a folder of its own.
+The surfaces of a glTF scene are decided as by `hapticvlm scan`, and open ones by their textures.
+--materials writes the built-in materials instead. A surface of materials.json whose `by` is `hand`
+keeps its material in the next bake. docs/bake.md has both files. Exit code 1: a scene of a folder
+could not be read.
 """
 
 
@@ -103,9 +103,9 @@ def _bake(options: argparse.Namespace) -> int:
 def _scenes_in(source: Path) -> list[Path] | None:
     """Return the glTF scenes of a folder; None for a file or a recording. Raises UsageError."""
     from hapticvlm.commands.scan import find
-    from hapticvlm.recordings.session_log import log_file
+    from hapticvlm.recordings.recorder import SESSION_LOG
 
-    if not source.is_dir() or log_file(source).exists():
+    if not source.is_dir() or (source / SESSION_LOG).exists():
         return None
     return [scene for scene, _ in find(source)] or None
 

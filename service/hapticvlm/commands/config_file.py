@@ -25,7 +25,6 @@ from hapticvlm.server.settings import GROUPS, OPTIONS
 logger = logging.getLogger(__name__)
 
 _BY_NAME = {option.name: option for option in OPTIONS}
-_FORMER = {option.details.former: option.name for option in OPTIONS if option.details.former}
 
 
 def _type(option: Option) -> Any:  # noqa: ANN401 - a type
@@ -65,7 +64,7 @@ def read(path: Path) -> dict[str, Any]:
     Raises ValueError naming the file, the field, the allowed values and what to do.
     """
     try:
-        document = _renamed(documents.parse_toml(documents.read_text(path)))
+        document = documents.parse_toml(documents.read_text(path))
         checked = msgspec.convert(document, _FILE)
     except OSError as error:
         raise ValueError(f"{path}: {error.strerror}; --config takes a TOML file") from None
@@ -87,16 +86,6 @@ def read(path: Path) -> dict[str, Any]:
         }
     except argparse.ArgumentTypeError as error:
         raise ValueError(f"{path}: {error}") from None
-
-
-def _renamed(document: Mapping[str, Any]) -> dict[str, Any]:
-    """Rename options that have a former name."""
-    return {
-        _FORMER.get(name, name): _renamed(value)
-        if name in GROUPS and isinstance(value, dict)
-        else value
-        for name, value in document.items()
-    }
 
 
 def _flat(path: Path, checked: msgspec.Struct) -> dict[str, Any]:

@@ -17,12 +17,11 @@ from collections.abc import Sequence
 from hapticvlm import __version__
 from hapticvlm.commands import (
     bake,
-    completion,
     doctor,
     feel,
     plate,
     recognise,
-    record_replay,
+    replay,
     scan,
     serve,
     stop,
@@ -48,7 +47,6 @@ PACKAGES = {
     "uvicorn": "uvicorn",
     "ray": "'ray[serve]'",
     "mss": "mss",
-    "shtab": "shtab",
 }
 # The packages beside this one, with the commands each brings, to list them where it is missing.
 # They are found by name: entry points would cost a quarter of a second at every call.
@@ -141,13 +139,12 @@ def command_line() -> argparse.ArgumentParser:
         help="least severe messages to log on stderr (%(default)s)",
     )
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for part in (serve, stop, stream_demo, record_replay, recognise, scan, gallery, plate, doctor):
+    for part in (serve, stop, stream_demo, replay, recognise, scan, gallery, plate, doctor):
         part.add(commands)
     for part in (feel, bake):
         part.add(commands)
     for package in PARTS:
         _add_package(commands, package)
-    completion.add(commands, parser)
     return parser
 
 

@@ -6,7 +6,6 @@ import argparse
 import re
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
-from pathlib import Path
 from typing import (
     TYPE_CHECKING,
     Any,
@@ -58,8 +57,7 @@ class Parser(argparse.ArgumentParser):
 
     def _no_such(self, option: str) -> str:
         name = option.partition("=")[0]
-        shown = [action for action in self._actions if action.help != argparse.SUPPRESS]
-        flags = [flag for action in shown for flag in action.option_strings]
+        flags = [flag for action in self._actions for flag in action.option_strings]
         near = get_close_matches(name, flags, 1)
         cure = f"did you mean {near[0]}?" if near else f"`{self.prog} --help` lists all options"
         return f"{name}: no such option; {cure}"
@@ -95,15 +93,6 @@ def add_json(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:
     """Declare --json, which means the same for every command."""
     summary = 'print JSON for programs, and no text for people; an error is {"error": TEXT}'
     parser.add_argument("--json", action="store_true", help=summary)
-
-
-def add_former(
-    parser: argparse.ArgumentParser | argparse._ArgumentGroup, flag: str, dest: str
-) -> None:
-    """Accept a former name of the path option `dest`, without listing it in the help."""
-    parser.add_argument(
-        flag, dest=dest, type=Path, default=argparse.SUPPRESS, help=argparse.SUPPRESS
-    )
 
 
 def number_within(low: float, high: float) -> Callable[[str], float]:

@@ -46,7 +46,6 @@ def add(commands: Commands) -> None:
     """Declare the command and its options."""
     recognise = commands.add_parser(
         "recognise",
-        aliases=["recognize"],
         help="print the material that pictures show",
         description=_DESCRIPTION,
         examples=(

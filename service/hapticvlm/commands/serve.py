@@ -37,15 +37,11 @@ def add(commands: Commands) -> None:
             "hapticvlm serve",
             "hapticvlm serve --speaker default --peltier auto",
             "hapticvlm serve --lan",
+            "hapticvlm serve --record sessions",
         ),
     )
-    add_options(serve)
-
-
-def add_options(parser: argparse.ArgumentParser, *, but: tuple[str, ...] = ()) -> None:
-    """Make the command run the service, with all options except `but`, which it has already."""
-    parser.set_defaults(run=_serve)
-    add_flags(parser, but=but)
+    serve.set_defaults(run=_serve)
+    add_flags(serve)
 
 
 def _serve(options: argparse.Namespace) -> int:
@@ -97,8 +93,8 @@ def _run_parts(options: ServeOptions, parts: ServiceParts) -> None:
         run_service.run(options, where, parts)
 
 
-def add_flags(parser: argparse.ArgumentParser, *, but: tuple[str, ...] = ()) -> None:
-    """Declare --config and a flag for each option except `but`, which the parser has already."""
+def add_flags(parser: argparse.ArgumentParser) -> None:
+    """Declare --config and a flag for each option."""
     parser.add_argument(
         "--config",
         type=Path,
@@ -107,20 +103,10 @@ def add_flags(parser: argparse.ArgumentParser, *, but: tuple[str, ...] = ()) -> 
         "option on the command line overrides it",
     )
     for group, title in GROUPS.items():
-        shown = [
-            option
-            for option in OPTIONS
-            if option.details.group == group and option.field not in but
-        ]
-        if shown:
-            flags = parser.add_argument_group(title)
-            for option in shown:
+        flags = parser.add_argument_group(title)
+        for option in OPTIONS:
+            if option.details.group == group:
                 flags.add_argument(option.flag, **_argument(option))
-                if option.details.former is not None:
-                    hidden = {"dest": option.field, "help": argparse.SUPPRESS}
-                    flags.add_argument(
-                        f"--{option.details.former}", **{**_argument(option), **hidden}
-                    )
 
 
 def resolve_options(

@@ -28,7 +28,6 @@ EXTRAS = {  # extras of pyproject.toml that a user may want, and their packages
     "fleet": "uvicorn",
     "video": "opencv-python-headless",
     "screen": "mss",
-    "completion": "shtab",
     "studio": "matplotlib markdown-it-py statsmodels",
 }
 

@@ -1,7 +1,7 @@
 """Defines the names in a session log: every key and every kind of line, in format version 2.
 
 Only this package writes and reads the log. The names are a file format: when code is renamed they
-stay, or VERSION grows and a translator like `version_1.py` is added. Knows no file.
+stay, or VERSION grows. Knows no file.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ class Key(StrEnum):
 
     LINE = "line"  # the line's number; a gap means that lines were lost
     HEAD = "head"  # the settings a session begins with
-    VERSION = "version"  # of the format; version 1 does not have this field
+    VERSION = "version"  # of the format
     RELEASE = "hapticvlm"  # the version of the program that recorded
     NOW = "now"  # s, the service's clock
     IN = "in"  # the kind of an input to the session: an Input

@@ -225,8 +225,7 @@ def outputs(actions: list[Action]) -> list[Line]:
 def _decision(decision: messages.Decision) -> Line:
     """Return a decision's fields; basis and what is felt only where the material is not named.
 
-    Version 1 wrote no basis but an expectation, and no early log says what is felt. With the same
-    rule in all of them one comparison serves all.
+    Early logs lack them elsewhere. With the same rule in all of them one comparison serves all.
     """
     fields: Line = _plain(decision)
     if decision.basis in ("material", "neutral", None):

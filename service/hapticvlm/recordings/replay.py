@@ -14,10 +14,10 @@ from hapticvlm.materials import Material
 from hapticvlm.messages import MessageError
 from hapticvlm.recordings.lines import Key
 from hapticvlm.recordings.log_player import LogPlayer, Recognise, Replayed
+from hapticvlm.recordings.recorder import SESSION_LOG
 from hapticvlm.recordings.session_log import (
     DAMAGED,
     SessionLogError,
-    log_file,
     not_a_line,
     read_session_log,
 )
@@ -36,12 +36,12 @@ def replay(
 
     Raises SessionLogError.
     """
-    path = log_file(folder)
+    path = folder / SESSION_LOG
     lines = read_session_log(folder)
     head = next(lines, {}).get(Key.HEAD)
     if not isinstance(head, dict):
         raise SessionLogError(
-            f"{path}:1: the head is missing; give a folder that `hapticvlm record` wrote"
+            f"{path}:1: the head is missing; give a folder that `hapticvlm serve --record` wrote"
         )
     try:
         materials = msgspec.convert(head[Key.MATERIALS], list[str])

@@ -1,18 +1,14 @@
-"""Reads a recorded session: the lines of its log, and blanks for pictures that were not kept.
-
-Every reader gets lines of format version 2: a log of version 1 is translated here, line by line.
-"""
+"""Reads a recorded session: the lines of its log, and blanks for pictures that were not kept."""
 
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 from hapticvlm import documents
 from hapticvlm.errors import HapticVLMError
 from hapticvlm.messages import MAX_SIDE_PX
-from hapticvlm.recordings import version_1
 from hapticvlm.recordings.lines import VERSION, Key, Line
 from hapticvlm.recordings.recorder import SESSION_LOG
 
@@ -32,34 +28,21 @@ def not_a_line(place: str, error: Exception) -> SessionLogError:
     return SessionLogError(f"{place}: not a line of a session log ({documents.reason(error)})")
 
 
-def log_file(folder: Path) -> Path:
-    """Return the log of a session's folder, of whichever version."""
-    path = folder / SESSION_LOG
-    former = folder / version_1.SESSION_LOG
-    return former if former.exists() and not path.exists() else path
-
-
 def read_session_log(folder: Path) -> Iterator[Line]:
-    """Yield the lines of a session's log in version 2, the head first. Raises SessionLogError."""
-    path = log_file(folder)
+    """Yield the lines of a session's log, the head first. Raises SessionLogError."""
+    path = folder / SESSION_LOG
     try:
         file = documents.open_file(path)
     except OSError as error:
         raise SessionLogError(
-            f"{path}: {error.strerror}; give a folder that `hapticvlm record` wrote"
+            f"{path}: {error.strerror}; give a folder that `hapticvlm serve --record` wrote"
         ) from None
-    translate: Callable[[Line], Line] | None = None
     with file:
         for number, data in enumerate(file, 1):
             place = f"{path}:{number}"
             line = _parsed(data, place)
-            if number == 1 and _version(line, place) == 1:
-                translate = version_1.translate
-            if translate is not None:
-                try:
-                    line = translate(line)
-                except DAMAGED as error:
-                    raise not_a_line(place, error) from None
+            if number == 1:
+                _check_version(line, place)
             yield line
 
 
@@ -73,18 +56,16 @@ def _parsed(data: bytes, place: str) -> Line:
     return line
 
 
-def _version(first: Line, place: str) -> int:
-    """Return the format version that the first line of a log states; version 1 states none."""
+def _check_version(first: Line, place: str) -> None:
+    """Refuse a log whose first line states another format version. Raises SessionLogError."""
     head = first.get(Key.HEAD)
     if not isinstance(head, dict):
-        return VERSION  # the caller reports a missing head
-    version = head.get(Key.VERSION, 1)
-    if version not in (1, VERSION):
+        return  # the caller reports a missing head
+    version = head.get(Key.VERSION)
+    if version != VERSION:
         raise SessionLogError(
-            f"{place}: format version {version!r}; this program reads 1 to {VERSION}: "
-            "update hapticvlm"
+            f"{place}: format version {version!r}; this program reads {VERSION}: update hapticvlm"
         )
-    return int(version)
 
 
 def kept_picture(folder: Path, name: str) -> Path:

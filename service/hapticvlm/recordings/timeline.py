@@ -20,12 +20,12 @@ from hapticvlm.materials import Material
 from hapticvlm.messages import SceneObject
 from hapticvlm.recordings.lines import Input, Key, Output
 from hapticvlm.recordings.log_player import Replayed
+from hapticvlm.recordings.recorder import SESSION_LOG
 from hapticvlm.recordings.replay import replay, waveform
 from hapticvlm.recordings.session_log import (
     DAMAGED,
     SessionLogError,
     kept_picture,
-    log_file,
     not_a_line,
     read_session_log,
 )
@@ -144,7 +144,7 @@ def read(
         try:
             builder.add(line)
         except DAMAGED as error:
-            raise not_a_line(f"{log_file(folder)}:{number}", error) from None
+            raise not_a_line(f"{folder / SESSION_LOG}:{number}", error) from None
     if builder.started is None:
         raise SessionLogError(f"{folder}: nothing was sent in this session")
     if builder.now_s > longest_s:

@@ -50,7 +50,7 @@ class Flag:
 
     `bare` is what the flag without a value means; `names_path`: a name that may also be a folder;
     `env`: the variable that a secret may come from; `read`: what takes the flag's text if not its
-    type; `former`: an older name that is still taken and not shown.
+    type.
     """
 
     group: str
@@ -61,7 +61,6 @@ class Flag:
     names_path: bool = False
     env: str | None = None
     read: Callable[[str], Any] | None = None
-    former: str | None = None
 
 
 @dataclass(frozen=True, slots=True)

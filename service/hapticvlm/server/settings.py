@@ -202,7 +202,7 @@ class ServeOptions:
     ] = None
     encoder_device: Annotated[
         Literal["cpu", "cuda", "auto"],
-        Flag(RECOGNITION, "where a network of transformers runs", former="device"),
+        Flag(RECOGNITION, "where a network of transformers runs"),
     ] = "cpu"
     threads: Annotated[
         int, Flag(RECOGNITION, "CPU threads of the encoder", "N", range=(1, 1024))

@@ -9,7 +9,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hapticvlm.commands.parsing import add_former, add_json
+from hapticvlm.commands.parsing import add_json
 from hapticvlm.errors import usage_errors
 
 if TYPE_CHECKING:
@@ -74,7 +74,6 @@ def add(parts: Commands) -> None:
         metavar="FOLDER",
         help="draw confusion matrices and curves into this folder",
     )
-    add_former(predict, "--plots", "out")
     add_json(predict)
     choose = parts.add_parser("choose", help="search for strokes that differ", description=_CHOOSE)
     choose.set_defaults(run=_choose)

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hapticvlm.commands.parsing import add_former, add_json, add_outline
+from hapticvlm.commands.parsing import add_json, add_outline
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
@@ -109,7 +109,6 @@ def _add_add(kinds: Commands) -> None:
         default=Path("gallery"),
         help="gallery folder (%(default)s)",
     )
-    add_former(adding, "--into", "out")
     add_outline(adding)
     adding.add_argument("--encoder", metavar="NAME_OR_FILE", help=ENCODER_HELP)
 

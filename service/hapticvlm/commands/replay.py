@@ -1,4 +1,4 @@
-"""`hapticvlm record` keeps sessions; `hapticvlm replay` runs one again without hardware."""
+"""`hapticvlm replay` runs a recorded session again without hardware."""
 
 from __future__ import annotations
 
@@ -19,25 +19,7 @@ if TYPE_CHECKING:
 
 
 def add(commands: Commands) -> None:
-    """Declare the commands and their options; `record` has all of `serve` too."""
-    from hapticvlm.commands import serve
-
-    record = commands.add_parser(
-        "record",
-        help="run the service and keep each session in a folder",
-        description="Run the service as `hapticvlm serve` does, and keep every session: messages, "
-        "recognitions, readings of the plate, outputs. Pictures are kept only with "
-        "--record-frames. `hapticvlm replay` runs a session again.",
-        examples=("hapticvlm record sessions", "hapticvlm record sessions --record-frames"),
-    )
-    record.add_argument(
-        "record", type=Path, metavar="FOLDER", help="folder to keep the sessions in, a folder each"
-    )
-    serve.add_options(record, but=("record",))
-    _add_replay(commands)
-
-
-def _add_replay(commands: Commands) -> None:
+    """Declare the command and its options."""
     replay = commands.add_parser(
         "replay",
         help="run a recorded session again and compare every output",
@@ -66,7 +48,6 @@ def _add_replay(commands: Commands) -> None:
     )
     replay.add_argument(
         "--recognise",
-        "--recognize",
         action="store_true",
         help="recognise the kept frames again and count the differences; needs a session recorded "
         "with --record-frames",
