@@ -17,7 +17,6 @@ ROOT = Path(__file__).parents[2]
 DOCUMENTS = (
     "README.md",
     *sorted(path.relative_to(ROOT).as_posix() for path in (ROOT / "docs").rglob("*.md")),
-    "examples/captures/README.md",
     "examples/webxr/README.md",
     "firmware/README.md",
     "unity_client/README.md",

@@ -90,7 +90,7 @@ def test_every_command_that_the_program_itself_prints_is_one_it_knows(tmp_path):
 @pytest.mark.parametrize("words", PRINTING, ids=" ".join)
 def test_a_command_that_names_what_was_just_written_can_be_copied(words, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "pictures").symlink_to(blocks.ROOT / "examples/captures/living_room/frames")
+    (tmp_path / "pictures").symlink_to(blocks.ROOT / "service/hapticvlm/demo/capture/frames")
     said = hapticvlm(*words)
     assert said.code == 0, said.err
     printed = re.findall(r"\bhapticvlm [a-z].*", said.out)

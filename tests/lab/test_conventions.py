@@ -16,7 +16,7 @@ from hapticvlm_lab.bench.material.conventions import (
     moved,
 )
 
-FRAMES = Path(__file__).parents[2] / "examples/captures/living_room/frames"
+FRAMES = Path(__file__).parents[2] / "service/hapticvlm/demo/capture/frames"
 
 
 def noise() -> Image.Image:

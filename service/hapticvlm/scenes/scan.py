@@ -7,6 +7,7 @@ names and shader leave it open, its texture is asked, if the caller gives a way 
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, get_args
@@ -142,18 +143,26 @@ def _row(
 def summarise(rows: Sequence[Row]) -> Summary:
     """Count the surfaces, and say what would make the unsure ones sure."""
     unsure = [row for row in rows if row.sureness != "sure"]
-    mute = [row.said for row in unsure if row.said and not row.is_named]
-    bare = sum(not row.said and not row.is_named for row in unsure)
-    ambiguous = sum(row.is_named for row in unsure)
-    examples = ", ".join(list(dict.fromkeys(mute))[:3])
-    causes = (
-        (len(mute), f"have names that say nothing of matter ({examples}); rename their materials"),
-        (bare, "have no material's name; give them a material with a name"),
-        (ambiguous, "have names that leave it open; state `material`, or send frames"),
-    )
+    causes = Counter(_cause(row) for row in unsure)
+    mute = dict.fromkeys(row.said or "" for row in unsure if _cause(row) == "mute")
+    examples = ", ".join(list(mute)[:3])
+    cures = {
+        "mute": f"have names that say nothing of matter ({examples}); rename their materials",
+        "bare": "have no material's name; give them a material with a name",
+        "ambiguous": "have names that leave it open; state `material`, or send frames",
+    }
     return Summary(
         surfaces=len(rows),
         objects=len({row.object_id for row in rows}),
         counts={each: sum(row.sureness == each for row in rows) for each in get_args(Sureness)},
-        help=tuple(f"{count} of them {text}" for count, text in causes if count),
+        help=tuple(
+            f"{causes[each]} of them {cure}" for each, cure in cures.items() if causes[each]
+        ),
     )
+
+
+def _cause(row: Row) -> str:
+    """Return why a surface is unsure: a name of several materials, of none, or no name."""
+    if row.is_named:
+        return "ambiguous"
+    return "mute" if row.said else "bare"
