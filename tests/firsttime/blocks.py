@@ -57,7 +57,6 @@ NOT_RUN = (
     (r"hapticvlm study run", "waits for a participant; tests/browser/test_study_page.py"),
     (r"hapticvlm (?:chart|stability|measure)", "takes minutes; tests/lab"),
     (r"hapticvlm study report (?!--paper)", "needs answers; tests/studio/test_study_report.py"),
-    (r"hapticvlm study predict", "takes minutes; tests/studio/test_observer.py"),
     (r"hapticvlm calibrate plate --out", "needs a palm; tests/studio/test_calibrate_plate.py"),
     (
         r"hapticvlm calibrate .*--recorded",

@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 OUT = Path("chart-output")
 LIMIT = 640  # pictures of a source that `chart` uses
 PERTURBED = 64  # pictures of a source that `stability` uses
-PLATES = 200
 
 Run = Callable[[argparse.Namespace], int]
 
@@ -42,7 +41,6 @@ def add(commands: Commands) -> None:
         _chart_thermal,
         "skin temperature: error of each method against computing time",
     )
-    _safety(subjects)
     _subject(
         subjects,
         "vibration",
@@ -114,22 +112,6 @@ def _material(subjects: Commands, run: Run, limit: int) -> argparse.ArgumentPars
     return material
 
 
-def _safety(subjects: Commands) -> None:
-    safety = _subject(
-        subjects,
-        "safety",
-        _chart_safety,
-        "safety functions of the plate: peak temperature, false trips, time to off",
-    )
-    number(safety, "--plates", PLATES, "N", "number of varied plates")
-    safety.add_argument(
-        "--sweep",
-        type=Path,
-        metavar="FILE",
-        help="times to off of each fault, as tests/firmware/sweep.py prints them",
-    )
-
-
 def _chart_material(options: argparse.Namespace) -> int:
     from hapticvlm_lab.bench.material import chart
 
@@ -159,14 +141,6 @@ def _perturb_latency(options: argparse.Namespace) -> int:
     from hapticvlm_lab.bench.latency import stability
 
     return stability.run(options.out, as_json=options.json)
-
-
-def _chart_safety(options: argparse.Namespace) -> int:
-    from hapticvlm.errors import usage_errors
-    from hapticvlm_lab.bench.safety import chart
-
-    with usage_errors():
-        return chart.run(options.plates, options.out, options.sweep, as_json=options.json)
 
 
 def _chart_vibration(options: argparse.Namespace) -> int:

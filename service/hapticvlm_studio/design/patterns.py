@@ -1,9 +1,8 @@
 """Defines the ten patterns that this project proposes, a set of twenty, and a set like the paper's.
 
-The five vibrations are the paper's. Their strokes were chosen by `hapticvlm study choose` among
-`candidates()`, as those that the machine observer (a model, not a person) confuses least, with a
-level error of 6 dB allowed for: a long carve, quick hard taps, one hard blow, a slow rub (low
-pitch) and a fast swing (high pitch). Nobody has felt them yet.
+The five vibrations are the paper's. Their strokes are those that a machine observer (a model, not a
+person) confuses least, with a level error of 6 dB allowed for: a long carve, quick hard taps, one
+hard blow, a slow rub (low pitch) and a fast swing (high pitch). Nobody has felt them yet.
 
 Heat: the heating current warms the palm by 2 degC in the 2.4 s of a stroke, whatever the setpoint,
 which is too little to be recognised. So the palm rests on the object for PALM_LEAD_S before the
@@ -51,7 +50,6 @@ def _vibration(name: str, material: str, interaction: str, stroke: _Stroke) -> S
 
 _Stroke = tuple[float, float, int]  # m/s, N, strokes
 _Row = tuple[str, str, str, _Stroke]
-_Grid = tuple[tuple[float, ...], tuple[float, ...], tuple[int, ...]]
 
 _FIVE: tuple[_Row, ...] = (
     ("wood carving", "wood", "carve", (0.3, 4.0, 1)),
@@ -67,16 +65,6 @@ _FIVE_MORE: tuple[_Row, ...] = (
     ("rubber pressing", "rubber", "press", (0.1, 1.5, 1)),
     ("paper rubbing", "paper", "slide", (0.5, 1.5, 1)),
 )
-
-_GRIDS: dict[str, _Grid] = {  # speeds m/s, forces N, number of strokes, all without effort
-    "carve": ((0.03, 0.06, 0.1, 0.15, 0.3, 0.6), (1.0, 4.0), (1,)),
-    "tap": ((0.2, 0.4, 0.8, 1.5), (1.5,), (3, 4, 6)),
-    "strike": ((0.4, 0.8, 1.5, 2.5), (4.0,), (1, 2, 3)),
-    "press": ((0.1, 0.2, 0.4), (1.5, 4.0), (1, 2)),
-    "slide": ((0.06, 0.1, 0.15, 0.2, 0.3, 0.5), (0.5, 1.5, 4.0), (1,)),  # 50 Hz and up
-    "swing": ((1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0), (0.0,), (1,)),  # 60 Hz and up
-}
-
 
 # The paper's five vibrations. Its recordings, levels and durations are unpublished, so these
 # strokes are a guess: of 72 that were tried, the one in which rubbing and whooshing are confused
@@ -139,26 +127,4 @@ def hot_and_cold(vibrations: Iterable[Stimulus]) -> tuple[Stimulus, ...]:
         )
         for warmth, setpoint_c in zip(TEMPERATURES, (HOT_C, COLD_C), strict=True)
         for stimulus in neutral
-    )
-
-
-def candidates(*, wider: bool = False) -> tuple[tuple[Stimulus, ...], ...]:
-    """Return the strokes to choose from, a row per vibration.
-
-    With `wider`, our five are fixed and strokes for five more vibrations are searched.
-    """
-    fixed = tuple((_vibration(*row),) for row in _FIVE)
-    if wider:
-        return fixed + tuple(_strokes(row) for row in _FIVE_MORE)
-    return tuple(_strokes(row) for row in _FIVE)
-
-
-def _strokes(row: _Row) -> tuple[Stimulus, ...]:
-    name, material, interaction, _ = row
-    speeds, forces, repeats = _GRIDS[interaction]
-    return tuple(
-        _vibration(name, material, interaction, (speed, force, often))
-        for speed in speeds
-        for force in forces
-        for often in repeats
     )

@@ -3,12 +3,8 @@
 A touch is a strike, then a slide of a second. Its differences from the true material are given in
 degC of the skin, and in dB of the vibration; the latter saturate at some 6 dB, which is silence.
 
-Whether a person would take the touch for the true material is predicted by the machine observer of
-`study predict`, a model that nobody has checked on a person. It describes a touch by what each of
-its channels feels, in units of the just noticeable difference: levels of vibration by frequency,
-and the warmth of the skin as it changes. It perceives that description with random noise, and
-answers with the material whose noiseless description is nearest. The noise is the one at which the
-model confuses as many of the patterns of the published study as its participants did.
+Whether a person would take the touch for the true material is predicted by the observer of channels
+(`telling_apart`), a model that nobody has checked on a person.
 """
 
 from __future__ import annotations
@@ -28,14 +24,17 @@ from hapticvlm.rendering.vibration.impacts import impact
 from hapticvlm.rendering.vibration.textures import Texture
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 from hapticvlm.session.decisions import Rendition
+from hapticvlm_lab.bench.telling_apart import (
+    HEAT_NOISE,
+    TOUCH_NOISE,
+    vibration_steps,
+    warmth_steps,
+)
 from hapticvlm_lab.bench.thermal import chart as heat
 from hapticvlm_lab.bench.thermal.chart import TICK_S
 from hapticvlm_lab.bench.vibration.chart import RUBBED, rub
 from hapticvlm_lab.bench.vibration.spectra import difference_db, event_db, steady_db
 from hapticvlm_lab.bench.whole import baked
-from hapticvlm_studio.observer.channels import vibration_steps
-from hapticvlm_studio.observer.percepts import Noise, warmth_steps
-from hapticvlm_studio.observer.predict import paper_noise
 
 ROOM_C = 22.0
 TOUCH_S = 1.0
@@ -120,11 +119,10 @@ def _percept(skin_c: Doubles, slide: Wave, strike: Wave) -> Doubles:
     """Return the observer's description of a touch, (F,), in units of its noise."""
     # Each channel is divided by its own noise, so that a step of one unit is equally noticeable in
     # all of them, and the distance of two descriptions is a number of such units.
-    noise = _noise()
     waves = (strike, slide[: round(TOUCH_S * RATE_HZ)])
-    touch = [vibration_steps(wave, RATE_HZ) / noise.touch for wave in waves]
+    touch = [vibration_steps(wave, RATE_HZ) / TOUCH_NOISE for wave in waves]
     rested_c = np.concatenate(([NEUTRAL_C], skin_c))
-    return np.concatenate((*touch, warmth_steps(rested_c, TICK_S) / noise.heat))
+    return np.concatenate((*touch, warmth_steps(rested_c, TICK_S) / HEAT_NOISE))
 
 
 def _answers(percept: Doubles) -> Doubles:
@@ -144,11 +142,6 @@ def _templates() -> Doubles:
     return np.array(
         [_percept(_true_skin(name), _slide(name), _strike(name, None)) for name in MATERIALS]
     )
-
-
-@cache
-def _noise() -> Noise:
-    return paper_noise()
 
 
 @cache

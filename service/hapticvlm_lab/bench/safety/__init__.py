@@ -1,1 +1,0 @@
-"""The guards of the plate: `hapticvlm chart safety`."""
