@@ -168,22 +168,6 @@ def _of_pictures_and_text(kind: str, vision: dict[str, Any]) -> Any:
     return t.SiglipModel(t.SiglipConfig(text_config=words, vision_config=vision))
 
 
-def write_tokenizer(folder: Path) -> Path:
-    """Save a tokenizer that tells 60 letters and signs apart."""
-    from tokenizers import Tokenizer, models, pre_tokenizers
-    from transformers import PreTrainedTokenizerFast
-
-    letters = {chr(32 + place): 3 + place for place in range(60)}
-    model = models.WordLevel({"<unk>": 0, "<end>": 1, "<start>": 2, **letters}, "<unk>")
-    tokenizer = Tokenizer(model)
-    tokenizer.pre_tokenizer = pre_tokenizers.Split("", "isolated")
-    fast = PreTrainedTokenizerFast(
-        tokenizer_object=tokenizer, unk_token="<unk>", pad_token="<end>", eos_token="<end>"
-    )
-    fast.save_pretrained(folder)
-    return folder
-
-
 def write_classifier(
     path: Path, classes: int = 1000, side: int = 32, seed: int = 1, *, gain: float = 1.0
 ) -> Path:

@@ -16,7 +16,7 @@ from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from hapticvlm import documents
 from hapticvlm.errors import installing, short_line
@@ -24,7 +24,6 @@ from hapticvlm.vision.encoders.encoder import CARD, FINGERPRINT, EncoderError
 from hapticvlm.vision.encoders.joint_embedding import is_imagenet
 from hapticvlm.vision.encoders.preprocessing import PREPROCESSING
 
-Kind = Literal["features", "classes", "words"]
 CONFIG = "config.json"
 WEIGHTS = ".safetensors"
 PICKLED = (".bin", ".pt", ".pth", ".ckpt", ".pkl", ".h5", ".msgpack")
@@ -58,16 +57,14 @@ def find(name: str) -> Path | str:
 
 @dataclass(frozen=True, slots=True)
 class Network:
-    """A network of transformers with its preprocessing and, for "words", its tokenizer.
+    """A network of transformers with its preprocessing.
 
-    kind: "classes" for a classifier of ImageNet, "words" for a network of pictures and text, else
-    "features". tokenizer: None unless "words". revision: of the hub, "" for a folder.
+    is_classifier: it has the classes of ImageNet. revision: of the hub, "" for a folder.
     """
 
     model: Any
-    kind: Kind
+    is_classifier: bool
     preprocessor: Mapping[str, Any]
-    tokenizer: Any
     revision: str
 
 
@@ -156,12 +153,12 @@ def _load(source: Path | str) -> tuple[Network, Iterable[str]]:
 
 def _load_from(source: Path | str, *, is_local: bool) -> tuple[Network, Iterable[str]]:
     import torch
-    from transformers import AutoConfig, AutoTokenizer, BaseImageProcessor
+    from transformers import AutoConfig, BaseImageProcessor
 
     config = AutoConfig.from_pretrained(source, local_files_only=is_local, trust_remote_code=False)
     preprocessor, _ = BaseImageProcessor.get_image_processor_dict(source, local_files_only=is_local)
-    kind = _kind(config)
-    model, info = _loader(config, kind).from_pretrained(
+    is_classifier = _is_classifier(config)
+    model, info = _loader(config, is_classifier=is_classifier).from_pretrained(
         source,
         config=config,
         dtype=torch.float32,
@@ -170,29 +167,23 @@ def _load_from(source: Path | str, *, is_local: bool) -> tuple[Network, Iterable
         output_loading_info=True,
         trust_remote_code=False,
     )
-    tokenizer = None
-    if kind == "words":
-        tokenizer = AutoTokenizer.from_pretrained(
-            source, local_files_only=is_local, trust_remote_code=False
-        )
+    # Of a network of pictures and text (CLIP, SigLIP) only the half that sees is of use.
+    model = getattr(model, "vision_model", model)
     revision = getattr(config, "_commit_hash", None) or ""
-    return Network(model.eval(), kind, preprocessor, tokenizer, revision), info["missing_keys"]
+    return Network(model.eval(), is_classifier, preprocessor, revision), info["missing_keys"]
 
 
-def _kind(config: Any) -> Kind:  # noqa: ANN401 - transformers is untyped
-    if hasattr(config, "text_config") and hasattr(config, "vision_config"):
-        return "words"
+def _is_classifier(config: Any) -> bool:  # noqa: ANN401 - transformers is untyped
+    """Whether a network has the classes of ImageNet."""
     classifies = any(str(a).endswith(CLASSIFIER) for a in config.architectures or ())
-    if classifies and is_imagenet(config.num_labels, config.id2label):
-        return "classes"
-    return "features"
+    return classifies and is_imagenet(config.num_labels, config.id2label)
 
 
-def _loader(config: Any, kind: Kind) -> Any:  # noqa: ANN401
+def _loader(config: Any, *, is_classifier: bool) -> Any:  # noqa: ANN401
     """Choose the class of transformers that loads it."""
     from transformers import MODEL_MAPPING, AutoBackbone, AutoModel, AutoModelForImageClassification
 
-    if kind == "classes":
+    if is_classifier:
         return AutoModelForImageClassification
     return AutoModel if type(config) in MODEL_MAPPING else AutoBackbone
 

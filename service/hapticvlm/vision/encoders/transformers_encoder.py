@@ -3,10 +3,9 @@
 The embedding is the mean of the network's last spatial map, weighted by the share of each cell that
 lies under the mask, then the network's own final layer norm, then unit norm. With a full mask it is
 the vector that a ConvNeXt itself pools. The embedding of an ImageNet classifier also holds the
-beliefs in materials that its class scores imply, and that of a network of pictures and text (CLIP,
-SigLIP) its beliefs in phrases made from the material table. Preprocessing is read from the
-network's own file. torch and transformers (extra `models`) are imported only when such a network is
-named. Knows no gallery; `networks` finds and reads the files.
+beliefs in materials that its class scores imply. Preprocessing is read from the network's own file.
+torch and transformers (extra `models`) are imported only when such a network is named. Knows no
+gallery; `networks` finds and reads the files.
 """
 
 from __future__ import annotations
@@ -17,9 +16,7 @@ from dataclasses import dataclass
 from math import isqrt
 from typing import TYPE_CHECKING, Any, cast
 
-import numpy as np
-
-from hapticvlm import documents, materials
+from hapticvlm import documents
 from hapticvlm.errors import installing, short_line
 from hapticvlm.vision.encoders import joint_embedding, networks
 from hapticvlm.vision.encoders.encoder import EncoderError, Floats, Pixels, embed_all
@@ -31,33 +28,15 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 
-PHRASES = ("an object made of {}", "a close-up of {}")
-REST = ("a person", "an animal", "food", "the sky")
-MAX_WORDS = 4  # of a material; further ones name rarer kinds of it
-
-
-def material_phrases() -> list[list[str]]:
-    """Return the phrases of each material in the order of the table, then those of the rest."""
-    phrases = [
-        [phrase.format(word) for word in material.words[:MAX_WORDS] for phrase in PHRASES]
-        for material in materials.MATERIALS.values()
-    ]
-    return [*phrases, [f"a picture of {word}" for word in REST]]
-
-
 @dataclass(frozen=True, slots=True)
 class TransformersEncoder:
-    """A network of transformers behind the Encoder protocol; `network` is on `device`.
-
-    words: unit embeddings (BELIEFS, D) of the phrases, for a network of pictures and text.
-    """
+    """A network of transformers behind the Encoder protocol; `network` is on `device`."""
 
     name: str
     revision: str
     dimension: int
     preprocessing: Preprocessing
     network: Network
-    words: Any
     device: str
 
     @property
@@ -68,7 +47,7 @@ class TransformersEncoder:
     @property
     def beliefs(self) -> bool:
         """Whether its embeddings hold beliefs in the materials."""
-        return self.network.kind != "features"
+        return self.network.is_classifier
 
     def embed(self, crops: Sequence[Crop]) -> Floats:
         """Embed N crops: (N, D) float32, each of unit norm. Raises EncoderError."""
@@ -79,7 +58,7 @@ class TransformersEncoder:
 
         images, masks = (torch.from_numpy(part) for part in self.preprocessing.apply(pixels))
         with torch.inference_mode():
-            return describe(self.network, self.words, images.to(self.device), masks.to(self.device))
+            return describe(self.network, images.to(self.device), masks.to(self.device))
 
 
 def load_transformers_encoder(name: str, device: str, threads: int) -> TransformersEncoder:
@@ -96,28 +75,22 @@ def load_transformers_encoder(name: str, device: str, threads: int) -> Transform
         problem = f"encoder `{name}`, preprocessor_config.json: {documents.reason(error)}"
         raise EncoderError(f"{problem}; correct the file in a copy of the folder") from None
     network.model.to(place)
-    words, dimension = _try(name, network, preprocessing.input_side, place)
-    kind = "" if network.kind == "features" else f", {network.kind}"
+    dimension = _try(name, network, preprocessing.input_side, place)
+    kind = ", classes" if network.is_classifier else ""
     label = f"{networks.label(source)} (transformers{kind})"
     revision = f"{network.revision} {preprocessing}"  # prepared otherwise, it is another network
-    return TransformersEncoder(label, revision, dimension, preprocessing, network, words, place)
+    return TransformersEncoder(label, revision, dimension, preprocessing, network, place)
 
 
-def describe(network: Network, words: Any, images: Tensor, masks: Tensor) -> Floats:  # noqa: ANN401
+def describe(network: Network, images: Tensor, masks: Tensor) -> Floats:
     """Embed images (N, 3, I, I) float32 under masks (N, I, I) 0..1: (N, D) of unit norm."""
-    model = network.model
-    beliefs = None
-    if network.kind == "words":
-        outputs = model.vision_model(pixel_values=images)
-        beliefs = _beliefs_of_words(model, outputs.pooler_output, words)
-        inner = model.vision_model
-    elif network.kind == "classes":
-        inner = model.base_model
-        outputs, scores = _with_base(model, images)
+    inner, beliefs = network.model, None
+    if network.is_classifier:
+        inner = network.model.base_model
+        outputs, scores = _with_base(network.model, images)
         beliefs = joint_embedding.material_beliefs(scores.cpu().numpy())
     else:
-        inner = model
-        outputs = model(pixel_values=images)
+        outputs = inner(pixel_values=images)
     return joint_embedding.join(pool(inner, outputs, masks).cpu().numpy(), beliefs)
 
 
@@ -156,34 +129,6 @@ def _with_base(model: Any, images: Tensor) -> tuple[Any, Tensor]:  # noqa: ANN40
     return outputs[0], scores
 
 
-def _beliefs_of_words(model: Any, pooled: Tensor, words: Tensor) -> Floats:  # noqa: ANN401
-    """Turn pooled pictures (N, D) into beliefs (N, BELIEFS) by their cosines to the phrases."""
-    from torch.nn import functional
-
-    project = getattr(model, "visual_projection", None)
-    pictures = functional.normalize(pooled if project is None else project(pooled), dim=1)
-    beliefs = functional.softmax(model.logit_scale.exp() * pictures @ words.T, dim=1)
-    return np.asarray(beliefs.cpu().numpy(), np.float32)
-
-
-def _read_words(network: Network, device: str) -> Tensor:
-    """Embed the phrases and average them by material: (BELIEFS, D) of unit norm."""
-    import torch
-    from torch.nn import functional
-
-    model = network.model
-    rows = []
-    longest = model.config.text_config.max_position_embeddings
-    for phrases in material_phrases():
-        tokens = network.tokenizer(
-            phrases, padding="max_length", truncation=True, max_length=longest, return_tensors="pt"
-        )
-        embeddings = model.get_text_features(**tokens.to(device))
-        embeddings = getattr(embeddings, "pooler_output", embeddings)
-        rows.append(functional.normalize(embeddings, dim=1).mean(dim=0))
-    return functional.normalize(torch.stack(rows), dim=1)
-
-
 def _cells(features: Tensor) -> Tensor | None:
     """Return a spatial map (N, D, h, w) of a map, or of tokens whose last ones form a square."""
     if features.ndim == 4:
@@ -214,18 +159,14 @@ def _set_up(name: str, device: str, threads: int) -> str:
     return "cuda" if has_cuda and device != "cpu" else "cpu"
 
 
-def _try(name: str, network: Network, side: int, device: str) -> tuple[Any, int]:
-    """Embed the phrases and an empty picture; return the phrases and the embedding's length.
-
-    Raises EncoderError.
-    """
+def _try(name: str, network: Network, side: int, device: str) -> int:
+    """Embed an empty picture; return the embedding's length. Raises EncoderError."""
     import torch
 
     blank = torch.zeros((1, 3, side, side), device=device)
     try:
         with torch.inference_mode():
-            words = _read_words(network, device) if network.kind == "words" else None
-            return words, describe(network, words, blank, blank[:, 0]).shape[1]
+            return len(describe(network, blank, blank[:, 0])[0])
     except Exception as error:  # noqa: BLE001 - each kind of network fails in its own way
         kind = type(network.model).__name__
         problem = f"encoder `{name}` is a {kind}, which cannot embed pictures ({short_line(error)})"
