@@ -13,17 +13,10 @@ GROUND = "#ffffff"
 INK = "#15202a"
 SOFT = "#4d5b67"
 GRID = "#d3dbe1"
-WAVE = "#0b7468"  # vibration
-SETPOINT = "#1d5b8f"
-WARM = "#a63c06"  # temperature of the plate
-GOOD = "#1a7f37"
-BAD = "#b3261e"
-UNSURE = "#8a6100"
 BLUE = "#0072b2"
 VERMILION = "#d55e00"
 GREEN = "#009e73"
 ORANGE = "#e69f00"
-SKY = "#56b4e9"
 PURPLE = "#cc79a7"
 GREY = "#8a8f96"
 

@@ -51,7 +51,7 @@ def test_a_hold_that_another_session_lifts_is_in_the_record(tmp_path):
     hold = Hold()
     recorder, session = recording(tmp_path, hold)
     hold.stop("all")
-    session.on_stop("all")
+    session.write_stop("all")
     hold.update(touch("release", 1))
     hold.update(touch("contact", 2))  # of another session
     session.receive(touch("contact", 3), 2.0)
@@ -64,11 +64,11 @@ def test_a_hold_that_another_session_lifts_just_before_a_stop_is_in_the_record(t
     hold = Hold()
     recorder, session = recording(tmp_path, hold)
     hold.stop("all")
-    session.on_stop("all")
+    session.write_stop("all")
     hold.update(touch("release", 1))
     hold.update(touch("contact", 2))  # of another session
     hold.stop("peltier")  # before this session has done anything
-    session.on_stop("peltier")
+    session.write_stop("peltier")
     session.receive(touch("contact", 3), 2.0)
     session.tick(2.02, AT_REST)
     outcome = replayed(tmp_path, recorder)
@@ -94,7 +94,7 @@ def act_at_random(chance, hold, sessions, now):
             scope = chance.choice(("all", "speaker", "peltier"))
             hold.stop(scope)
             for each in sessions:
-                each.on_stop(scope)
+                each.write_stop(scope)
 
 
 def test_two_sessions_that_stop_and_lift_at_random_each_replay_the_same(tmp_path):

@@ -29,7 +29,7 @@ def numbers(folder):
 
 def until_written(recorder):
     """Wait until the recorder's thread has nothing left to do."""
-    pace.until(lambda: not recorder.is_writing)
+    pace.until(lambda: recorder._queue.unfinished_tasks == 0)
 
 
 def test_lines_that_a_slow_disk_loses_leave_a_gap_in_the_session_log(tmp_path):

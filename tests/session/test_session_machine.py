@@ -351,8 +351,6 @@ class Scenes(RuleBasedStateMachine):
         self.hold.stop(scope)
         outputs = OUTPUTS if scope == "all" else (scope,)
         self.stopped |= {(output, hand) for output in outputs for hand in NAMES}
-        for session in (self.owner, self.other, self.watcher):
-            session.on_stop(scope)
         if scope != "peltier":
             self.voices.clear()
         if scope != "speaker":

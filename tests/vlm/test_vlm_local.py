@@ -222,7 +222,6 @@ def test_a_model_that_answers_unknown_has_no_beliefs(vlm: LocalVlm) -> None:
 
 def test_it_is_a_vlm_that_can_be_closed(folder: Path) -> None:
     vlm: Vlm = load_vlm(settings(folder))
-    assert not vlm.is_remote
     assert vlm.name == str(folder)
     vlm.close()
     with pytest.raises(VlmError, match="closed"):

@@ -39,20 +39,6 @@ _LEGEND = (
 )
 
 
-def confidence_text(decision: Mapping[str, Any]) -> str:
-    """Return the confidence and the evidence: `97 % sure, by its name`."""
-    source = SOURCES[decision["source"]]
-    if decision["source"] == "scene":
-        return source
-    if decision["material"] == "unknown":
-        guess = decision.get("runner_up")
-        felt = decision.get("felt")
-        if felt:
-            return f"{source}; felt as {felt}"
-        return f"{source}; perhaps {guess}" if guess else source
-    return f"{decision['confidence']:.0%} sure, {source}".replace("%", " %")
-
-
 def degrees(decision: Mapping[str, Any]) -> str:
     """Return the temperature for skin: `skin should feel 23.9 °C`."""
     contact_c = decision.get("contact_c")

@@ -131,14 +131,13 @@ class RecordedSession(SceneSession):
         self._write_line({Key.IN: Input.REST}, None)
         super().rest()
 
-    def on_stop(self, scope: Scope) -> None:
-        """Note that outputs were stopped; the shared hold already has the stop.
+    def write_stop(self, scope: Scope) -> None:
+        """Write that outputs were stopped; the shared hold already has the stop.
 
         Another session may have lifted part of the hold since this one's last line. So the whole
         hold is written first, as after any change that did not come through this session.
         """
         self._write_line({Key.IN: Input.STOP, Key.SCOPE: scope}, None)
-        super().on_stop(scope)
 
     def _write_line(self, line: Line, frame: Frame | None) -> None:
         """Write a line, and before it how the hold stands if another session has changed it.

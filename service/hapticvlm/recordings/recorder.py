@@ -68,11 +68,6 @@ class Recorder:
         """The size of the pictures that wait to be written."""
         return self._queued_bytes - self._done_bytes
 
-    @property
-    def is_writing(self) -> bool:
-        """Whether a line still waits to be written, or is being written."""
-        return self._queue.unfinished_tasks > 0
-
     def begin(self, head: Line) -> Callable[[Line, Frame | None], None]:
         """Open the record of one session; return the function that records its lines."""
         self._sessions += 1

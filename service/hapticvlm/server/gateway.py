@@ -29,6 +29,7 @@ from hapticvlm.messages import (
     View,
 )
 from hapticvlm.processes.model_worker import WorkerReply
+from hapticvlm.recordings.recorded_session import RecordedSession
 from hapticvlm.recordings.recorder import Recorder
 from hapticvlm.server.connection import Connection, Event
 from hapticvlm.server.counters import Count, refused
@@ -219,7 +220,8 @@ class Gateway:
         if scope != "peltier":
             self.vibration.stop()
         for connection in self.connections:
-            connection.session.on_stop(scope)
+            if isinstance(connection.session, RecordedSession):
+                connection.session.write_stop(scope)
         if scope == "all" and self.owner is not None:
             self.owner.session.rest()
         logger.warning("outputs stopped: %s", scope)

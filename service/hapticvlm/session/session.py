@@ -22,7 +22,6 @@ from hapticvlm.messages import (
     MessageError,
     Ok,
     Scene,
-    Scope,
     Set,
     Skipped,
     SkipReason,
@@ -268,9 +267,6 @@ class SceneSession:
     def rest(self) -> None:
         """Drop every lease: the outputs were put to rest from outside."""
         self._touches.hands.release()
-
-    def on_stop(self, scope: Scope) -> None:
-        """Note that outputs were stopped; the hold itself is shared by all sessions."""
 
     def _frame(self, frame: Frame, now: float) -> list[Action]:
         check_describes(frame, observer=self.observer)

@@ -54,10 +54,6 @@ class Vlm(Protocol):
     def name(self) -> str:
         """The name of the model, as in the settings."""
 
-    @property
-    def is_remote(self) -> bool:
-        """Whether pictures leave this machine."""
-
     def ambient(self, picture: Picture) -> Reading:
         """Read the ambient temperature off a picture (H, W, 3) uint8 RGB. Raises VlmError."""
 

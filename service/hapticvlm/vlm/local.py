@@ -46,8 +46,6 @@ AGREEMENT: dict[Precision, float] = {"bfloat16": 0.1, "float32": 1e-3}
 class LocalVlm:
     """A model of transformers behind the Vlm protocol."""
 
-    is_remote = False
-
     def __init__(self, network: Network, chat: Chat, name: str) -> None:
         self.name = name
         self.chat = chat

@@ -51,8 +51,6 @@ class RestingError(VlmError):
 class RemoteVlm:
     """An endpoint. Threads may share it; a question during another one is refused."""
 
-    is_remote = True
-
     def __init__(self, settings: VlmSettings, now: Callable[[], float] = time.monotonic) -> None:
         """Check URL and token; sends nothing. Raises VlmError."""
         if settings.url is None:

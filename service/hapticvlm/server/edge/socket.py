@@ -51,7 +51,6 @@ CONTROL = (Opcode.PING, Opcode.PONG)
 _MASK_BYTES = 4
 # The first length byte of a frame is its length, up to 125; 126 and 127 announce a longer field.
 _TWO_BYTES = 126
-_EIGHT_BYTES = 127
 _UTF8_BYTES = 4  # the longest character
 _STATES = {
     Phase.ASKING: State.CONNECTING,

@@ -57,8 +57,6 @@ _DENSE = ("MatMul", "Gemm")
 _SOFTMAX = "Softmax"
 _SIDES_PX = range(16, 1025)
 
-Arrays = Mapping[str, NDArray[np.generic]]
-
 logger = logging.getLogger(__name__)
 
 
