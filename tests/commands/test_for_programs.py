@@ -22,7 +22,7 @@ REFUSED = {
     "recognise": ("recognise", "no-picture.jpg"),
     "scan": ("scan", "no-scene.glb"),
     "gallery list": ("gallery", "list", "no-gallery"),
-    "gallery test": ("gallery", "test", "no-gallery", "no-pictures"),
+    "gallery list of pictures": ("gallery", "list", "no-gallery", "no-pictures"),
     "plate status": ("plate", "status", "--peltier", "no-port"),
     "stream": ("stream", "no-capture"),
     "demo": ("demo", "--capture", "no-capture"),

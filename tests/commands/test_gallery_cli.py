@@ -383,8 +383,8 @@ def test_a_gallery_is_tested_on_pictures_it_does_not_hold(
     others = collect(tmp_path / "others", 4, first=50)
     photograph(others / "unknown" / "x.jpg", (255, 255, 0), 1)
     capsys.readouterr()
-    assert gallery("test", file, others, "--encoder", tiny, "--json") == 0
-    figures = json.loads(capsys.readouterr().out)
+    assert gallery("list", file, others, "--encoder", tiny, "--json") == 0
+    figures = json.loads(capsys.readouterr().out)["recognised"]
     assert figures["pictures"] == 17
     assert figures["enrolled"] < 5  # this encoder sees little: colours can be the same by chance
     assert figures["materials"]["wood"]["pictures"] == 4
@@ -392,7 +392,7 @@ def test_a_gallery_is_tested_on_pictures_it_does_not_hold(
     assert figures["materials"]["wood"]["interval"] == [0.5101, 1.0]  # Wilson, 4 of 4
     assert figures["confusion"]["wood"] == {"wood": 4}
     assert set(figures["confusion"]) == {*COLOURS, "unknown"}
-    assert gallery("test", file, tmp_path / "in", "--encoder", tiny) == 0
+    assert gallery("list", file, tmp_path / "in", "--encoder", tiny) == 0
     table = capsys.readouterr().out
     (warned,) = [line for line in table.splitlines() if "WARNING" in line]
     assert "12 of 12" in warned
@@ -403,7 +403,7 @@ def test_a_gallery_is_tested_with_its_own_encoder_only(
 ) -> None:
     pictures, file = collect(tmp_path / "in", 2), tmp_path / "my.npz"
     assert gallery("build", pictures, "-o", file, "--encoder", tiny) == 0
-    assert "`tiny-1`" in complaint(capsys, "test", file, pictures)
+    assert "`tiny-1`" in complaint(capsys, "list", file, pictures)
     assert "no.npz" in complaint(capsys, "list", tmp_path / "no.npz")
 
 

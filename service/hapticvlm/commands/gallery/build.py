@@ -1,11 +1,10 @@
-"""Runs `hapticvlm gallery build`, `add` and `list`: makes, extends and prints a gallery."""
+"""Runs `hapticvlm gallery build` and `add`: makes and extends a gallery."""
 
 from __future__ import annotations
 
 import argparse
-import json
 import tomllib
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -37,7 +36,6 @@ from hapticvlm.vision.galleries.storage import (
     file_of,
     is_shipped,
     load_gallery,
-    read_gallery,
     require_encoder,
     save_gallery,
 )
@@ -99,36 +97,6 @@ def add(options: argparse.Namespace) -> int:
         f"use it: hapticvlm serve --gallery {shell_word(folder)}"
     )
     return 0
-
-
-def show(path: Path | None, *, as_json: bool) -> int:
-    """Print the contents of a gallery; None is the shipped one."""
-    file = file_of(path)
-    user_materials = read_folder(path)
-    gallery = read_gallery(file)
-    title = "shipped" if file == SHIPPED else str(file)
-    rows = [(name, count, "") for name, count in _counted(gallery)]
-    rows += [(name, count, "your pictures") for name, count in _counted(gallery.user)]
-    rows += [
-        (entry.material.name, len(entry.references), f"your own: {_details(entry)}")
-        for entry in user_materials
-    ]
-    if as_json:
-        materials = [
-            {"material": name, "references": count, "from": origin} for name, count, origin in rows
-        ]
-        print(json.dumps({"gallery": title, "encoder": gallery.encoder, "materials": materials}))
-        return 0
-    print(f"{title}: encoder {gallery.encoder}, {len(gallery.labels)} references")
-    for name, count, origin in rows:
-        print(f"  {name:<20} {count:>6}  {origin}".rstrip())
-    return 0
-
-
-def _counted(gallery: Gallery | None) -> Iterator[tuple[str, int]]:
-    for label, name in enumerate(() if gallery is None else gallery.materials):
-        assert gallery is not None
-        yield name, int((gallery.labels == label).sum())
 
 
 def _gallery_of(enrolled: Enrolled, encoder: Encoder, base: Gallery | None) -> tuple[Gallery, str]:
@@ -207,18 +175,6 @@ def _facts(settings: Sequence[str]) -> dict[str, object]:
         for part, changed in parsed.items():
             facts[part] = facts.get(part, {}) | changed
     return dict(facts)
-
-
-def _details(entry: UserMaterial) -> str:
-    facts = [
-        f"{part}.{fact}={value}"
-        for part, changed in entry.facts.items()
-        if isinstance(changed, dict)
-        for fact, value in changed.items()
-    ]
-    made_with = f"encoder {entry.encoder}" if entry.encoder else "no pictures"
-    words = "words " + (", ".join(entry.material.words) or "none")
-    return "; ".join([f"like {entry.like}", made_with, words, *facts])
 
 
 def _print_enrolled(enrolled: Enrolled, checked: LeaveOneOut, total: int) -> None:

@@ -1,4 +1,4 @@
-"""`hapticvlm gallery` makes, extends, prints and tests the reference pictures of recognition."""
+"""`hapticvlm gallery` makes, extends and prints the reference pictures of recognition."""
 
 from __future__ import annotations
 
@@ -12,14 +12,13 @@ if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
 
 ENCODER_HELP = "image network, as in `serve` (the shipped one)"
-_GALLERY = ".npz file or gallery folder (the shipped one)"
 
 
 def add(commands: Commands) -> None:
     """Declare the commands and their options."""
     gallery = commands.add_parser(
         "gallery",
-        help="build, extend, list or test reference pictures",
+        help="build, extend or list reference pictures",
         description="A gallery holds the reference pictures that frames are compared with.",
         examples=(
             "hapticvlm gallery build pictures/ --out mygallery",
@@ -30,15 +29,7 @@ def add(commands: Commands) -> None:
     kinds = gallery.add_subparsers(title="commands", required=True, metavar="WHAT")
     _add_build(kinds)
     _add_add(kinds)
-    listing = kinds.add_parser(
-        "list",
-        help="print the contents of a gallery",
-        description="Print the contents of a gallery.",
-    )
-    listing.set_defaults(run=_run, what="list")
-    listing.add_argument("gallery", type=Path, nargs="?", metavar="GALLERY", help=_GALLERY)
-    add_json(listing)
-    _add_test(kinds)
+    _add_list(kinds)
 
 
 def _add_build(kinds: Commands) -> None:
@@ -113,33 +104,42 @@ def _add_add(kinds: Commands) -> None:
     adding.add_argument("--encoder", metavar="NAME_OR_FILE", help=ENCODER_HELP)
 
 
-def _add_test(kinds: Commands) -> None:
-    test = kinds.add_parser(
-        "test",
-        help="measure how often a gallery is right",
-        description="Recognise labelled pictures and count how often the gallery is right, for "
-        "each material. Use pictures that are not in the gallery.",
-        examples=("hapticvlm gallery test mygallery other-pictures/",),
+def _add_list(kinds: Commands) -> None:
+    listing = kinds.add_parser(
+        "list",
+        help="print the contents of a gallery, and how often it is right",
+        description="Print the contents of a gallery. With FOLDER also recognise its labelled "
+        "pictures, and print for each material how often the gallery is right. Use pictures that "
+        "are not in the gallery.",
+        examples=("hapticvlm gallery list", "hapticvlm gallery list mygallery other-pictures/"),
     )
-    test.set_defaults(run=_run, what="test")
-    test.add_argument("gallery", type=Path, metavar="GALLERY", help=".npz file or gallery folder")
-    test.add_argument(
-        "pictures", type=Path, metavar="FOLDER", help="folder with a sub-folder for each material"
+    listing.set_defaults(run=_run, what="list")
+    listing.add_argument(
+        "gallery",
+        type=Path,
+        nargs="?",
+        metavar="GALLERY",
+        help=".npz file or gallery folder (the shipped one)",
     )
-    test.add_argument("--encoder", metavar="NAME_OR_FILE", help=ENCODER_HELP)
-    add_outline(test)
-    add_json(test)
+    listing.add_argument(
+        "pictures",
+        type=Path,
+        nargs="?",
+        metavar="FOLDER",
+        help="folder of pictures to recognise, with a sub-folder for each material",
+    )
+    listing.add_argument("--encoder", metavar="NAME_OR_FILE", help=ENCODER_HELP)
+    add_outline(listing)
+    add_json(listing)
 
 
 def _run(options: argparse.Namespace) -> int:
-    from hapticvlm.commands.gallery import build, test
+    from hapticvlm.commands.gallery import build, contents
 
     match options.what:
         case "build":
             return build.build(options)
         case "add":
             return build.add(options)
-        case "list":
-            return build.show(options.gallery, as_json=options.json)
         case _:
-            return test.run(options)
+            return contents.run(options)

@@ -1,8 +1,8 @@
-"""Measures how often a gallery is right about labelled pictures, and what it confuses.
+"""Runs `hapticvlm gallery list`: prints a gallery, and how often it is right about pictures.
 
-Each picture is judged as `recognise` judges it: by the gallery alone, the outlined thing on a plain
-ground along with the whole picture, and as unknown when the gallery is not sure enough. Pictures in
-a folder `unknown` show none of the materials: for them unknown is right.
+Each labelled picture is judged as `recognise` judges it: by the gallery alone, the outlined thing
+on a plain ground along with the whole picture, and as unknown when the gallery is not sure enough.
+Pictures in a folder `unknown` show none of the materials: for them unknown is right.
 """
 
 from __future__ import annotations
@@ -10,8 +10,7 @@ from __future__ import annotations
 import argparse
 import json
 from collections import Counter
-from collections.abc import Iterable
-from pathlib import Path
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,8 +30,9 @@ from hapticvlm.vision.galleries.enrol import (
     frames_of,
     read_frame,
 )
-from hapticvlm.vision.galleries.storage import load_gallery
-from hapticvlm.vision.galleries.user_materials import read_folder, table_with
+from hapticvlm.vision.galleries.gallery import Gallery
+from hapticvlm.vision.galleries.storage import SHIPPED, file_of, load_gallery, read_gallery
+from hapticvlm.vision.galleries.user_materials import UserMaterial, read_folder, table_with
 from hapticvlm.vision.pictures import PictureError
 
 SAME = 0.9999  # similarity from which a picture is a reference itself; rounding explains the rest
@@ -41,14 +41,41 @@ Confusion = dict[str, Counter[str]]  # truth -> guess -> how often
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print a table, or JSON.
+    """Print the contents of a gallery, and with pictures how often it is right about them.
 
     Raises EnrolError, GalleryError, MaterialError, EncoderError.
     """
-    path: Path = options.gallery
+    file = file_of(options.gallery)
+    title = "shipped" if file == SHIPPED else str(file)
+    gallery, user_materials = read_gallery(file), read_folder(options.gallery)
+    rows = [(name, count, "") for name, count in _counted(gallery)]
+    rows += [(name, count, "your pictures") for name, count in _counted(gallery.user)]
+    rows += [
+        (entry.material.name, len(entry.references), f"your own: {_details(entry)}")
+        for entry in user_materials
+    ]
+    figures = None if options.pictures is None else measure(options, user_materials)
+    if options.json:
+        materials = [
+            {"material": name, "references": count, "from": origin} for name, count, origin in rows
+        ]
+        contents = {"gallery": title, "encoder": gallery.encoder, "materials": materials}
+        print(json.dumps(contents if figures is None else {**contents, "recognised": figures}))
+        return 0
+    print(f"{title}: encoder {gallery.encoder}, {len(gallery.labels)} references")
+    for name, count, origin in rows:
+        print(f"  {name:<20} {count:>6}  {origin}".rstrip())
+    if figures is not None:
+        _print_table(figures)
+    return 0
+
+
+def measure(
+    options: argparse.Namespace, user_materials: Sequence[UserMaterial]
+) -> dict[str, object]:
+    """Recognise the labelled pictures; return how often the gallery is right about them."""
     encoder = load_encoder(options.encoder)
-    user_materials = read_folder(path)
-    gallery = load_gallery(path, encoder=encoder, user_materials=user_materials)
+    gallery = load_gallery(options.gallery, encoder=encoder, user_materials=user_materials)
     labelled = find_pictures(options.pictures, [*table_with(user_materials), UNKNOWN])
     shown = embed(track(labelled, "reading the pictures"), encoder, outline=options.outline)
     views = [rows for rows, _ in shown]
@@ -58,18 +85,28 @@ def run(options: argparse.Namespace) -> int:
         evidence = [gallery.match(row, is_flat=each) for row, each in pairs]
         verdict = ladder.decide([ladder.fuse(evidence)])
         confusion.setdefault(picture.material, Counter())[verdict.material] += 1
-    names = {
-        "gallery": str(path),
-        "encoder": encoder.name,
+    return {
         "enrolled": sum(bool((rows @ gallery.references.T >= SAME).any()) for rows in views),
         "outlined": sum(len(rows) > 1 for rows in views),
-    }
-    figures = names | figures_of(confusion)
-    if options.json:
-        print(json.dumps(figures))
-    else:
-        _print_table(figures)
-    return 0
+    } | figures_of(confusion)
+
+
+def _counted(gallery: Gallery | None) -> Iterator[tuple[str, int]]:
+    for label, name in enumerate(() if gallery is None else gallery.materials):
+        assert gallery is not None
+        yield name, int((gallery.labels == label).sum())
+
+
+def _details(entry: UserMaterial) -> str:
+    facts = [
+        f"{part}.{fact}={value}"
+        for part, changed in entry.facts.items()
+        if isinstance(changed, dict)
+        for fact, value in changed.items()
+    ]
+    made_with = f"encoder {entry.encoder}" if entry.encoder else "no pictures"
+    words = "words " + (", ".join(entry.material.words) or "none")
+    return "; ".join([f"like {entry.like}", made_with, words, *facts])
 
 
 def embed(
