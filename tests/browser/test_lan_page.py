@@ -4,13 +4,13 @@ Chromium is told to take the made-up authority's certificate (`ignore_https_erro
 check it is shown in test_wss.py.
 """
 
-import socket
 from collections.abc import Iterator
 from contextlib import suppress
 
 import pytest
 from certificates import NAMES, Authority
 from dashboard_scene import PATIENCE_MS
+from lan_address import TOKEN, own_address
 from playwright.sync_api import Error, expect
 
 from hapticvlm.client.local_service import Service, running
@@ -18,20 +18,10 @@ from hapticvlm.server.web.lan import phone_link
 
 pytestmark = pytest.mark.browser
 
-TOKEN = "a token of a dozen"
 WATCH_POLICY = """
 window.violations = [];
 addEventListener("securitypolicyviolation", (event) => violations.push(event.violatedDirective));
 """
-
-
-def own_address() -> str:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        try:
-            probe.connect(("192.0.2.1", 9))
-        except OSError:
-            pytest.skip("this machine is on no network")
-        return str(probe.getsockname()[0])
 
 
 @pytest.fixture(scope="module")

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 import pytest
 from dashboard_scene import PATIENCE_MS
+from lan_address import TOKEN, own_address
 from playwright.sync_api import Browser, Page, expect
-from test_lan_page import TOKEN, own_address
 
 from hapticvlm.client.local_service import running
 

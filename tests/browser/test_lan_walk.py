@@ -14,10 +14,10 @@ from typing import Any
 
 import pytest
 from dashboard_scene import PATIENCE_MS
+from lan_address import TOKEN, own_address
 from phone import COUNT_VIBRATIONS
 from playwright.sync_api import Browser, expect
-from test_lan_page import TOKEN, own_address
-from test_try import DROP, at, next_picture
+from try_page import DROP, at, next_picture
 
 from hapticvlm.client.local_service import running
 

@@ -11,18 +11,17 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
 import pytest
-from dashboard_scene import AXE, PATIENCE_MS, WATCH_POLICY
+from dashboard_scene import AXE, PATIENCE_MS
 from grounds import GROUNDS, drawn
 from PIL import Image
-from playwright.sync_api import Browser, Page, ViewportSize, expect
+from playwright.sync_api import Page, expect
 from profiles import profile_with_red_and_green_swapped
+from try_page import DROP, at, next_picture, sample, visit
 
 import hapticvlm
 from hapticvlm.client.local_service import Service, running
@@ -32,17 +31,6 @@ from hapticvlm.vision.files import read_frame
 
 pytestmark = pytest.mark.browser
 NOTHING = "—"
-# The drawn hand stays for three seconds, which a slow machine needs to open the page.
-SLOWED = "const now = performance.now.bind(performance); performance.now = () => now() / %d;"
-DROP = """([name, data]) => {
-  const bytes = Uint8Array.from(atob(data), (letter) => letter.charCodeAt(0));
-  const transfer = new DataTransfer();
-  transfer.items.add(new File([bytes], name, {type: "image/png"}));
-  for (const type of ["dragover", "drop"]) {
-    document.getElementById("stage").dispatchEvent(
-      new DragEvent(type, {dataTransfer: transfer, bubbles: true, cancelable: true}));
-  }
-}"""
 
 # The page's share of certainty comes within a margin of a figure, percent.
 SURE = """([expected, margin]) =>
@@ -102,63 +90,9 @@ def said_by(*arguments: str) -> str:
     return subprocess.run(command, capture_output=True, text=True, check=True).stdout
 
 
-@contextmanager
-def visit(
-    browser: Browser,
-    service: Service,
-    size: tuple[int, int] = (1280, 900),
-    hash_: str = "",
-    slowed: int = 1,
-    **options: Any,
-) -> Iterator[Page]:
-    """Open the page; unless asked for, no drawn hand touches its first picture.
-
-    Its clock is `slowed` so many times.
-    """
-    viewport = ViewportSize(width=size[0], height=size[1])
-    context = browser.new_context(viewport=viewport, **{"reduced_motion": "reduce"} | options)
-    context.set_default_timeout(PATIENCE_MS)
-    page = context.new_page()
-    page.add_init_script(WATCH_POLICY)
-    page.add_init_script(SLOWED % slowed)
-    errors: list[str] = []
-    page.on("pageerror", lambda error: errors.append(str(error)))
-    page.goto(f"{service.page}try{hash_}")
-    try:
-        expect(page.locator("#link")).to_contain_text("Connected to hapticvlm")
-        yield page
-        assert errors == []
-        assert page.evaluate("window.violations") == []
-    finally:
-        context.close()
-
-
 def let_go(page: Page) -> None:
     """Let go and rest, so that the next press is a new touch."""
     page.mouse.up()
-
-
-def at(page: Page, x: float, y: float) -> None:
-    box = page.locator("#picture").bounding_box()
-    assert box is not None
-    page.mouse.move(box["x"] + x * box["width"], box["y"] + y * box["height"], steps=4)
-
-
-def sample(page: Page, place: int = 0) -> None:
-    """Choose a sample, and wait until it is recognised: its whole is, last of all."""
-    with next_picture(page):
-        page.locator("#samples button").nth(place).click()
-
-
-@contextmanager
-def next_picture(page: Page) -> Iterator[None]:
-    """Wait until the picture that is given here is shown, and recognised as a whole, too."""
-    pane = page.locator("#pane")
-    expect(pane).to_have_attribute("data-picture", re.compile(r"\d"))
-    before = str(pane.get_attribute("data-picture"))
-    yield
-    expect(pane).not_to_have_attribute("data-picture", before)
-    expect(page.locator("#correct")).to_be_visible()
 
 
 def level(service: Service) -> float:

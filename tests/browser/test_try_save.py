@@ -10,7 +10,7 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 from saved_zip import unpacked
 from scipy.signal import resample_poly
-from test_try import at, sample, visit
+from try_page import at, sample, visit
 
 from hapticvlm.client.local_service import Service, running
 from hapticvlm.touches import ahap, haptic

@@ -147,7 +147,7 @@ def streamed(service, *arguments):
 
 
 def test_streaming_a_capture_prints_decisions_and_answers_everything(service, tmp_path):
-    from test_server import picture
+    from scene_client import picture
 
     lines = [
         {"t_s": 0.0, "type": "scene", "objects": [{"object_id": "a", "name": "Oak"}]},

@@ -5,6 +5,7 @@ from rich.console import Console
 
 from hapticvlm.captures import read
 from hapticvlm.client.local_service import running
+from hapticvlm.demo import CAPTURE
 from hapticvlm.demo import run as demo
 from hapticvlm.demo.show import Show
 from hapticvlm.errors import HapticVLMError
@@ -23,4 +24,4 @@ def test_a_service_that_ends_in_the_middle_is_told_in_a_sentence():
     with running() as service, pytest.MonkeyPatch.context() as patched:
         patched.setattr(demo, "Show", Watched)
         with pytest.raises(HapticVLMError, match="the service ended before the demo did"):
-            demo._performed(read(demo.CAPTURE), service, Console(quiet=True))
+            demo._performed(read(CAPTURE), service, Console(quiet=True))

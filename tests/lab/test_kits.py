@@ -12,7 +12,7 @@ import pytest
 
 pytest.importorskip("playwright.sync_api", reason="no playwright: pip install -e '.[dev]'")
 
-from test_rooms import write_data
+from room_data import write_data
 
 from hapticvlm.materials import UNKNOWN
 from hapticvlm_lab.training import kits, sources

@@ -23,7 +23,7 @@ import pytest
 from conftest import status
 from pace import PACE
 from ports import free_port
-from test_shared_recogniser import is_shared, look, scene, until_shared
+from shared_looks import is_shared, look, scene, until_shared
 from toolchains import require
 
 from hapticvlm.client.local_service import running

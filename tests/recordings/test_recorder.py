@@ -10,7 +10,7 @@ import threading
 import pace
 import pytest
 from conftest import peer, status
-from test_server import OBJECTS, frame, is_silent, until
+from scene_client import OBJECTS, frame, is_silent, until
 
 from hapticvlm.client.local_service import running
 from hapticvlm.materials import MATERIALS

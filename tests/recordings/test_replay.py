@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import soundfile
 from conftest import peer
-from test_server import OBJECTS, frame
+from scene_client import OBJECTS, frame
 
 from hapticvlm import captures
 from hapticvlm.client.local_service import running

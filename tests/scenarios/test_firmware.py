@@ -14,7 +14,7 @@ from conftest import peer, status
 from firmware import build
 from firmware.board import RESET_EXTERNAL
 from firmware_port import FirmwarePort, firmware_on_a_terminal
-from test_server import owner_of, until
+from scene_client import owner_of, until
 from toolchains import require
 
 from hapticvlm.client.local_service import running

@@ -11,7 +11,7 @@ from urllib.parse import urlsplit
 import msgpack
 import pytest
 from conftest import peer, status
-from test_server import owner_of
+from scene_client import owner_of
 from tiers import nightly_except
 from websockets.exceptions import ConnectionClosed
 from websockets.frames import Frame, Opcode

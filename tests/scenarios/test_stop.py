@@ -13,8 +13,7 @@ import numpy as np
 import pytest
 from conftest import peer, status
 from pace import PACE
-from test_robustness import touching_client
-from test_server import is_silent, owner_of, until
+from scene_client import is_silent, owner_of, touching_client, until
 
 from hapticvlm.client.local_service import Service, running
 from hapticvlm.devices.plate.peltier import Peltier

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from conftest import peer
 from PIL import Image
-from test_server import owner_of
+from scene_client import owner_of
 
 from hapticvlm.server.recognition_queue import SHOWN_BYTES
 from hapticvlm.vision.worker import SHOWN_PX

@@ -6,10 +6,10 @@ import socket
 
 import pytest
 from asked import asked
+from edge_service import Service, listening
 from hypothesis import given
 from hypothesis import strategies as st
 from pace import PACE
-from test_edge import Service, listening
 from websockets.asyncio.client import connect
 
 from hapticvlm.client.local_service import running

@@ -3,7 +3,6 @@
 import asyncio
 import contextlib
 import io
-import math
 import time
 import urllib.error
 import urllib.request
@@ -16,6 +15,7 @@ import pytest
 from conftest import Peer, peer, status
 from pace import PACE
 from PIL import Image
+from scene_client import OBJECTS, frame, get, is_silent, owner_of, picture, quickest, rests, until
 from websockets.asyncio.client import connect as open_socket
 from websockets.exceptions import ConnectionClosed, ConnectionClosedError, InvalidStatus
 
@@ -32,72 +32,11 @@ from hapticvlm.server.handshake import CLOSE_MADE_ROOM
 from hapticvlm.server.web import http
 from hapticvlm.server.websocket import CLOSE_SERVER_FULL
 
-OBJECTS = [
-    {"object_id": "table", "material": "wood"},
-    {"object_id": "kettle", "material": "metal", "temperature_c": 5.0},
-    {"object_id": "thing", "name": "Object_07"},
-]
-
-TRIES = 4
-
-
-def picture(seed=0, side=64):
-    coarse = np.random.default_rng(seed).integers(0, 255, (8, 8, 3), np.uint8)
-    buffer = io.BytesIO()
-    Image.fromarray(coarse).resize((side, side)).save(buffer, "JPEG", quality=90)
-    return buffer.getvalue()
-
 
 def mask(side=64):
     buffer = io.BytesIO()
     Image.fromarray(np.pad(np.full((32, 32), 255, np.uint8), (side - 32) // 2)).save(buffer, "PNG")
     return buffer.getvalue()
-
-
-def frame(seed=0, **fields):
-    given = {"format": "jpeg", "width": 64, "height": 64, "origin": "top", "image": picture(seed)}
-    return {"type": "frame", "captured_at": time.monotonic(), **given, **fields}
-
-
-async def owner_of(client: Peer) -> None:
-    welcome = await client.hello()
-    assert welcome["owner"]
-    await client.ask(type="scene", objects=OBJECTS, ambient_c=21.0, replace=True)
-    await client.touch("release")  # a stop of an earlier test holds until then
-
-
-async def until(service, claim, seconds=15.0 * PACE):
-    """Poll the status until `claim` holds; return how long it took."""
-    started = time.monotonic()
-    while not claim(status(service)):
-        waited = time.monotonic() - started
-        assert waited < seconds, "it never happened"
-        pause_s = 0.005 if waited < 0.4 else 0.05 if waited < 2.0 else 0.2
-        await asyncio.sleep(pause_s)  # a long wait must not busy the machine
-    return time.monotonic() - started
-
-
-async def quickest(service, begin, claim, limit_s):
-    """Return the shortest wait for `claim` after `begin`, of up to TRIES until one is short enough.
-
-    On a busy machine a single look at the status may come late; an output that rests too late
-    does so each time.
-    """
-    took = math.inf
-    for _ in range(TRIES):
-        await begin()
-        took = min(took, await until(service, claim))
-        if took < limit_s:
-            break
-    return took
-
-
-def is_silent(found):
-    return found["speaker"]["level"] < 1e-4
-
-
-def rests(found):
-    return is_silent(found) and found["leases"] == 0
 
 
 async def test_hello_is_answered_by_welcome_with_limits_devices_and_privacy(service):
@@ -509,11 +448,6 @@ async def test_only_absent_and_loopback_origins_are_admitted(service, origin, ad
     with expected:
         async with open_socket(service.url, proxy=None, additional_headers=headers):
             pass
-
-
-def get(service, path, **headers):
-    request = urllib.request.Request(service.page.rstrip("/") + path, headers=headers)
-    return urllib.request.urlopen(request, timeout=5 * PACE)
 
 
 def test_pages_are_served_with_a_strict_policy_and_nothing_else_is(service):

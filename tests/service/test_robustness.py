@@ -9,7 +9,6 @@ import signal
 import socket
 import subprocess
 import sys
-import textwrap
 import time
 from pathlib import Path
 
@@ -20,7 +19,16 @@ import pytest
 from conftest import peer, status
 from pace import PACE
 from PIL import Image
-from test_server import OBJECTS, frame, is_silent, owner_of, quickest, rests, until
+from scene_client import (
+    OBJECTS,
+    frame,
+    is_silent,
+    owner_of,
+    quickest,
+    rests,
+    touching_client,
+    until,
+)
 
 from hapticvlm.client.local_service import running
 from hapticvlm.materials import MATERIALS
@@ -32,47 +40,10 @@ LEASE_S = 0.25
 RESTART_S = 20.0 * PACE  # a second failure within ten seconds waits a second
 SCHEMA = json.loads((Path(__file__).parents[2] / "schemas/messages.schema.json").read_text())
 
-TOUCHING_CLIENT = """
-    import asyncio, sys, time, msgpack, websockets
-
-    async def main(url):
-        async with websockets.connect(url, compression=None) as socket:
-            async def ask(id, **message):
-                await socket.send(msgpack.packb({"id": id, **message}))
-                while msgpack.unpackb(await socket.recv())["id"] != id:
-                    pass
-            await ask(1, type="hello", client={"name": "victim", "version": "1"},
-                      protocol={"major": 1, "minor": 0}, role="scene")
-            kettle = {"object_id": "kettle", "material": "metal", "temperature_c": 5.0}
-            await ask(2, type="scene", objects=[kettle], replace=True)
-            for id in range(3, 10_000):
-                await ask(id, type="touch", phase="slide" if id > 3 else "contact",
-                          object_id="kettle", hand="right", speed_mps=0.4, force_n=2.0,
-                          captured_at=time.monotonic())
-                if id == 20:
-                    print("touching", flush=True)
-                await asyncio.sleep(0.02)
-
-    asyncio.run(main(sys.argv[1]))
-"""
-
 
 def plays_anew(found, before):
     """Whether the audio engine was restarted since `before` and is up."""
     return found["speaker"]["plays"] and found["speaker"]["pid"] != before["pid"]
-
-
-def touching_client(service):
-    """A client process in the middle of a slide."""
-    process = subprocess.Popen(
-        [sys.executable, "-c", textwrap.dedent(TOUCHING_CLIENT), service.url],
-        stdout=subprocess.PIPE,
-        text=True,
-    )
-    assert process.stdout is not None
-    assert process.stdout.readline() == "touching\n"
-    process.stdout.close()
-    return process
 
 
 @pytest.mark.realtime

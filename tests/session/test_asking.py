@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from test_session import READING, TABLE, frame, only, replies, scene, touch
+from session_messages import READING, TABLE, frame, only, replies, scene, touch
 
 from hapticvlm.evidence.ambient import SceneView
 from hapticvlm.evidence.ladder import Evidence

@@ -1,7 +1,7 @@
 """Clocks of clients that stand still, run slow or jump: strikes are felt all the same."""
 
 import pytest
-from test_session import TABLE, frame, only, owner, replies, touch
+from session_messages import TABLE, frame, only, owner, replies, touch
 
 from hapticvlm.messages import Ok
 from hapticvlm.session.actions import PlayVibration

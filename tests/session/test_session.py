@@ -2,15 +2,13 @@
 
 import dataclasses
 
-import numpy as np
 import pytest
-import simplejpeg
+from session_messages import READING, TABLE, frame, only, owner, replies, scene, touch
 
 from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.messages import (
     Decision,
     Error,
-    Frame,
     Hello,
     MessageError,
     Ok,
@@ -23,12 +21,11 @@ from hapticvlm.messages import (
     Shader,
     Skipped,
     Stop,
-    Touch,
 )
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.expectation import GRADED_GAIN
 from hapticvlm.rendering.felt_error import DOUBTFUL_IMPACT
-from hapticvlm.rendering.heat.limits import COOL_SLEW_C_PER_S, HEAT_SLEW_C_PER_S, PlateReading
+from hapticvlm.rendering.heat.limits import COOL_SLEW_C_PER_S, HEAT_SLEW_C_PER_S
 from hapticvlm.session.actions import (
     DrivePlate,
     HoldOutputs,
@@ -45,49 +42,10 @@ from hapticvlm.session.settings import SessionSettings
 from hapticvlm.session.targets import WHOLE_VIEW, ObjectTarget, RecognitionRequest, RequestId
 from hapticvlm.session.touch import NEUTRAL_HOLD_S
 
-READING = PlateReading(
-    plate_c=NEUTRAL_C,
-    sink_c=23.0,
-    setpoint_c=NEUTRAL_C,
-    duty=0.0,
-    current_limited=False,
-    dose_cem43=0.0,
-    heated_s=0.0,
-    faults=(),
-)
 PLAY = PlayVibration
-PIXEL = simplejpeg.encode_jpeg(np.full((32, 32, 3), 90, np.uint8))
 WOOD = Evidence("encoder", (("wood", 0.9),))
 GLASS = Evidence("encoder", (("glass", 0.9),))
 METAL = Evidence("encoder", (("metal", 0.9),))
-
-
-def touch(phase="contact", object_id="table", at=0.0, **fields):
-    given = {"id": 7, "hand": "right", "speed_mps": 0.3, "force_n": 1.0, "captured_at": at}
-    return Touch(phase=phase, object_id=object_id, **{**given, **fields})
-
-
-def frame(id=5, object_id="thing", at=0.0, **fields):
-    given = {"format": "jpeg", "width": 32, "height": 32, "origin": "top", "image": PIXEL}
-    return Frame(id=id, captured_at=at, object_id=object_id, **{**given, **fields})
-
-
-def scene(*objects, replace=True, **fields):
-    return Scene(id=2, objects=list(objects), replace=replace, **fields)
-
-
-def owner(*objects, **fields):
-    session = SceneSession(SessionSettings(owner=True))
-    session.receive(scene(*objects, **fields), 0.0)
-    return session
-
-
-def only(actions, kind):
-    return [action for action in actions if isinstance(action, kind)]
-
-
-def replies(actions, kind):
-    return [a.message for a in only(actions, Reply) if isinstance(a.message, kind)]
 
 
 def looked(session, message, evidence, now=1.1, stages=None):
@@ -96,7 +54,6 @@ def looked(session, message, evidence, now=1.1, stages=None):
     return session.recognised(look, evidence, stages or {}, now)
 
 
-TABLE = SceneObject(object_id="table", material="wood")
 PANE = SceneObject(object_id="pane", name="GlassPane")
 BLOB = SceneObject(object_id="blob", name="Object_07")
 

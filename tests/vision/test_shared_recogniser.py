@@ -1,14 +1,9 @@
 """The service with a shared recogniser that answers, fails and comes back; without Ray."""
 
-import asyncio
-import time
-from contextlib import asynccontextmanager
-
 import pytest
-from conftest import peer, status
-from pace import PACE
+from conftest import status
+from shared_looks import is_shared, look, recognising_ms, scene, until_shared
 from shared_recogniser import shared_recogniser
-from test_server import OBJECTS, frame
 
 from hapticvlm.client.local_service import running
 
@@ -18,8 +13,6 @@ DEADLINE_S = 0.8  # wide, for a busy machine
 MOST_MS = 1000.0 * DEADLINE_S
 TRIES = 3  # a busy machine may let a process wait for longer than any deadline
 NOTHING_MS = 200.0  # of a busy machine, for what takes microseconds
-PATIENCE_S = 30.0 * PACE
-PAUSE_S = 0.025  # a scene's own pace: the service skips what comes faster than 60 pictures a second
 
 
 @pytest.fixture(scope="module")
@@ -33,39 +26,6 @@ def sharing(shared):
     arguments = ["--recogniser-url", shared.url, "--recogniser-deadline", str(DEADLINE_S)]
     with running(arguments) as service:
         yield service
-
-
-@asynccontextmanager
-async def scene(service):
-    async with peer(service) as client:
-        await client.hello()
-        await client.ask(type="scene", objects=OBJECTS, ambient_c=21.0, replace=True)
-        yield client
-
-
-async def look(client):
-    """Send a new picture of an object that only its picture can tell; return the decision."""
-    await asyncio.sleep(PAUSE_S)
-    answer = await client.ask(**frame(time.monotonic_ns() % 2**32, object_id="thing"))
-    assert answer["type"] == "decision", answer
-    return answer
-
-
-def is_shared(answer):
-    return "remote" in answer["stages_ms"] and "encode" not in answer["stages_ms"]
-
-
-async def until_shared(client, seconds=PATIENCE_S):
-    """Look until the shared recogniser answers; return the longest that any look took, ms."""
-    started, longest = time.monotonic(), 0.0
-    while not is_shared(answer := await look(client)):
-        assert time.monotonic() - started < seconds, "it never came back"
-        longest = max(longest, recognising_ms(answer))
-    return longest
-
-
-def recognising_ms(answer):
-    return sum(answer["stages_ms"].get(stage, 0.0) for stage in ("remote", "encode", "match"))
 
 
 @pytest.mark.nightly

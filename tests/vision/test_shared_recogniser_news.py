@@ -5,8 +5,8 @@ import time
 
 import pytest
 from conftest import EVENT_S, peer
+from scene_client import OBJECTS, frame, get
 from shared_recogniser import shared_recogniser
-from test_server import OBJECTS, frame, get
 
 from hapticvlm.client.local_service import running
 

@@ -14,7 +14,7 @@ from conftest import peer
 from in_process import hapticvlm
 from pace import PACE
 from PIL import Image
-from test_server import frame
+from scene_client import frame
 from toolchains import require
 
 from hapticvlm.client.local_service import running

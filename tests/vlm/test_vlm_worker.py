@@ -14,8 +14,8 @@ from contextlib import asynccontextmanager, suppress
 import pytest
 from conftest import peer, status
 from pace import PACE
+from scene_client import OBJECTS, frame, get, until
 from serving import endpoint, says, sends, tells
-from test_server import OBJECTS, frame, get, until
 from tiers import nightly_except
 from tiny_llava import write_llava
 
