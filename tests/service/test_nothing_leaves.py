@@ -23,8 +23,9 @@ ROOT = Path(__file__).parents[2]
 SECURITY = (ROOT / "SECURITY.md").read_text(encoding="utf-8")
 LISTED = SECURITY.partition("## What each command opens")[2].partition("\n## ")[0]
 PICTURE = str(ROOT / "tests" / "browser" / "wooden_box.jpg")
+CAPTURE = str(ROOT / "service" / "hapticvlm" / "demo" / "capture")
 REPORTS_S = 45.0  # until those begin that begin last
-DEPENDS = ("pulse", "nscd", "::", "listen this machine")  # on what the machine has
+DEPENDS = ("pulse", "nscd", "fc-list", "::", "listen this machine")  # on the machine
 TOKEN = re.compile("`([^`]+)`")
 NO_REPORTS = {
     "ORT_DISABLE_TELEMETRY": "1",
@@ -74,9 +75,14 @@ NIGHTLY = [
     command("bake", "FOLDER/room.glb", "--out", "out"),
     command("gallery build", "FOLDER", "--out", "out"),
     command("gallery list"),
+    command("gallery add", "walnut", "FOLDER/wood", "--like", "wood", "--out", "out"),
     command("feel", "metal"),
     command("feel --save", "out.wav", "metal"),
     command("study new", "out"),
+    command("study report", "--paper", "--out", "out"),
+    command("demo --static", "out"),
+    command("stream", CAPTURE, "--fast", "--url", "URL"),
+    command("stop", "--url", "URL"),
     command("demo", "--quiet", "--out", "out"),
     command("doctor"),
     command("plate simulate", "--tcp-port", "PORT", ready="simulated plate on"),
@@ -115,13 +121,17 @@ def differences(found: Trace, row: str) -> list[str]:
     [*QUICK, *(pytest.param(case, marks=pytest.mark.nightly) for case in NIGHTLY)],
     ids=lambda case: f"{case.row} {case.seconds:g}",
 )
-def test_each_command_does_what_is_listed_and_no_more(case: Case, tmp_path: Path) -> None:
+def test_each_command_does_what_is_listed_and_no_more(
+    case: Case, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
     (tmp_path / "wood").mkdir()
     (tmp_path / "wood" / "box.jpg").write_bytes(Path(PICTURE).read_bytes())
     write_room(tmp_path / "room.glb")
     places = {"PORT": str(free_port()), "FOLDER": str(tmp_path)}
+    if "URL" in case.arguments:
+        places["URL"] = request.getfixturevalue("service").url
     arguments = [
-        re.sub("PORT|FOLDER", lambda name: places[name[0]], text) for text in case.arguments
+        re.sub("PORT|FOLDER|URL", lambda name: places[name[0]], text) for text in case.arguments
     ]
 
     found = trace(arguments, ready=case.ready, seconds=case.seconds)
