@@ -9,6 +9,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from each_case import each_row
 from PIL import Image
 
 from hapticvlm import documents
@@ -88,7 +89,7 @@ def test_a_zip_of_an_unknown_method_is_no_gallery(tmp_path):
         storage.read_gallery(path)
 
 
-@pytest.mark.parametrize(
+@each_row(
     ("fault", "words"),
     [
         (lambda: dict[str, str]()["materials"], "`materials` is missing"),

@@ -8,6 +8,7 @@ import jsonschema
 import msgpack
 import msgspec
 import pytest
+from each_case import each
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -33,13 +34,13 @@ def sent(vector):
     return bytes.fromhex(vector["msgpack"]) if "msgpack" in vector else vector["json"]
 
 
-@pytest.mark.parametrize("vector", vectors("accepted"), ids=lambda v: v["name"])
+@each(vector=vectors("accepted"))
 def test_an_accepted_vector_decodes_to_its_value(vector):
     expected = msgspec.convert(with_bytes(vector["value"]), ClientMessage)
     assert decode(sent(vector)) == expected
 
 
-@pytest.mark.parametrize("vector", vectors("refused"), ids=lambda v: v["name"])
+@each(vector=vectors("refused"))
 def test_a_refused_vector_gives_its_code_path_and_id(vector):
     with pytest.raises(MessageError) as refused:
         decode(sent(vector))
@@ -61,7 +62,7 @@ def test_a_refusal_names_the_words_that_may_stand_there(message, words):
         decode(json.dumps({"id": 1, **message}))
 
 
-@pytest.mark.parametrize("vector", vectors("answers"), ids=lambda v: v["name"])
+@each(vector=vectors("answers"))
 def test_an_answer_is_read_by_another_implementation_and_written_byte_for_byte(vector):
     data = bytes.fromhex(vector["msgpack"])
     assert msgpack.unpackb(data) == with_bytes(vector["value"])
@@ -70,9 +71,7 @@ def test_an_answer_is_read_by_another_implementation_and_written_byte_for_byte(v
     assert encode(message, as_text=True) == vector["json"]
 
 
-@pytest.mark.parametrize(
-    "vector", vectors("accepted") + vectors("answers"), ids=lambda v: v["name"]
-)
+@each(vector=vectors("accepted") + vectors("answers"))
 def test_the_published_schema_accepts_what_the_service_speaks(vector):
     jsonschema.Draft7Validator(SCHEMA).validate(with_bytes(vector["value"]))
 

@@ -6,6 +6,7 @@ import tracemalloc
 
 import msgpack
 import pytest
+from each_case import each
 from scene_cases import CASES, objects_of
 
 from hapticvlm.materials import MATERIALS
@@ -56,8 +57,7 @@ def decided(session, object_id):
     return next(each.material for each in replies if isinstance(each, Decision))
 
 
-@pytest.mark.parametrize("encoding", ["MessagePack", "JSON"])
-@pytest.mark.parametrize("case", CASES, ids=lambda case: case["name"])
+@each(case=CASES, encoding=["MessagePack", "JSON"])
 def test_of_a_scene_the_good_part_is_felt_and_the_rest_is_named(case, encoding):
     value = scene(*objects_of(case))
     data = msgpack.packb(value) if encoding == "MessagePack" else json.dumps(value)

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-import pytest
+from each_case import each
 from sentences import read, words
 
 ROOT = Path(__file__).parents[1]
@@ -19,7 +19,7 @@ PAGES = [
 MOST_WORDS, MOST_LINES, MEAN_WORDS = 30, 130, 15
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+@each(page=PAGES)
 def test_no_sentence_is_longer_than_one_can_hold(page: Path) -> None:
     found = read(page.read_text(encoding="utf-8"))
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from each_case import each, each_row
 
 from hapticvlm.client.local_service import running
 from hapticvlm.commands import config_file, serve
@@ -58,8 +59,7 @@ def as_flags(option: Option, value: Any) -> list[str]:
     return [text for one in given for text in (option.flag, str(one))]
 
 
-@pytest.mark.parametrize("table", [True, False])
-@pytest.mark.parametrize("option", OPTIONS, ids=lambda option: option.name)
+@each(option=OPTIONS, table=[True, False])
 def test_every_option_means_the_same_as_a_flag_and_in_a_file(option, table, tmp_path):
     value = unlike_default(option, tmp_path)
     head = f"[{option.details.group}]\n" if table else ""
@@ -125,7 +125,7 @@ def test_a_flag_that_may_stand_alone_is_true_in_a_file(said, meant, tmp_path):
     assert settled("--config", str(file(tmp_path, f"vlm = {said}\n"))).vlm == meant
 
 
-@pytest.mark.parametrize(
+@each_row(
     ("text", "complaint"),
     [
         ("level = 2.0", "level: expected `float` <= 1.0; give a number, 0..1"),

@@ -6,6 +6,7 @@ import subprocess
 import threading
 
 import pytest
+from each_case import each_row
 from null_sink import NAME, null_sink
 from pace import until
 
@@ -38,7 +39,7 @@ def said(programs: dict[str, str]):
     return lambda *command: programs.get(" ".join(command[:2]))
 
 
-@pytest.mark.parametrize(
+@each_row(
     ("programs", "output", "volume"),
     [
         (PROGRAMS, "USB DAC Analog Stereo", Volume(False, 0.1)),

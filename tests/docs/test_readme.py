@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from conftest import peer
+from each_case import each
 
 from hapticvlm.commands.main import main
 
@@ -32,7 +33,7 @@ async def test_the_three_messages_that_connect_a_scene_are_answered_and_decided(
     assert (decision["object_id"], decision["material"]) == ("table", "wood")
 
 
-@pytest.mark.parametrize("page", [*PAGES, LOG], ids=lambda page: str(page.relative_to(ROOT)))
+@each(page=[*PAGES, LOG])
 def test_every_link_leads_to_a_file_and_to_a_heading_of_it(page):
     for target, anchor in re.findall(r"\]\((?!http)([^)#]*)#?([^)]*)\)", page.read_text()):
         path = page.parent / target if target else page

@@ -4,7 +4,7 @@ import ast
 import re
 from pathlib import Path
 
-import pytest
+from each_case import each_row
 
 TESTS = Path(__file__).parents[1]
 TEXT = (TESTS.parent / "SECURITY.md").read_text(encoding="utf-8")
@@ -30,7 +30,7 @@ def tables() -> list[list[str]]:
     return [row for number, row in enumerate(cells) if not {number + 1, number + 2} & set(heads)]
 
 
-@pytest.mark.parametrize(("file", "test"), named(), ids=lambda name: name)
+@each_row(("file", "test"), named())
 def test_a_test_that_it_names_is_there(file: str, test: str) -> None:
     source = (TESTS / file).read_text(encoding="utf-8")
 

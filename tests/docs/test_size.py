@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
+from each_case import each
 
 from hapticvlm import __version__
 
@@ -47,7 +48,7 @@ def test_a_first_page_and_a_page_of_figures_have_a_limit_of_their_own(page: Path
     assert words(page.read_text(encoding="utf-8")) <= MOST[page.name]
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+@each(page=PAGES)
 def test_no_paragraph_and_no_cell_is_longer_than_one_reads(page: Path) -> None:
     text = page.read_text(encoding="utf-8")
     prose = [part for part in paragraphs(text) if not part.startswith("|")]
@@ -55,7 +56,7 @@ def test_no_paragraph_and_no_cell_is_longer_than_one_reads(page: Path) -> None:
     assert [cell for cell in cells(text) if words(cell) > MOST_IN_A_CELL] == []
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+@each(page=PAGES)
 def test_no_document_tells_how_it_was_made(page: Path) -> None:
     text = FENCED.sub("", page.read_text(encoding="utf-8"))
     told = [match[0] for match in HISTORY.finditer(text)]

@@ -3,6 +3,7 @@
 import time
 
 import pytest
+from each_case import each, each_row
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -19,7 +20,7 @@ def read(name: str) -> Evidence:
     return evidence
 
 
-@pytest.mark.parametrize(
+@each_row(
     ("name", "material"),
     [
         ("Oak_Table_02", "wood"),
@@ -60,7 +61,7 @@ def test_a_thing_alone_is_believed_but_not_sure(name: str, material: str) -> Non
     assert KNOWN <= read(name).confidence < SURE
 
 
-@pytest.mark.parametrize(
+@each_row(
     ("name", "material"),
     [
         ("glass table", "glass"),
@@ -82,9 +83,8 @@ def test_an_imitation_of_a_material_is_not_that_material(name: str) -> None:
     assert read(name).confidence < KNOWN
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
+@each(
+    name=[
         "",
         " ",
         "Material.001",
@@ -105,7 +105,7 @@ def test_an_imitation_of_a_material_is_not_that_material(name: str) -> None:
         "été",
         "шкаф",
         "\u202e\u0000_-.",
-    ],
+    ]
 )
 def test_a_name_without_known_words_gives_no_evidence(name: str) -> None:
     assert from_name(name) is None
@@ -126,9 +126,8 @@ def test_a_name_of_256_characters_is_read_in_milliseconds() -> None:
         assert time.process_time() - start < 0.05
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
+@each(
+    name=[
         "Sound_GlassBreak",
         "sfx_metal_hit",
         "IconHammer",
@@ -152,15 +151,14 @@ def test_a_name_of_256_characters_is_read_in_milliseconds() -> None:
         "SnapTurnProvider",
         "XRRayInteractor",
         "Mug_Outline",
-    ],
+    ]
 )
 def test_words_of_engines_take_all_meaning_from_a_name(name: str) -> None:
     assert from_name(name) is None
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
+@each(
+    name=[
         "ChairArea",
         "SofaPosition",
         "Lantern_Origin",
@@ -173,13 +171,13 @@ def test_words_of_engines_take_all_meaning_from_a_name(name: str) -> None:
         "PuddleWater",
         "LeftHand_Thumb",
         "Wall Socket Label",
-    ],
+    ]
 )
 def test_a_head_that_is_no_thing_says_nothing_whatever_stands_before_it(name: str) -> None:
     assert from_name(name) is None
 
 
-@pytest.mark.parametrize(
+@each_row(
     ("name", "material"),
     [
         ("Door Visuals", "wood"),
@@ -241,7 +239,7 @@ def test_a_class_word_before_an_unknown_word_is_believed_but_not_sure(
     assert KNOWN <= read(name).confidence < SURE
 
 
-@pytest.mark.parametrize(
+@each_row(
     ("path", "material"),
     [
         ("Pistol/Magazine", "metal"),
@@ -267,9 +265,8 @@ def test_parents_give_the_sense_or_the_thing(path: str, material: str) -> None:
     assert read(path).confidence >= KNOWN
 
 
-@pytest.mark.parametrize(
-    "path",
-    [
+@each(
+    path=[
         "Avatar/Hand/Nail_03",
         "Palm_L",
         "Insect/Antenna",
@@ -280,7 +277,7 @@ def test_parents_give_the_sense_or_the_thing(path: str, material: str) -> None:
         "Room/Cube",
         "/",
         "//",
-    ],
+    ]
 )
 def test_parents_can_take_the_meaning(path: str) -> None:
     assert from_name(path) is None
@@ -290,7 +287,7 @@ def test_a_parent_is_believed_less_than_its_own_name() -> None:
     assert read("Crate/Visuals").confidence < read("Crate").confidence
 
 
-@pytest.mark.parametrize(
+@each_row(
     ("name", "surface", "material"),
     [
         ("Table_03", "M_BrushedSteel", "metal"),
@@ -317,7 +314,7 @@ def test_a_surface_that_agrees_or_says_nothing_changes_no_belief() -> None:
     assert agreed == from_name("OakDesk")
 
 
-@pytest.mark.parametrize(
+@each_row(
     ("name", "material"),
     [
         ("Harpoon_Net", "fabric"),
@@ -346,7 +343,7 @@ def test_things_of_streets_sports_weapons_and_machines_are_known(name: str, mate
     assert read(name).confidence >= KNOWN
 
 
-@pytest.mark.parametrize(
+@each_row(
     ("name", "material"),
     [
         ("Tisch", "wood"),

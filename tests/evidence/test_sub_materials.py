@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from each_case import each, each_row
 from thermal_reference import Stage, skin_surface
 
 from hapticvlm.evidence import names, sub_materials
@@ -47,7 +48,7 @@ def make(name: str) -> MaterialDetail:
     return sub_materials.from_name(name, LEXICON)
 
 
-@pytest.mark.parametrize("name", CITED)
+@each(name=CITED)
 def test_a_sub_material_is_within_a_fifth_of_another_source(name: str) -> None:
     found, cited = BY_NAME[name].thermal.effusivity, CITED[name].effusivity
 
@@ -63,7 +64,7 @@ def test_sub_materials_differ_from_their_material_by_what_skin_can_feel() -> Non
             assert abs(skin_surface_c(usual, 1.0) - skin_surface_c(finer, 1.0)) > 0.4, name
 
 
-@pytest.mark.parametrize(
+@each_row(
     ("name", "material", "kind"),
     [
         ("Styrofoam_Cup", "plastic", "styrofoam"),
@@ -103,7 +104,7 @@ def test_a_sub_material_counts_for_its_own_material_only() -> None:
     assert make("brick").sub_material("fabric") is None
 
 
-@pytest.mark.parametrize(
+@each_row(
     ("name", "material", "millimetres"),
     [
         ("Oak_Leaf.002", "foliage", 0.3),

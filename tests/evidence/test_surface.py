@@ -3,6 +3,7 @@
 from typing import get_args
 
 import pytest
+from each_case import each, each_row
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -75,7 +76,7 @@ def test_an_object_id_is_read_without_a_name() -> None:
     assert surface(SurfaceFacts("sofa", "IceCube_03"), ROOM).source == "ambient"
 
 
-@pytest.mark.parametrize(
+@each_row(
     ("name", "low", "high"),
     [
         ("Radiator_White_02", 40, 75),
@@ -111,9 +112,19 @@ def test_a_name_gives_a_temperature(name: str, low: float, high: float) -> None:
     assert felt(name).source == "name"
 
 
-@pytest.mark.parametrize(
-    "name",
-    ["Stove", "Mug", "Kettle", "Lamp_03", "Laptop", "Engine", "car_hood", "Fridge", "lava", "Beer"],
+@each(
+    name=[
+        "Stove",
+        "Mug",
+        "Kettle",
+        "Lamp_03",
+        "Laptop",
+        "Engine",
+        "car_hood",
+        "Fridge",
+        "lava",
+        "Beer",
+    ]
 )
 def test_a_thing_that_may_be_on_or_off_gives_no_temperature_by_itself(name: str) -> None:
     assert by_name(name) is None
@@ -126,22 +137,53 @@ def test_a_thing_that_is_off_gives_no_temperature(name: str) -> None:
     assert by_name(name) is None
 
 
-@pytest.mark.parametrize(
-    "name",
-    """not_hot_pan mug_without_steam no_fire toy_stove_on fake_ice_cube felt_snowman glass_icicle
-    plastic_ice_cube""".split(),  # noqa: SIM905
+@each(
+    name=[
+        "not_hot_pan",
+        "mug_without_steam",
+        "no_fire",
+        "toy_stove_on",
+        "fake_ice_cube",
+        "felt_snowman",
+        "glass_icicle",
+        "plastic_ice_cube",
+    ]
 )
 def test_negations_and_imitations_give_no_temperature(name: str) -> None:
     assert by_name(name) is None
 
 
-@pytest.mark.parametrize(
-    "name",
-    """Ice_Blue_Sofa HotPink HotPink_Mug radiator_grille iron_gate flat_iron cold_steel Snow_White
-    Cold_Steel_Knife SnowGlobe fire_hydrant FireExtinguisher hot_dog_bun ice_axe ice_cream_truck
-    Soup_Can campfire_stones Frozen_Castle frozen_elsa_mug steampunk_lamp warm_white_lamp
-    stove_off_white fridge_magnet lava_lamp Fridge_Open Fire_Red_Car Hot_Wheels
-    water_heater""".split(),  # noqa: SIM905
+@each(
+    name=[
+        "Ice_Blue_Sofa",
+        "HotPink",
+        "HotPink_Mug",
+        "radiator_grille",
+        "iron_gate",
+        "flat_iron",
+        "cold_steel",
+        "Snow_White",
+        "Cold_Steel_Knife",
+        "SnowGlobe",
+        "fire_hydrant",
+        "FireExtinguisher",
+        "hot_dog_bun",
+        "ice_axe",
+        "ice_cream_truck",
+        "Soup_Can",
+        "campfire_stones",
+        "Frozen_Castle",
+        "frozen_elsa_mug",
+        "steampunk_lamp",
+        "warm_white_lamp",
+        "stove_off_white",
+        "fridge_magnet",
+        "lava_lamp",
+        "Fridge_Open",
+        "Fire_Red_Car",
+        "Hot_Wheels",
+        "water_heater",
+    ]
 )
 def test_a_false_friend_gives_no_temperature(name: str) -> None:
     assert by_name(name) is None

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from each_case import each
 
 sys.path.insert(0, str(Path(__file__).parent))
 import blocks
@@ -55,9 +56,7 @@ def arguments(text):
     return [MEANT.get(word, word) for word in words if word not in PLACEHOLDER]
 
 
-@pytest.mark.parametrize(
-    "command", SHOWN, ids=lambda command: f"{command.place} {command.text}"[:70]
-)
+@each(command=SHOWN)
 def test_every_command_of_a_block_is_one_the_program_knows(command):
     if "hapticvlm " in command.text and not re.match(INSTALLS, command.text):
         PARSER.parse_args(arguments(command.text))

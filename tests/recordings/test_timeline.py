@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from each_case import each_row
 from recorded_session import record, record_messages, touch
 
 from hapticvlm.materials import MATERIALS
@@ -61,7 +62,7 @@ def test_names_decisions_and_plate_are_found_at_their_times(session):
     assert what.touch_at(0.2) is None
 
 
-@pytest.mark.parametrize(
+@each_row(
     ("name", "words"),
     [
         ("TeaMug_01", "Tea mug"),

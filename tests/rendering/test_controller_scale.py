@@ -82,8 +82,7 @@ def test_the_strongest_slide_of_all_materials_is_near_six_tenths(planner, form):
     assert strongest == pytest.approx(0.6, abs=0.08)
 
 
-@pytest.mark.parametrize("form", FORMS)
-@pytest.mark.parametrize("kind", ["tap", "strike", "press", "slide"])
+@each(kind=["tap", "strike", "press", "slide"], form=FORMS)
 def test_the_order_of_materials_is_that_of_the_palm(planner, kind, form):
     motion = BLOWS.get(kind, Motion(0.3, 1.5))
     felt = {name: palm_level(planner, name, kind, motion, form) for name in MATERIALS}

@@ -8,7 +8,7 @@ from dataclasses import replace
 import mpmath
 import numpy as np
 import pytest
-from each_case import each
+from each_case import each, each_row
 from numpy.typing import NDArray
 from thermal_reference import Stage, skin_surface
 
@@ -139,7 +139,7 @@ def test_a_very_thick_slab_is_semi_infinite() -> None:
             assert skin_surface_c(slab_contact, elapsed_s) == pytest.approx(thick_c, abs=0.01)
 
 
-@pytest.mark.parametrize(
+@each_row(
     ("thermal", "at_23", "at_45", "at_5"),
     [
         (MATERIALS["fabric"].thermal, 31.8, 34.4, 29.7),

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from each_case import each
 
 from hapticvlm.materials import MATERIALS, Thermal
 from hapticvlm.rendering.heat import history as thermal_history
@@ -17,15 +18,14 @@ STEEL = thermal_contact(Thermal(15, 8000, 500), 22.0, contact_resistance=0.0)
 EVEN = (1.0, *(0.0 for _ in RATES[1:]))  # one height, all but still
 
 
-@pytest.mark.parametrize("elapsed_s", np.geomspace(1e-4, 100.0, 12))
+@each(elapsed_s=np.geomspace(1e-4, 100.0, 12))
 def test_the_rates_give_the_kernel_of_the_skin(elapsed_s: float) -> None:
     value = thermal_history._WEIGHTS @ np.exp(-RATES * elapsed_s)
     stated = 4e-3 if elapsed_s < 10.0 else 1e-2
     assert value == pytest.approx(1.0 / math.sqrt(math.pi * elapsed_s), rel=stated)
 
 
-@pytest.mark.parametrize("elapsed_s", [1e-3, 1.0, 100.0])
-@pytest.mark.parametrize("rate", [1e-3, 1.0, 1e3])
+@each(rate=[1e-3, 1.0, 1e3], elapsed_s=[1e-3, 1.0, 100.0])
 def test_four_points_bring_an_exponential_back_from_laplace(elapsed_s: float, rate: float) -> None:
     s = thermal_history._CONTOUR / elapsed_s
     value = (thermal_history._CONTOUR_WEIGHTS / elapsed_s / (s + rate)).sum().real

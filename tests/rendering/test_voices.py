@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from each_case import each
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
@@ -107,8 +108,7 @@ def test_a_stroke_update_keeps_the_same_texture_going() -> None:
     assert above_band_db(np.concatenate((slow, fast))) < -50.0
 
 
-@pytest.mark.parametrize("block", [64, 128, 256, 512, 1024, 4096])
-@pytest.mark.parametrize("command", [SLIDE, replace(STRIKE, material="metal")])
+@each(command=[SLIDE, replace(STRIKE, material="metal")], block=[64, 128, 256, 512, 1024, 4096])
 def test_a_lapsed_lease_is_silent_within_20_ms(command: Command, block: int) -> None:
     voices = Voices()
     voices.apply(replace(command, expires_at=0.1))

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 
 import pytest
 from asked import asked
+from each_case import each, each_row
 from pace import PACE
 from websockets.asyncio.client import connect as open_socket
 from websockets.exceptions import InvalidStatus
@@ -137,7 +138,7 @@ def test_this_machine_sees_pages_without_the_token(visited):
     assert "HapticVLM" in text
 
 
-@pytest.mark.parametrize(
+@each_row(
     ("peer", "near"),
     [
         ("192.168.1.7", True),
@@ -161,9 +162,17 @@ def test_the_local_network_is_private_and_link_local_addresses(peer, near):
     assert (lan_pages.refusal(peer, "192.168.1.2:8790") is None) == near
 
 
-@pytest.mark.parametrize(
-    "authorization",
-    ["", "Basic", "Basic ", "Basic !!!!", "Basic YQ==", "Basic a", "Basic \xff", "basic " + TOKEN],
+@each(
+    authorization=[
+        "",
+        "Basic",
+        "Basic ",
+        "Basic !!!!",
+        "Basic YQ==",
+        "Basic a",
+        "Basic \xff",
+        "basic " + TOKEN,
+    ]
 )
 def test_what_is_no_authorization_is_no_token(authorization):
     assert not is_token(authorization, TOKEN)

@@ -11,6 +11,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from each_case import each
 
 sys.path.insert(0, str(Path(__file__).parent))
 import mutate
@@ -24,7 +25,7 @@ ENDANGERING = (
 )
 
 
-@pytest.mark.parametrize("defect", mutate.DEFECTS, ids=lambda defect: defect.planted.strip())
+@each(defect=mutate.DEFECTS)
 def test_a_planted_defect_fits_the_code_and_names_a_test_that_is_there(defect):
     source = (mutate.ROOT / "service/hapticvlm" / defect.file).read_text(encoding="utf-8")
     assert defect.sound in source

@@ -6,6 +6,7 @@ import socket
 
 import pytest
 from asked import asked
+from each_case import each_row
 from edge_service import Service, listening
 from hypothesis import given
 from hypothesis import strategies as st
@@ -39,7 +40,7 @@ def status_of(data):
     return 200
 
 
-@pytest.mark.parametrize(
+@each_row(
     ("data", "status"),
     [
         (get(), 200),

@@ -16,6 +16,7 @@ from typing import Any
 
 import pytest
 from asked import asked
+from each_case import each
 from pace import PACE
 
 from hapticvlm.client.local_service import ServiceError, running
@@ -69,9 +70,8 @@ def test_pages_and_scripts_of_the_folder_are_found(folder, path, found):
     assert scene_files.find(folder, path) == folder / found
 
 
-@pytest.mark.parametrize(
-    "path",
-    [
+@each(
+    path=[
         "/scene/../outside.js",
         "/scene/%2e%2e/outside.js",
         "/scene/parts/..%2f..%2foutside.js",
@@ -89,7 +89,7 @@ def test_pages_and_scripts_of_the_folder_are_found(folder, path, found):
         "/scene/main.js%00.html",
         "/scene/%ff%fe.js",
         "/scene/" + "x" * 5000 + ".js",
-    ],
+    ]
 )
 def test_nothing_else_is(folder, path):
     assert scene_files.find(folder, path) is None

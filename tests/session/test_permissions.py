@@ -4,6 +4,7 @@ import json
 
 import msgspec
 import pytest
+from each_case import each_row
 
 from hapticvlm.materials import MATERIALS
 from hapticvlm.messages import (
@@ -46,7 +47,7 @@ def test_an_object_that_was_only_shown_can_be_stated():
     assert shown == SceneObject(object_id="shown", material="wood")
 
 
-@pytest.mark.parametrize(
+@each_row(
     ("objects", "more", "path"),
     [
         ([{"object_id": "mug", "material": "wood"}], {"replace": True}, "$.replace"),

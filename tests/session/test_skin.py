@@ -5,6 +5,7 @@ from itertools import product
 from typing import Any, NamedTuple
 
 import pytest
+from each_case import each
 from hovers import HOVERS, TICK_S
 from tiers import nightly_except
 
@@ -177,8 +178,7 @@ def test_a_contact_after_a_real_approach_is_as_good_as_one_long_awaited(material
     assert abs(real[-1] - awaited[-1]) < (0.1 if material != "metal" else 0.15)
 
 
-@pytest.mark.parametrize("object_c", [22.0, 5.0])
-@pytest.mark.parametrize("hover", HOVERS.values(), ids=HOVERS)
+@each(hover=HOVERS.values(), object_c=[22.0, 5.0])
 def test_a_hand_that_hovers_without_touching_never_feels_it(hover, object_c):
     """On the palm that conducts best: the peak of the skin, not its mean."""
     skin_c = skin(palm("metal", 22.0, 2e-4, hover, temperature_c=object_c))

@@ -7,6 +7,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
+from each_case import each_row
 
 from hapticvlm.materials import MATERIALS
 from hapticvlm.perception import NEUTRAL_C
@@ -183,7 +184,7 @@ def test_an_object_brings_skin_to_the_setpoint_when_its_pattern_ends() -> None:
         assert NEUTRAL_C + change_c == pytest.approx(stimulus.setpoint_c, abs=1e-6)
 
 
-@pytest.mark.parametrize(
+@each_row(
     ("change", "said"),
     [
         ({"material": "cheese"}, "material"),

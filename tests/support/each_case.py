@@ -15,8 +15,20 @@ def each(**values: Iterable[Any]) -> Callable[[Callable[..., None]], Callable[..
     Its other parameters are fixtures, which all cases share. A case fails by an AssertionError;
     anything else that is raised ends the test.
     """
-    cases = [dict(zip(values, case, strict=True)) for case in itertools.product(*values.values())]
+    cases = itertools.product(*values.values())
+    return _looped([dict(zip(values, case, strict=True)) for case in cases], tuple(values))
 
+
+def each_row(
+    names: tuple[str, ...], rows: Iterable[tuple[Any, ...]]
+) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Call the test with every row of a table, whose columns are these parameters."""
+    return _looped([dict(zip(names, row, strict=True)) for row in rows], names)
+
+
+def _looped(
+    cases: list[dict[str, Any]], names: tuple[str, ...]
+) -> Callable[[Callable[..., None]], Callable[..., None]]:
     def decorate(test: Callable[..., None]) -> Callable[..., None]:
         @functools.wraps(test)
         def run(**fixtures: Any) -> None:
@@ -29,7 +41,7 @@ def each(**values: Iterable[Any]) -> Callable[[Callable[..., None]], Callable[..
             assert not offenders, "\n".join(offenders)
 
         signature = inspect.signature(test)
-        fixtures = [value for name, value in signature.parameters.items() if name not in values]
+        fixtures = [value for name, value in signature.parameters.items() if name not in names]
         run.__signature__ = signature.replace(parameters=fixtures)  # type: ignore[attr-defined]
         return run
 

@@ -8,6 +8,7 @@ import zlib
 import numpy as np
 import pytest
 import simplejpeg
+from each_case import each, each_row
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -136,9 +137,7 @@ REGIONS = [
 ]
 
 
-@pytest.mark.parametrize("origin", ["top", "bottom"])
-@pytest.mark.parametrize("format", ["jpeg", "png", "rgb8"])
-@pytest.mark.parametrize("masked", [False, True])
+@each(masked=[False, True], format=["jpeg", "png", "rgb8"], origin=["top", "bottom"])
 def test_regions_cut_together_are_what_they_are_one_by_one(
     origin: str, format: str, masked: bool
 ) -> None:
@@ -226,8 +225,7 @@ def an_ellipse(height: int = 448, width: int = 448) -> NDArray[np.bool_]:
     return inside
 
 
-@pytest.mark.parametrize("colour_type", [GREY, PALETTE])
-@pytest.mark.parametrize("bits", [1, 2, 4, 8])
+@each(bits=[1, 2, 4, 8], colour_type=[GREY, PALETTE])
 def test_a_mask_of_any_depth_marks_what_one_of_eight_bits_marks(
     bits: int, colour_type: int
 ) -> None:
@@ -385,7 +383,7 @@ HOSTILE = {
 }
 
 
-@pytest.mark.parametrize(("bad", "path"), HOSTILE.values(), ids=HOSTILE.keys())
+@each_row(("bad", "path"), HOSTILE.values())
 def test_the_header_is_checked_before_a_pixel_is_decoded(bad: messages.Frame, path: str) -> None:
     with pytest.raises(PictureError) as caught:
         check_header(bad)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import simplejpeg
+from each_case import each
 from grounds import GROUNDS, HEIGHT, WIDTH, drawn
 from numpy.typing import NDArray
 from PIL import Image
@@ -21,7 +22,7 @@ def overlap(mask: Grid, truth: Grid) -> float:
     return float((large & truth).sum() / (large | truth).sum())
 
 
-@pytest.mark.parametrize("name", [name for name, ground in GROUNDS.items() if ground.is_outlined])
+@each(name=[name for name, ground in GROUNDS.items() if ground.is_outlined])
 def test_a_thing_on_a_plain_ground_is_outlined(name: str) -> None:
     pixels, truth = drawn(name)
     mask = outline(pixels)
@@ -29,9 +30,7 @@ def test_a_thing_on_a_plain_ground_is_outlined(name: str) -> None:
     assert overlap(mask, truth) > 0.9
 
 
-@pytest.mark.parametrize(
-    "name", [name for name, ground in GROUNDS.items() if not ground.is_outlined]
-)
+@each(name=[name for name, ground in GROUNDS.items() if not ground.is_outlined])
 def test_what_is_not_one_thing_on_a_plain_ground_is_not_outlined(name: str) -> None:
     assert outline(drawn(name)[0]) is None
 

@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+from each_case import each_row
 from tiny_encoders import PROCESSOR, picture
 
 from hapticvlm.vision.encoders.preprocessing import read_preprocessing
 
 
-@pytest.mark.parametrize(
+@each_row(
     ("given", "sides"),
     [
         ({"size": {"shortest_edge": 224}}, (256, 224)),
@@ -60,7 +61,7 @@ def test_it_gives_the_network_what_its_own_processor_gives(tmp_path):
     assert np.allclose(ours.apply(pixels)[0], theirs["pixel_values"], atol=1e-5)
 
 
-@pytest.mark.parametrize(
+@each_row(
     ("given", "complaint"),
     [
         ({"size": {"height": 96, "width": 64}}, "size"),

@@ -5,6 +5,7 @@ from dataclasses import replace
 import msgspec
 import numpy as np
 import pytest
+from each_case import each_row
 
 from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.vision.encoders.encoder import DEFAULT, SHIPPED
@@ -108,7 +109,7 @@ def test_an_answer_is_read_with_evidence_best_first_and_embedding() -> None:
 GOOD = contract.write_result(found(("wood", 0.7)))
 
 
-@pytest.mark.parametrize(
+@each_row(
     ("data", "said"),
     [
         (b"<html>", "cannot be read"),

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from each_case import each
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from torch_files import Tensor, calling, file_of
@@ -47,9 +48,8 @@ def test_a_file_that_names_a_function_has_nothing_run(
     assert not path.exists()
 
 
-@pytest.mark.parametrize(
-    "tensor",
-    [
+@each(
+    tensor=[
         Tensor((2, 4), (3, 1)),  # one too many
         Tensor((2, 3), (4, 1)),
         Tensor((2, 3), (3, 1), offset=1),
@@ -62,7 +62,7 @@ def test_a_file_that_names_a_function_has_nothing_run(
         Tensor(key="elsewhere"),
         Tensor(count=5),
         Tensor(count=2**60),
-    ],
+    ]
 )
 def test_a_view_that_leaves_its_storage_is_refused(tensor: Tensor) -> None:
     with pytest.raises(TorchFileError):

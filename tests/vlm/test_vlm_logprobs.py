@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from each_case import each_row
 
 from hapticvlm.vlm.endpoint import EndpointError
 from hapticvlm.vlm.logprobs import CandidateMass, fit_number, fit_word, follow, read_places
@@ -76,7 +77,7 @@ def test_unreported_mass_widens_the_interval_but_does_not_move_the_value() -> No
     assert spread([doubtful.seen]).value_c == pytest.approx(21.0)
 
 
-@pytest.mark.parametrize(
+@each_row(
     ("tokens", "number"),
     [
         (("-", "5", END), -5),

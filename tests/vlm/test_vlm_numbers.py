@@ -6,6 +6,7 @@ import itertools
 
 import numpy as np
 import pytest
+from each_case import each, each_row
 from numpy.typing import NDArray
 
 from hapticvlm import messages
@@ -58,8 +59,7 @@ def random_rows(tree: ChoiceTree, vocabulary: int = 300, seed: int = 0) -> NDArr
     return (rows - np.logaddexp.reduce(rows, axis=1, keepdims=True)).astype(np.float32)
 
 
-@pytest.mark.parametrize("encode", [by_digit, whole, in_pairs])
-@pytest.mark.parametrize("number", [-30, -17, -5, -1, 0, 2, 9, 22, 60])
+@each(number=[-30, -17, -5, -1, 0, 2, 9, 22, 60], encode=[by_digit, whole, in_pairs])
 def test_a_planted_number_is_read_back(encode, number: int) -> None:
     tree = number_tree(encode)
     found = spread([number_beliefs(tree, planted(tree, tuple(encode(str(number)))))])
@@ -101,8 +101,7 @@ def test_beliefs_and_the_mass_of_other_answers_sum_to_one() -> None:
     assert beliefs(tree, rows).sum() == pytest.approx(numbers, abs=1e-6)
 
 
-@pytest.mark.parametrize("said", ["72", "100", "65", "-40", "199"])
-@pytest.mark.parametrize("encode", [by_digit, whole])
+@each(encode=[by_digit, whole], said=["72", "100", "65", "-40", "199"])
 def test_a_number_outside_the_candidates_is_not_read_as_its_beginning(encode, said) -> None:
     tree = number_tree(encode)
     assert number_beliefs(tree, planted(tree, tuple(encode(said)))).sum() < 1e-6
@@ -178,7 +177,7 @@ def test_packed_texts_see_their_own_beginning_alone() -> None:
         assert steps == list(range(len(seen)))
 
 
-@pytest.mark.parametrize(
+@each_row(
     ("text", "low", "high"),
     [
         ("22", 22, 22),
@@ -223,9 +222,8 @@ def test_a_stated_temperature_is_read(text: str, low: float, high: float) -> Non
     assert stated.value_c == pytest.approx((low + high) / 2)
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
+@each(
+    text=[
         *("", "cold", "nan", "seventy", "70", "-40", "2024", "12:30", "1,000", "295 K", "t22"),
         *("I see 3 dogs", "about 30 feet away", "22/25 degrees", "22 degrees, no, 30 degrees"),
         *("one hundred degrees", "15-20%", "20 percent", "EstEstEst", "200 °F"),
@@ -235,7 +233,7 @@ def test_a_stated_temperature_is_read(text: str, low: float, high: float) -> Non
         *("a whole number from -30 to 60 degrees Celsius", "people: 3", "I see dogs, 3"),
         *('{"temperature_f": 50}', '{"temperature": 50, "unit": "F"}', '{"answer": "none"}'),
         *("twenty two", "minus five degrees", "50 degrees Fahrenheit", "50F", "40-50 °F"),
-    ],
+    ]
 )
 def test_nonsense_is_not_a_temperature(text: str) -> None:
     with pytest.raises(VlmError, match="states"):

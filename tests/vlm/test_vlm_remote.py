@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 import simplejpeg
+from each_case import each, each_row
 from serving import Reply, Request, endpoint, raw, says, sends, tells
 
 from hapticvlm.backoff import OPEN_S, TRIP
@@ -255,7 +256,7 @@ def test_two_materials_or_none_are_not_an_answer() -> None:
             vlm(served.url).material(PICTURE, PICTURE, NAMES)
 
 
-@pytest.mark.parametrize(
+@each_row(
     ("reply", "why"),
     [
         (says("900"), "outside -30 to 60"),
@@ -408,7 +409,7 @@ def test_a_token_travels_in_clear_text_to_this_machine_only() -> None:
         vlm("http://gpu.example:8000", token="s3cret")
 
 
-@pytest.mark.parametrize(
+@each_row(
     ("url", "asked"),
     [
         ("http://127.0.0.1:8000", "http://127.0.0.1:8000/v1"),
@@ -516,13 +517,12 @@ def test_a_model_that_only_thinks_is_reported_as_such() -> None:
     assert "thinks first and gave no answer" in text
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
+@each(
+    text=[
         *("<|begin_of_box|>22<|end_of_box|>", "22<|im_end|>", "22</s>", "<answer>22</answer>"),
         *(r"\boxed{22}", r"$22^\circ C$", r"$22\,^{\circ}\text{C}$", "**22 °C**", "`22`"),
         *('```json\n{"temperature_celsius": 22}\n```', "```\n22\n```"),
-    ],
+    ]
 )
 def test_the_marks_around_an_answer_are_taken_off(text: str) -> None:
     with endpoint(says(text)) as served:
@@ -547,9 +547,8 @@ def test_fewer_log_probabilities_are_asked_for_where_twenty_are_refused() -> Non
         assert vlm(served.url, model="some/vlm").ambient(PICTURE).method == "logprobs"
 
 
-@pytest.mark.parametrize(
-    "url",
-    [
+@each(
+    url=[
         "gpu.example:8000",
         "ftp://gpu.example",
         "file:///etc/passwd",
@@ -561,7 +560,7 @@ def test_fewer_log_probabilities_are_asked_for_where_twenty_are_refused() -> Non
         "http://gpu.example/a b",
         "http://gpu.example/\r\nX: 1",
         "",
-    ],
+    ]
 )
 def test_other_urls_are_refused_before_anything_is_sent(url: str) -> None:
     with pytest.raises(VlmError, match="--vlm-url") as caught:
