@@ -45,7 +45,7 @@ def add(commands: Commands) -> None:
         subjects,
         "vibration",
         _chart_vibration,
-        "modes, noise and block size: perceptible difference against computing time",
+        "modes and block size: perceptible difference against computing time",
     )
     whole = _subject(
         subjects,
@@ -132,9 +132,9 @@ def _perturb_conventions(options: argparse.Namespace) -> int:
 
 
 def _chart_thermal(options: argparse.Namespace) -> int:
-    from hapticvlm_lab.bench.thermal import chart
+    from hapticvlm_lab.bench import thermal
 
-    return chart.run(options.out, as_json=options.json)
+    return thermal.run(options.out, as_json=options.json)
 
 
 def _perturb_latency(options: argparse.Namespace) -> int:

@@ -48,7 +48,6 @@ RECIPES: Mapping[str, Recipe] = {
     "chart-whole.png": _whole,
     "chart-material.png": _command("chart-material.png", "chart", "material"),
     "chart-thermal.png": _command("chart-thermal.png", "chart", "thermal"),
-    "chart-thermal-plate.png": _command("chart-thermal-plate.png", "chart", "thermal"),
     "chart-vibration.png": _command("chart-vibration.png", "chart", "vibration"),
     "stability-material.png": _command("stability-material-approach.png", "stability", "material"),
     "stability-conventions.png": _command(

@@ -15,7 +15,7 @@ from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
-from thermal_reference import contact_surface
+from thermal_reference import Stage, contact_surface
 
 from hapticvlm.materials import MATERIALS, Thermal
 from hapticvlm.perception import NEUTRAL_C
@@ -24,14 +24,14 @@ from hapticvlm.rendering.vibration.impacts import impact
 from hapticvlm.rendering.vibration.textures import Texture
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 from hapticvlm.session.decisions import Rendition
+from hapticvlm_lab.bench import thermal as heat
 from hapticvlm_lab.bench.telling_apart import (
     HEAT_NOISE,
     TOUCH_NOISE,
     vibration_steps,
     warmth_steps,
 )
-from hapticvlm_lab.bench.thermal import chart as heat
-from hapticvlm_lab.bench.thermal.chart import TICK_S
+from hapticvlm_lab.bench.thermal import TICK_S
 from hapticvlm_lab.bench.vibration.chart import RUBBED, rub
 from hapticvlm_lab.bench.vibration.spectra import difference_db, event_db, steady_db
 from hapticvlm_lab.bench.whole import baked
@@ -153,9 +153,7 @@ def _true_skin(name: str) -> Doubles:
 def _followed(bulk: Thermal | None, method: heat.Method | None) -> Doubles:
     if bulk is None or method is None:
         return np.full(_TIMES_S.size, NEUTRAL_C)
-    skin = method.begin(TICK_S)
-    skin.touch(thermal_contact(bulk, ROOM_C))
-    return np.array([skin.step() for _ in _TIMES_S])
+    return method.follow([Stage(0.0, thermal_contact(bulk, ROOM_C))], _TIMES_S)
 
 
 def _at(wave: Callable[[str], Wave], what: Vibrating) -> Wave:
@@ -183,19 +181,17 @@ def work(how: Rendering) -> Mapping[str, Callable[[], object]]:
     method = how.heat
     assert method is not None
     wood = MATERIALS["wood"]
-    contact = thermal_contact(wood.thermal, ROOM_C)
+    stages = [Stage(0.0, thermal_contact(wood.thermal, ROOM_C))]
     body = replace(wood.vibration, modes=wood.vibration.modes[: how.modes])
     texture = Texture(wood.vibration, "slide", 1)
     blocks = round(TOUCH_S * RATE_HZ / BLOCK)
-
-    def follow() -> None:
-        skin = method.begin(TICK_S)
-        skin.touch(contact)
-        for _ in _TIMES_S:
-            skin.step()
 
     def slide() -> None:
         for _ in range(blocks):
             texture.render(BLOCK, RUBBED)
 
-    return {"heat": follow, "slide": slide, "strike": lambda: impact(body, "strike", STRIKE, 0)}
+    return {
+        "heat": lambda: method.follow(stages, _TIMES_S),
+        "slide": slide,
+        "strike": lambda: impact(body, "strike", STRIKE, 0),
+    }

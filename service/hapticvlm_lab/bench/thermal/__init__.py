@@ -1,1 +1,0 @@
-"""The course of skin temperature: how exact the product is, and against which yardstick."""
