@@ -78,29 +78,15 @@ def add(commands: Commands) -> None:
         default="cpu",
         help="device for a network of transformers (%(default)s)",
     )
-    app.add_argument(
-        "--threads", type=int, default=1, metavar="N", help="CPU threads of one batch (%(default)s)"
-    )
     replicas = app.add_argument_group("replicas, on Ray")
     replicas.add_argument("--replicas", metavar="N_OR_LEAST:MOST", help="number of replicas (1)")
-    replicas.add_argument("--cpus", type=float, metavar="N", help="CPUs for each replica (1)")
     replicas.add_argument(
         "--gpus",
         type=float,
         metavar="N",
         help="GPUs for each replica; with 0.25 four replicas share one (0)",
     )
-    scale = app.add_argument_group("batches")
-    scale.add_argument(
-        "--batch", type=int, default=16, metavar="N", help="most crops in one batch (%(default)s)"
-    )
-    scale.add_argument(
-        "--batch-wait-ms",
-        type=float,
-        metavar="MS",
-        help="time a batch may take to fill (0, on Ray 4); while one runs, the next one fills",
-    )
-    scale.add_argument(
+    app.add_argument(
         "--queue",
         type=int,
         default=128,
@@ -146,20 +132,13 @@ def settle(options: argparse.Namespace, engine: str, environment: os._Environ[st
     if engine != RAY:
         _refuse_ray_options(options)
     is_open = token is None and options.write is None
-    wait_ms = options.batch_wait_ms
     settings = app.AppSettings(
-        app.Model(options.encoder, options.encoder_device, options.threads, is_open),
+        app.Model(options.encoder, options.encoder_device, is_open),
         app.Live(
             dict(app.read_gallery_option(text) for text in options.gallery),
-            options.batch,
-            WAIT_MS[engine] if wait_ms is None else wait_ms,
+            batch_wait_ms=WAIT_MS[engine],
         ),
-        app.Scale(
-            app.read_replicas(options.replicas or "1"),
-            1.0 if options.cpus is None else options.cpus,
-            options.gpus or 0.0,
-            options.queue,
-        ),
+        app.Scale(app.read_replicas(options.replicas or "1"), options.gpus or 0.0, options.queue),
     )
     app.check(settings)
     return settings
@@ -169,7 +148,7 @@ def _refuse_ray_options(options: argparse.Namespace) -> None:
     """Refuse the options that only Ray supports. Raises UsageError."""
     if options.write is not None:
         raise UsageError("--write writes a config for Ray: omit --engine, or use --engine ray")
-    for name in ("replicas", "cpus", "gpus"):
+    for name in ("replicas", "gpus"):
         if getattr(options, name) is not None:
             raise UsageError(
                 f"--{name} needs --engine ray; without Ray, run one process per core or GPU behind "

@@ -13,7 +13,6 @@ import tempfile
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from math import ceil
 from pathlib import Path
 from typing import Any
 
@@ -51,11 +50,10 @@ def running(settings: AppSettings, http: dict[str, Any]) -> Iterator[None]:
     import ray
 
     folder = tempfile.mkdtemp(prefix=FOLDER)
-    scale = settings.scale
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # warnings of Ray about its own modules
-            _start(ceil(scale.replicas[1] * scale.cpus), folder)
+            _start(settings.scale.replicas[1], folder)
             for name in ("ray", "ray.serve"):
                 logging.getLogger(name).setLevel(logging.ERROR)
             _serve(http)

@@ -21,7 +21,7 @@ from hapticvlm.vision.remote import contract
 from hapticvlm_recogniser_app.batches import Batches
 from hapticvlm_recogniser_app.recogniser import PendingCrop, Recogniser, Reply, Request
 from hapticvlm_recogniser_app.replies import Embedded, Refusal
-from hapticvlm_recogniser_app.settings import AppSettings
+from hapticvlm_recogniser_app.settings import BATCH, AppSettings
 
 BODY_S = 10.0
 KEEP_ALIVE_S = 90
@@ -42,7 +42,7 @@ class Application:
         self._recogniser = Recogniser(settings.model, self._put)
         self._recogniser.load(live)
         self._batches: Batches[PendingCrop, Embedded | None] = Batches(
-            self._recogniser.embed, live.batch, live.batch_wait_ms / 1000.0
+            self._recogniser.embed, BATCH, live.batch_wait_ms / 1000.0
         )
         self._queue = settings.scale.queue
         self._in_progress = 0

@@ -19,7 +19,7 @@ from hapticvlm.processes import priority
 from hapticvlm.vision.remote import contract
 from hapticvlm_recogniser_app import recogniser
 from hapticvlm_recogniser_app.replies import Embedded
-from hapticvlm_recogniser_app.settings import AppSettings, Live, Model, options
+from hapticvlm_recogniser_app.settings import BATCH, AppSettings, Live, Model, options
 
 logger = logging.getLogger("ray.serve")  # Serve copies this logger into the replica's log
 
@@ -43,10 +43,9 @@ class Recogniser:
         Raises HapticVLMError, and nothing has changed then.
         """
         # Loading comes first and in a thread: it is the step that may fail and the one that takes
-        # long. The two settings after it cannot fail.
+        # long. The setting after it cannot fail.
         settings = Live(**live)
         await asyncio.to_thread(self._recogniser.load, settings)
-        self._embed.set_max_batch_size(settings.batch)
         self._embed.set_batch_wait_timeout_s(settings.batch_wait_ms / 1000.0)
 
     def check_health(self) -> None:
@@ -67,7 +66,7 @@ class Recogniser:
         )
         return Response(reply.content, reply.status, media_type=reply.media_type)
 
-    @serve.batch  # type: ignore[untyped-decorator]
+    @serve.batch(max_batch_size=BATCH)  # type: ignore[untyped-decorator]
     async def _embed(self, crops: list[recogniser.PendingCrop]) -> list[Embedded | None]:
         return await self._recogniser.embed(crops)
 

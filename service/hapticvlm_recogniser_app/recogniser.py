@@ -78,7 +78,7 @@ class Recogniser:
         if self._token is None and not model.is_open:
             raise UsageError(f"set {TOKEN} where the replicas run, or `is_open: true`")
         self._gather = gather
-        self._encoder = load_encoder(model.encoder, device=model.device, threads=model.threads)
+        self._encoder = load_encoder(model.encoder, device=model.device)
         self._galleries: dict[str, Named] = {}
         self._began: float | None = None
         self._counts: Counter[str] = Counter()

@@ -8,12 +8,13 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from hapticvlm.vision.remote.contract import MAX_CROPS, SHIPPED
+from hapticvlm.vision.remote.contract import SHIPPED
 
 IMPORT_PATH = "hapticvlm_recogniser_app.ray_deployment:build"
 DEPLOYMENT = "Recogniser"
 APPLICATION = "recogniser"
 TOKEN = "HAPTICVLM_RECOGNISER_TOKEN"  # environment variable that holds the token
+BATCH = 16  # crops in one batch at most; our choice
 HEALTH_S = 2.0  # between two health checks of a replica; our choice
 HEALTH_TIMEOUT_S = 10.0  # of one health check; our choice
 # how long the load must stay high or low before a replica is added or removed
@@ -28,7 +29,6 @@ class Model:
 
     encoder: str | None = None
     device: str = "cpu"
-    threads: int = 1
     is_open: bool = False
 
 
@@ -37,7 +37,6 @@ class Live:
     """Settings that can change while it runs: galleries by name (files or folders), batching."""
 
     galleries: Mapping[str, str] = field(default_factory=dict)
-    batch: int = 16
     batch_wait_ms: float = 4.0
 
 
@@ -46,7 +45,6 @@ class Scale:
     """The number of replicas (least, most), the share of each, and the longest queue."""
 
     replicas: tuple[int, int] = (1, 1)
-    cpus: float = 1.0
     gpus: float = 0.0
     queue: int = 128
 
@@ -84,14 +82,9 @@ def read_replicas(text: str) -> tuple[int, int]:
 
 def check(settings: AppSettings) -> None:
     """Check every number against its bounds. Raises ValueError, which names the option."""
-    live = settings.live
     scale = settings.scale
-    if not 1 <= live.batch <= MAX_CROPS:
-        raise ValueError(f"--batch {live.batch}: outside 1..{MAX_CROPS}")
-    if not 0.0 <= live.batch_wait_ms <= 1000.0:
-        raise ValueError(f"--batch-wait-ms {live.batch_wait_ms:g}: outside 0..1000")
-    if not scale.cpus > 0.0 or not scale.gpus >= 0.0:
-        raise ValueError("--cpus must be above 0 and --gpus at least 0; both may be fractions")
+    if not scale.gpus >= 0.0:
+        raise ValueError("--gpus must be at least 0; it may be a fraction")
     if scale.queue < 1:
         raise ValueError(f"--queue {scale.queue}: must be at least 1")
     if scale.gpus and settings.model.device == "cpu":
@@ -105,23 +98,22 @@ def options(settings: AppSettings) -> dict[str, Any]:
     when more than one batch waits for each of them.
     """
     scale = settings.scale
-    batch = settings.live.batch
     return {
         "name": DEPLOYMENT,
         "user_config": {**asdict(settings.live), "galleries": dict(settings.live.galleries)},
-        "max_ongoing_requests": 2 * batch,
+        "max_ongoing_requests": 2 * BATCH,
         "max_queued_requests": scale.queue,
         "autoscaling_config": {
             "min_replicas": scale.replicas[0],
             "max_replicas": scale.replicas[1],
-            "target_ongoing_requests": batch,
+            "target_ongoing_requests": BATCH,
             "upscale_delay_s": UPSCALE_S,
             "downscale_delay_s": DOWNSCALE_S,
         },
         "health_check_period_s": HEALTH_S,
         "health_check_timeout_s": HEALTH_TIMEOUT_S,
         "graceful_shutdown_timeout_s": 5.0,
-        "ray_actor_options": {"num_cpus": scale.cpus, "num_gpus": scale.gpus},
+        "ray_actor_options": {"num_cpus": 1.0, "num_gpus": scale.gpus},
     }
 
 

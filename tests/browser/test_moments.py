@@ -36,7 +36,7 @@ SHOWN = "() => document.getElementById('clock').textContent.includes(' of ')"
 def address(tmp_path_factory):
     """The address that `replay --view` prints for a session of two seconds."""
     session = record(tmp_path_factory.mktemp("record"))
-    assert main(["replay", str(session), "--view", "--no-open"]) == 0
+    assert main(["replay", str(session), "--view"]) == 0
     return (session / "session.html").as_uri()
 
 
@@ -123,7 +123,7 @@ def test_a_page_to_send_on_opens_at_its_moment_and_says_what_it_is_without_a_scr
 ):
     session = pathlib.Path(address.removeprefix("file://")).parent
     out = tmp_path / "felt.html"
-    assert main(["replay", "--share", "--no-open", "--out", str(out), str(session)]) == 0
+    assert main(["replay", "--share", "--out", str(out), str(session)]) == 0
     page = browser.new_page()
     page.goto(out.as_uri())
     page.wait_for_function(SHOWN)

@@ -87,7 +87,7 @@ def test_the_dashboard_fits_a_phone_in_every_state(browser: Browser, service: Se
 
 def test_the_page_of_a_session_fits_a_phone(browser: Browser, tmp_path: Path) -> None:
     folder = record(tmp_path)
-    assert main(["replay", str(folder), "--view", "--no-open"]) == 0
+    assert main(["replay", str(folder), "--view"]) == 0
     with phone(browser, (folder / "session.html").as_uri()) as page:
         for time_s in ("0.2", "1.0"):
             page.locator("#scrubber").fill(time_s)

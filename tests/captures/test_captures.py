@@ -24,7 +24,6 @@ def test_a_line_becomes_the_protocols_fields_with_its_pictures(tmp_path):
     (found,) = read(tmp_path).lines()
     assert (found.t_s, found.type, found.truth) == (0.5, "frame", "wood")
     assert found.message() == {"width": 4, "image": b"jpeg", "mask": b"png"}
-    assert found.message(with_mask=False) == {"width": 4, "image": b"jpeg", "region": {"x": 0}}
 
 
 @pytest.mark.parametrize(

@@ -163,8 +163,8 @@ def test_streaming_a_capture_prints_decisions_and_answers_everything(service, tm
     decisions = [json.loads(line) for line in done.stdout.splitlines()]
     assert [decision["truth"] for decision in decisions] == ["wood"]
     assert "unanswered: 0" in " ".join(done.stderr.split())
-    fast = streamed(service, str(tmp_path), "--fast")
-    assert "unanswered: 0" in " ".join(fast.stdout.split())
+    told = streamed(service, str(tmp_path))
+    assert "unanswered: 0" in " ".join(told.stdout.split())
 
 
 def test_streaming_without_a_service_says_how_to_start_one(tmp_path):

@@ -25,7 +25,7 @@ REFUSED = {
     "gallery list of pictures": ("gallery", "list", "no-gallery", "no-pictures"),
     "plate status": ("plate", "status", "--peltier", "no-port"),
     "stream": ("stream", "no-capture"),
-    "demo": ("demo", "--capture", "no-capture"),
+    "demo": ("demo", "--browser", "--static", "site"),
     "feel": ("feel", "gold"),
     "study run": ("study", "run", "no-study"),
     "study report": ("study", "report", "no-study"),

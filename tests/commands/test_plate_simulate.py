@@ -18,7 +18,7 @@ pytestmark = [pytest.mark.process, pytest.mark.slow]
 @pytest.fixture(scope="module")
 def practise():
     """A simulated plate with a latched fault: its address, and the process that runs it."""
-    command = ["plate", "simulate", "--tcp-port", "0", "--fault", "runaway"]
+    command = ["plate", "simulate", "--port", "0"]
     with subprocess.Popen(
         [sys.executable, "-u", "-m", "hapticvlm", *command],
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
@@ -28,6 +28,9 @@ def practise():
         address = next(word for word in words if word.startswith("socket://")).rstrip(";")
         for _ in range(5):
             process.stdout.readline()
+        process.stdin.write("runaway\n")
+        process.stdin.flush()
+        assert "runaway latched" in process.stdout.readline()
         yield address, process
         process.terminate()
 

@@ -244,7 +244,7 @@ def test_a_request_larger_than_any_is_refused_before_it_is_read(app):
         (["--gpus", "1"], "--engine ray"),
         (["--engine", "uvicorn", "--write", "app.yaml"], "--write"),
         (["--host", "0.0.0.0"], TOKEN),
-        (["--batch", "0"], "--batch"),
+        (["--queue", "0"], "--queue"),
     ],
 )
 def test_an_option_that_cannot_be_followed_is_refused_with_its_cure(flags, named):

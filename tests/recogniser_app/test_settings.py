@@ -39,10 +39,7 @@ def test_replicas_are_a_number_or_a_range():
 @pytest.mark.parametrize(
     "settings",
     [
-        AppSettings(live=Live(batch=0)),
-        AppSettings(live=Live(batch=65)),
-        AppSettings(live=Live(batch_wait_ms=-1.0)),
-        AppSettings(scale=Scale(cpus=0.0)),
+        AppSettings(scale=Scale(gpus=-1.0)),
         AppSettings(scale=Scale(queue=0)),
         AppSettings(scale=Scale(gpus=0.5)),
     ],
@@ -55,7 +52,7 @@ def test_numbers_that_no_deployment_has_are_refused(settings):
 def test_the_config_names_the_application_bounds_its_queues_and_scales_on_them():
     settings = AppSettings(
         Model("big/network", "cuda"),
-        Live({"arcade": "/data/arcade"}, batch=32),
+        Live({"arcade": "/data/arcade"}),
         Scale((1, 4), gpus=0.25, queue=64),
     )
     check(settings)
@@ -66,14 +63,13 @@ def test_the_config_names_the_application_bounds_its_queues_and_scales_on_them()
     assert app["args"] == {
         "encoder": "big/network",
         "device": "cuda",
-        "threads": 1,
         "is_open": False,
     }
     assert deployment["user_config"]["galleries"] == {"arcade": "/data/arcade"}
-    assert (deployment["max_ongoing_requests"], deployment["max_queued_requests"]) == (64, 64)
+    assert (deployment["max_ongoing_requests"], deployment["max_queued_requests"]) == (32, 64)
     scaling = deployment["autoscaling_config"]
     assert (scaling["min_replicas"], scaling["max_replicas"]) == (1, 4)
-    assert scaling["target_ongoing_requests"] == 32
+    assert scaling["target_ongoing_requests"] == 16
     assert deployment["ray_actor_options"]["num_gpus"] == 0.25
     assert json.loads(json.dumps(config)) == config
 

@@ -86,7 +86,7 @@ NIGHTLY = [
     command("stop", "--url", "URL"),
     command("demo", "--quiet", "--out", "out"),
     command("doctor"),
-    command("plate simulate", "--tcp-port", "PORT", ready="simulated plate on"),
+    command("plate simulate", "--port", "PORT", ready="simulated plate on"),
     command("recogniser-app", "--port", "PORT", ready="ready on", seconds=REPORTS_S),
     command("recogniser-app --engine ray", "--port", "PORT", ready="ready on", seconds=REPORTS_S),
 ]

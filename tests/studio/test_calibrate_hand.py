@@ -30,8 +30,17 @@ def estimated(answerer, trials=threshold.TRIALS, seed=0):
     return hand.estimates()
 
 
-def calibrate(*arguments, answers=""):
-    command = [sys.executable, "-m", "hapticvlm", "calibrate", "hand", *arguments]
+WITH_TRIALS = """
+import sys
+from hapticvlm.commands.main import main
+from hapticvlm_studio.calibration import hand_threshold
+hand_threshold.TRIALS = int(sys.argv[1])
+sys.exit(main(["calibrate", "hand", *sys.argv[2:]]))
+"""
+
+
+def calibrate(*arguments, answers="", trials=threshold.TRIALS):
+    command = [sys.executable, "-c", WITH_TRIALS, str(trials), *arguments]
     return subprocess.run(command, input=answers, capture_output=True, text=True, check=False)
 
 
@@ -81,7 +90,7 @@ def test_no_level_is_asked_above_half_of_full_scale():
 
 
 def test_what_a_hand_feels_less_of_is_driven_harder(tmp_path):
-    said = calibrate("--simulate", "--trials", "30", "--json", "--out", str(tmp_path / "hand.toml"))
+    said = calibrate("--simulate", "--json", "--out", str(tmp_path / "hand.toml"), trials=30)
     assert said.returncode == 0, said.stderr
     told = json.loads(said.stdout)
     assert told["simulated"] is True
@@ -97,12 +106,12 @@ def test_what_a_hand_feels_less_of_is_driven_harder(tmp_path):
 
 
 def test_a_person_is_led_through_the_trials_and_told_where_more_are_needed():
-    said = calibrate("--speaker", "simulated", "--trials", "1", answers="\n1\nwhat\n2\n0\n1\n")
+    said = calibrate("--speaker", "simulated", answers="\n1\nwhat\n2\n0\n1\n", trials=1)
     assert said.returncode == 0, said.stderr
     assert "trial 4 of 4" in said.stderr
     assert said.stdout.count("\n") == 7
     assert "a rehearsal" in said.stdout
-    assert "--trials" in said.stdout
+    assert "measure it again" in said.stdout
 
 
 @pytest.mark.parametrize(

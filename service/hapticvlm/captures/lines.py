@@ -52,7 +52,7 @@ class Line:
     truth: str | None = None
     image: bytes | None = None
 
-    def message(self, *, with_mask: bool = True) -> dict[str, Any]:
+    def message(self) -> dict[str, Any]:
         """Return the fields of the protocol message, with pictures read from their files.
 
         A frame may have a mask or a region, not both: the mask is used where there is one. Raises
@@ -62,7 +62,7 @@ class Line:
         image = self.image if self.file is None else _picture(self.file)
         if image is not None:
             fields["image"] = image
-        if self.mask_file is not None and with_mask:
+        if self.mask_file is not None:
             fields["mask"] = _picture(self.mask_file)
             fields.pop("region", None)
         return fields

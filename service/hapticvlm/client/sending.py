@@ -34,23 +34,12 @@ class Outcome:
     late_s: float = 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class Pace:
-    """The pace: as recorded, or as `fast` as answers arrive; with masks, or regions instead."""
-
-    fast: bool = False
-    with_masks: bool = True
-
-
 Seen = Callable[[Line, Message], None]
-AS_RECORDED = Pace()
 
 
-async def stream(
-    client: Client, capture: Capture, *, seen: Seen, pace: Pace = AS_RECORDED
-) -> Outcome:
+async def stream(client: Client, capture: Capture, *, seen: Seen) -> Outcome:
     """Send every line of the capture; call `seen` with each line and its answer."""
-    sending = _Sending(client, seen, pace)
+    sending = _Sending(client, seen)
     async with sending.touching(capture.touched is not None):
         lines = capture.lines()
         # A video is decoded in a thread, so that no touch waits for it. A screen that does not
@@ -67,27 +56,22 @@ async def stream(
 class _Sending:
     """The state of one stream while it is sent."""
 
-    def __init__(self, client: Client, seen: Seen, pace: Pace) -> None:
+    def __init__(self, client: Client, seen: Seen) -> None:
         self._client = client
         self._seen = seen
-        self._pace = pace
         self._outcome = Outcome()
         self._waiting: set[asyncio.Future[Message]] = set()
         self._started = time.monotonic()
 
     async def follow(self, line: Line) -> None:
-        """Send one line at its time; in fast mode send it at once and wait for its answer."""
-        fast = self._pace.fast
-        fields: dict[str, Any] = line.message(with_mask=self._pace.with_masks)
+        """Send one line at its time."""
+        fields = line.message()
         due = self._started + line.t_s
-        if not fast:
-            await asyncio.sleep(max(0.0, due - time.monotonic()))
-            self._outcome.late_s = max(self._outcome.late_s, time.monotonic() - due)
+        await asyncio.sleep(max(0.0, due - time.monotonic()))
+        self._outcome.late_s = max(self._outcome.late_s, time.monotonic() - due)
         if "captured_at" in fields:
-            fields["captured_at"] = time.monotonic() if fast else due
-        future = await self._send(line, fields)
-        if fast:
-            await asyncio.wait({future}, timeout=ANSWER_S)
+            fields["captured_at"] = due
+        await self._send(line, fields)
 
     @asynccontextmanager
     async def touching(self, is_touched: bool) -> AsyncIterator[None]:
@@ -126,12 +110,11 @@ class _Sending:
         line = Line(now - self._started, "touch", fields)
         await self._send(line, {**fields, "captured_at": now})
 
-    async def _send(self, line: Line, fields: dict[str, Any]) -> asyncio.Future[Message]:
+    async def _send(self, line: Line, fields: dict[str, Any]) -> None:
         future = await self._client.send(line.type, **fields)
         self._outcome.sent[line.type] += 1
         self._waiting.add(future)
         future.add_done_callback(partial(self._keep, line))
-        return future
 
     def _keep(self, line: Line, future: asyncio.Future[Message]) -> None:
         self._waiting.discard(future)

@@ -20,7 +20,7 @@ from websockets.exceptions import InvalidURI, WebSocketException
 
 from hapticvlm.captures import Capture, CaptureError, Line
 from hapticvlm.client.connection import Client, Message, Refused, connect, trusting
-from hapticvlm.client.sending import Outcome, Pace, stream
+from hapticvlm.client.sending import Outcome, stream
 from hapticvlm.errors import HapticVLMError, network_reason
 
 LATE_S = 0.25  # a shorter delay is not reported
@@ -45,7 +45,7 @@ class Target:
     ca: Path | None = None
 
 
-def run(opened: Callable[[], Capture], to: Target, pace: Pace, *, as_json: bool) -> int:
+def run(opened: Callable[[], Capture], to: Target, *, as_json: bool) -> int:
     """Stream one capture; print progress, decisions as they change and a summary.
 
     Returns 0, or 1 where a message had no answer or was refused. Raises CaptureError, Refused, and
@@ -57,7 +57,7 @@ def run(opened: Callable[[], Capture], to: Target, pace: Pace, *, as_json: bool)
         raise StreamError(f"--ca {to.ca}: {error.strerror}") from None
     service = partial(connect, to.url, name="hapticvlm stream", token=to.token, tls=tls)
     try:
-        return asyncio.run(_run(opened(), service, pace, as_json=as_json))
+        return asyncio.run(_run(opened(), service, as_json=as_json))
     except (CaptureError, Refused):
         raise
     except (OSError, WebSocketException, ValueError) as error:
@@ -90,7 +90,6 @@ def _hint(error: Exception) -> str:
 async def _run(
     capture: Capture,
     service: Callable[[], AbstractAsyncContextManager[Client]],
-    pace: Pace,
     *,
     as_json: bool,
 ) -> int:
@@ -98,7 +97,7 @@ async def _run(
     with Progress(*COLUMNS, console=console) as progress:
         show = _Show(progress, capture, as_json=as_json)
         async with service() as client:
-            outcome = await stream(client, capture, seen=show.seen, pace=pace)
+            outcome = await stream(client, capture, seen=show.seen)
     console.print(_summary(outcome), highlight=False)
     return 1 if outcome.unanswered or any("error" in name for name in outcome.answers) else 0
 

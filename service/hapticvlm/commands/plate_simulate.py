@@ -24,20 +24,14 @@ def add(verbs: Commands) -> None:
         help="run a simulated plate on a TCP port, to practise status, faults and clearing",
         description="Run a simulated plate on a TCP port of this machine until Ctrl-C. Other "
         "commands use its address as a serial port. The name of a fault, typed here, latches it.",
-        examples=(
-            "hapticvlm plate simulate",
-            "hapticvlm plate simulate --fault runaway  # begin with a latched fault",
-        ),
+        examples=("hapticvlm plate simulate",),
     )
     simulate.add_argument(
-        "--tcp-port",
+        "--port",
         type=number_within(0, 65535),
         default=PORT,
         metavar="PORT",
         help="TCP port to listen on, 0 for any free one (%(default)s)",
-    )
-    simulate.add_argument(
-        "--fault", action="append", default=[], metavar="NAME", help="begin with this fault latched"
     )
     simulate.set_defaults(run=_simulate)
 
@@ -45,10 +39,7 @@ def add(verbs: Commands) -> None:
 def _simulate(options: argparse.Namespace) -> int:
     from hapticvlm.devices.simulated.practise_plate import PractisePlate, serve
 
-    plate = PractisePlate()
-    for name in options.fault:
-        plate.latch(name)
-    with socket.create_server((LOOPBACK, int(options.tcp_port))) as listener:
+    with socket.create_server((LOOPBACK, int(options.port))) as listener:
         address = f"socket://{LOOPBACK}:{listener.getsockname()[1]}"
         print(
             f"simulated plate on {address}; in another terminal:\n"
@@ -61,7 +52,7 @@ def _simulate(options: argparse.Namespace) -> int:
         )
         typed: list[str] = []
         threading.Thread(target=_read, args=(typed, address), daemon=True).start()
-        serve(listener, plate, lambda: [typed.pop(0) for _ in range(len(typed))])
+        serve(listener, PractisePlate(), lambda: [typed.pop(0) for _ in range(len(typed))])
     return 0
 
 

@@ -50,7 +50,6 @@ def add(commands: Commands) -> None:
         description=_DESCRIPTION,
         examples=(
             "hapticvlm recognise photo.jpg frames/",
-            "hapticvlm recognise photo.jpg --among wood,glass --top 3",
             "hapticvlm recognise --texture planks_basecolor.png --metallic 0",
             "hapticvlm recognise --texture atlas.png --region 0,0.5,0.25,0.25",
         ),
@@ -86,14 +85,6 @@ def add(commands: Commands) -> None:
         )
     add_json(recognise)
     recognise.add_argument(
-        "--top", type=_count, metavar="N", help="also print the N most probable materials"
-    )
-    recognise.add_argument(
-        "--among",
-        metavar="MATERIAL,...",
-        help="consider only these, e.g. wood,glass,metal (all materials of the gallery)",
-    )
-    recognise.add_argument(
         "--encoder", metavar="NAME_OR_FILE", help="image network, as in `serve` (the shipped one)"
     )
     recognise.add_argument(
@@ -117,7 +108,6 @@ def _recognise(options: argparse.Namespace) -> int:
             f"{first}no picture found; give JPEG, PNG or WebP files, or folders of them"
         )
     recogniser = PictureRecogniser.load(options.encoder, options.gallery)
-    among = None if options.among is None else _among(options.among, recogniser)
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):  # a file's name may be invalid in every encoding
             stream.reconfigure(errors="backslashreplace")
@@ -125,9 +115,9 @@ def _recognise(options: argparse.Namespace) -> int:
     if not options.json:
         print(_row("picture", ("material", "confidence", "runner-up", "source"), width), flush=True)
     failed = False
-    for answer in _answers(paths, options, recogniser, among):
+    for answer in _answers(paths, options, recogniser):
         failed |= answer.error is not None
-        _print(answer, None if options.json else width, options.top)
+        _print(answer, None if options.json else width)
     return 1 if failed else 0
 
 
@@ -163,25 +153,6 @@ def _fraction(text: str) -> float:
     return value
 
 
-def _among(text: str, recogniser: PictureRecogniser) -> list[str]:
-    """Read names separated by commas. Raises MaterialError listing the gallery's materials."""
-    from hapticvlm.materials import MaterialError
-
-    names = [name.strip() for name in text.split(",") if name.strip()]
-    try:
-        recogniser.check(names)
-    except MaterialError as error:
-        raise MaterialError(f"--{error}") from None
-    return names
-
-
-def _count(text: str) -> int:
-    count = int(text)
-    if count < 1:
-        raise argparse.ArgumentTypeError(f"{text}: must be 1 or more")
-    return count
-
-
 def _find(paths: Sequence[Path]) -> list[Path]:
     from hapticvlm.vision.files import left_out, list_files
 
@@ -202,10 +173,7 @@ def _find(paths: Sequence[Path]) -> list[Path]:
 
 
 def _answers(
-    paths: Sequence[Path],
-    options: argparse.Namespace,
-    recogniser: PictureRecogniser,
-    among: Sequence[str] | None,
+    paths: Sequence[Path], options: argparse.Namespace, recogniser: PictureRecogniser
 ) -> Iterator[Answer]:
     """Recognise one picture after the other: in a batch, one could change the result of another."""
     from hapticvlm.vision.files import FileError
@@ -214,10 +182,10 @@ def _answers(
     for path in paths:
         try:
             if options.texture:
-                yield Answer(path, _of_texture(path, options, recogniser, among))
+                yield Answer(path, _of_texture(path, options, recogniser))
                 continue
             mask = _mask_of(path, options.mask)
-            yield Answer(path, recogniser.recognise(path, mask, among, outline=options.outline))
+            yield Answer(path, recogniser.recognise(path, mask, outline=options.outline))
         except FileError as error:
             yield Answer(path, error=str(error))
         except PictureError as error:
@@ -225,14 +193,11 @@ def _answers(
 
 
 def _of_texture(
-    path: Path,
-    options: argparse.Namespace,
-    recogniser: PictureRecogniser,
-    among: Sequence[str] | None,
+    path: Path, options: argparse.Namespace, recogniser: PictureRecogniser
 ) -> RecognisedPicture:
     """Read a texture map beside what its shader implies. Raises FileError, PictureError."""
     return recogniser.recognise_texture(
-        path, options.region, metallic=options.metallic, roughness=options.roughness, among=among
+        path, options.region, metallic=options.metallic, roughness=options.roughness
     )
 
 
@@ -246,22 +211,20 @@ def _mask_of(path: Path, masks: Path | None) -> Path | None:
     return None
 
 
-def _print(answer: Answer, width: int | None, top: int | None) -> None:
+def _print(answer: Answer, width: int | None) -> None:
     """Print one answer, as JSON where there is no width."""
     result = answer.result
     if answer.error is not None:
         _complain(answer.error)
     if width is None:
-        print(json.dumps(_fields(answer, top)), flush=True)
+        print(json.dumps(_fields(answer)), flush=True)
     elif result is not None:
         source = f"{result.source}, outlined" if result.is_outlined else result.source
         cells = (result.material, f"{result.confidence:.2f}", result.runner_up or "-", source)
-        pairs = list(result.beliefs.items())[: top or 0]
-        beliefs = ", ".join(f"{name} {belief:.2f}" for name, belief in pairs)
-        print(f"{_row(str(answer.path), cells, width)}  {beliefs}".rstrip(), flush=True)
+        print(_row(str(answer.path), cells, width), flush=True)
 
 
-def _fields(answer: Answer, top: int | None) -> dict[str, object]:
+def _fields(answer: Answer) -> dict[str, object]:
     result = answer.result
     if result is None:
         return {"path": str(answer.path), "error": answer.error}
@@ -272,9 +235,7 @@ def _fields(answer: Answer, top: int | None) -> dict[str, object]:
         "runner_up": result.runner_up,
         "source": result.source,
         "outlined": result.is_outlined,
-        "beliefs": {
-            name: round(belief, DIGITS) for name, belief in list(result.beliefs.items())[:top]
-        },
+        "beliefs": {name: round(belief, DIGITS) for name, belief in result.beliefs.items()},
     }
 
 

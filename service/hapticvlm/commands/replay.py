@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -59,7 +60,7 @@ def add(commands: Commands) -> None:
     replay.add_argument(
         "--view",
         action="store_true",
-        help="write a page that shows the session over time, and open it",
+        help="write a page that shows the session over time, and open it (in a terminal)",
     )
     replay.add_argument(
         "--share",
@@ -71,7 +72,6 @@ def add(commands: Commands) -> None:
         "--out", type=Path, metavar="FILE", help="page to write (session.html in SESSION)"
     )
     replay.add_argument("--at", type=float, metavar="S", help="open the page at this time")
-    replay.add_argument("--no-open", action="store_true", help="write the page and do not open it")
     touch_options.add_recordings(replay)
     add_json(replay)
 
@@ -100,7 +100,7 @@ def _replay(options: argparse.Namespace) -> int:
 
 
 def _view(options: argparse.Namespace) -> int:
-    """Write the page of a session and open it."""
+    """Write the page of a session; open it if this runs in a terminal."""
     import webbrowser
 
     from hapticvlm.recordings import timeline
@@ -117,7 +117,7 @@ def _view(options: argparse.Namespace) -> int:
     page.write(session, page.safe_name(options.folder), path, shared)
     address = page.at(path, options.at)
     print(f"{path}: {path.stat().st_size / 1e6:.1f} MB\n{address}", flush=True)
-    if not options.no_open and not webbrowser.open(address):
+    if sys.stdout.isatty() and not webbrowser.open(address):
         print("no browser was opened; open the address in one")
     return 0
 

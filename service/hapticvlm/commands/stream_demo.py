@@ -83,12 +83,6 @@ def _add_stream(commands: Commands) -> None:
         help="touch this share of the picture's width and height, in the middle, where no .jsonl "
         "file is beside the video (0.4)",
     )
-    stream.add_argument(
-        "--fast", action="store_true", help="send as fast as the service answers, not in real time"
-    )
-    stream.add_argument(
-        "--no-masks", action="store_true", help="send a rectangle around an object, not its mask"
-    )
     add_json(stream)
 
 
@@ -104,9 +98,6 @@ def _add_demo(commands: Commands) -> None:
         ),
     )
     demo.set_defaults(run=_demo)
-    demo.add_argument(
-        "--capture", type=Path, metavar="CAPTURE", help="session to play (one in the package)"
-    )
     demo.add_argument(
         "--out",
         type=Path,
@@ -133,7 +124,6 @@ def _add_demo(commands: Commands) -> None:
 
 def _stream(options: argparse.Namespace) -> int:
     from hapticvlm.captures import Touched, View, live, read, watch
-    from hapticvlm.client.sending import Pace
     from hapticvlm.client.stream import run
     from hapticvlm.demo import CAPTURE
 
@@ -147,12 +137,7 @@ def _stream(options: argparse.Namespace) -> int:
         opened = partial(watch, live.Live(name, partial(live.camera, number or 0), view), touched)
     elif number is not None or options.area is not None:
         raise UsageError("--device and --area are for screen and camera")
-    return run(
-        opened,
-        service_address.target(options),
-        Pace(fast=options.fast, with_masks=not options.no_masks),
-        as_json=options.json,
-    )
+    return run(opened, service_address.target(options), as_json=options.json)
 
 
 def _area(text: str) -> tuple[int, int, int, int]:
@@ -189,7 +174,6 @@ def _demo(options: argparse.Namespace) -> int:
         from hapticvlm.demo.run import run
 
     return run(
-        options.capture,
         options.out,
         quiet=options.quiet,
         voice=options.voice,

@@ -44,21 +44,14 @@ _VOICES = {
 SETTLE_S = 0.3  # for the last answers and telemetry
 
 
-def run(
-    path: Path | None,
-    out: Path,
-    *,
-    quiet: bool,
-    voice: str = "sound",
-    as_json: bool = False,
-) -> int:
+def run(out: Path, *, quiet: bool, voice: str = "sound", as_json: bool = False) -> int:
     """Run the demo; return 0 when every message was answered. Raises HapticVLMError, OSError.
 
     The speaker and vibration.wav get `voice` (`vibration.VOICES`). With `as_json` only the summary
     is printed, as JSON at the end.
     """
     console = Console(highlight=False, soft_wrap=True, quiet=as_json)
-    capture = read(CAPTURE if path is None else path)
+    capture = read(CAPTURE)
     console.print(
         f"Playing a recorded session of an emulated headset ({capture.duration_s:.0f} s).\n"
         "Starting the service with a simulated plate, and your speaker if there is one.\n"

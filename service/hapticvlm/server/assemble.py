@@ -181,7 +181,6 @@ def _remote_settings(options: ServeOptions) -> RemoteSettings | None:
         gallery=options.recogniser_gallery,
         hash=options.recogniser_hash,
         deadline_s=options.recogniser_deadline,
-        format=options.recogniser_crops,
         may_be_clear=options.recogniser_clear_text,
     )
     settings.address()

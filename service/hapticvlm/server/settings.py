@@ -238,10 +238,6 @@ class ServeOptions:
             range=(0.02, 5.0),
         ),
     ] = 0.2
-    recogniser_crops: Annotated[
-        Literal["rgba8", "jpeg"],
-        Flag(RECOGNITION, "format of the crops sent to it: jpeg is smaller, rgba8 exact"),
-    ] = "rgba8"
     recogniser_clear_text: Annotated[
         bool,
         Flag(RECOGNITION, "allow crops to leave this machine without encryption, over plain http"),

@@ -49,13 +49,6 @@ def add(subjects: Commands) -> None:
         "--speaker", metavar="NAME", help="speaker: `default`, `jack`, or part of its name"
     )
     source.add_argument("--simulate", action="store_true", help="let a simulated hand answer")
-    hand.add_argument(
-        "--trials",
-        type=_trials,
-        default=12,
-        metavar="N",
-        help="trials at each frequency (%(default)s)",
-    )
     add_json(hand)
     hand.add_argument(
         "--out",
@@ -63,13 +56,6 @@ def add(subjects: Commands) -> None:
         metavar="FILE",
         help="write the result here, for `hapticvlm serve --speaker-response FILE`",
     )
-
-
-def _trials(text: str) -> int:
-    value = int(text)
-    if not 1 <= value <= 50:
-        raise argparse.ArgumentTypeError(f"{text} is not within 1..50")
-    return value
 
 
 def _hand(options: argparse.Namespace) -> int:
@@ -128,9 +114,9 @@ def _read(question: str) -> str:
 
 def _run(estimator: ThresholdEstimator, ask: Ask, options: argparse.Namespace) -> None:
     """Run the trials, or as many as are answered."""
-    from hapticvlm_studio.calibration.hand_threshold import trial_order
+    from hapticvlm_studio.calibration import hand_threshold as threshold
 
-    order = trial_order(options.trials, seed=0)
+    order = threshold.trial_order(threshold.TRIALS, seed=0)
     for number, (index, is_first) in enumerate(order, 1):
         level_db = estimator.next_level_db(index)
         if not options.simulate:
@@ -166,9 +152,7 @@ def _report(estimator: ThresholdEstimator, options: argparse.Namespace) -> int:
         print(f"{threshold} {interval:>14} {gain_db:>16.1f}")
     widest = max(estimates, key=lambda estimate: estimate.high_db - estimate.low_db)
     if widest.high_db - widest.low_db > WIDE_DB:
-        print(
-            f"still uncertain, most at {widest.frequency_hz:.0f} Hz: run more trials, with --trials"
-        )
+        print(f"still uncertain, most at {widest.frequency_hz:.0f} Hz: measure it again")
     if options.out is not None:
         print(f"to use it: hapticvlm serve --speaker-response {shell_word(options.out)}")
     return 0

@@ -166,9 +166,7 @@ class RemoteRecogniser:
     def _ask(self, exchange: Exchange, crop: Crop, identity: Identity, until: float) -> RemoteMatch:
         settings = self._settings
         wait_ms = max(1.0, 1000.0 * (until - time.monotonic()))
-        body = contract.write_request(
-            [crop], settings.gallery, format=settings.format, wait_ms=wait_ms
-        )
+        body = contract.write_request([crop], settings.gallery, wait_ms=wait_ms)
         data = exchange.ask("POST", contract.RECOGNISE, body, until)
         try:
             _, (match,) = contract.read_answer(data, identity, 1)

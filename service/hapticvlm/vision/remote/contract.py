@@ -37,7 +37,6 @@ MESSAGEPACK = "application/msgpack"
 SHIPPED = "shipped"  # the gallery that every recogniser has
 MAX_CROPS = 64
 MAX_ANSWER_BYTES = 4 << 20
-JPEG_QUALITY = 95
 SUM_ERROR = 1e-3  # of the beliefs, above 1
 MAX_NAME = 200  # characters of its own names, which appear in /status and in logs
 MAX_MATERIALS = 4096
@@ -115,12 +114,9 @@ class RemoteMatch:
     embedding: NDArray[np.float32]
 
 
-def write_request(
-    crops: Sequence[Crop], gallery: str = SHIPPED, *, format: Format = "rgba8", wait_ms: float
-) -> bytes:
+def write_request(crops: Sequence[Crop], gallery: str = SHIPPED, *, wait_ms: float) -> bytes:
     """Return the bytes of a request."""
-    send = _rgba if format == "rgba8" else _jpeg
-    return msgspec.msgpack.encode(Request([send(crop) for crop in crops], gallery, wait_ms))
+    return msgspec.msgpack.encode(Request([_rgba(crop) for crop in crops], gallery, wait_ms))
 
 
 def read_request(data: bytes) -> Request:
@@ -204,14 +200,6 @@ def _match(result: Result, identity: Identity) -> RemoteMatch:
 def _rgba(crop: Crop) -> SentCrop:
     alpha = np.where(crop.mask > 0, 255, 0).astype(np.uint8)
     return SentCrop("rgba8", np.dstack([crop.image, alpha]).tobytes())
-
-
-def _jpeg(crop: Crop) -> SentCrop:
-    import simplejpeg
-
-    image = np.ascontiguousarray(crop.image)
-    data = simplejpeg.encode_jpeg(image, quality=JPEG_QUALITY, colorsubsampling="444")
-    return SentCrop("jpeg", data, np.packbits(crop.mask > 0).tobytes())
 
 
 def _decoded(data: bytes, side: int) -> NDArray[np.uint8]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from hapticvlm.vision.remote.contract import SHIPPED, Format
+from hapticvlm.vision.remote.contract import SHIPPED
 
 if TYPE_CHECKING:
     from hapticvlm.http_client import Address
@@ -28,7 +28,6 @@ class RemoteSettings:
     gallery: str = SHIPPED
     hash: str | None = None
     deadline_s: float = 0.2
-    format: Format = "rgba8"
     may_be_clear: bool = False
 
     @property
