@@ -85,7 +85,7 @@ def test_names_find_some_and_the_eye_beside_them_finds_more(room: Source) -> Non
     def recognised(name: str) -> float:
         way = next(way for way in deciding.ways() if way.name == name)
         found = deciding.decided(way, room, embed(way, room))
-        assert len(found) == 15
+        assert len(found) == 11
         felt = [feeling.felt(each.rendition, each.truth, feeling.DEFAULT) for each in found]
         return sum(each.recognised for each in felt) / len(felt)
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hapticvlm.commands.parsing import add_json
@@ -32,7 +31,6 @@ def add(commands: Commands) -> None:
     )
     number(invariants, "--minutes", 10.0, "M", "minutes of random clients, 0: none")
     number(invariants, "--seed", 0, "N", "seed of the random requests")
-    _add_beliefs(kinds)
     marks = _kind(kinds, "marks", _marks, "the figures that the project has marks for")
     marks.add_argument("--write", action="store_true", help="write the table into docs/figures.md")
 
@@ -42,24 +40,6 @@ def _kind(kinds: Commands, name: str, run: Run, text: str) -> argparse.ArgumentP
     kind.set_defaults(run=run)
     add_json(kind)
     return kind
-
-
-def _add_beliefs(kinds: Commands) -> None:
-    beliefs = _kind(
-        kinds,
-        "beliefs",
-        _beliefs,
-        "materials that the service names and renders for held-back pictures",
-    )
-    beliefs.add_argument(
-        "--data", type=Path, metavar="FOLDER", help="folder of labelled photographs (none)"
-    )
-    beliefs.add_argument(
-        "--encoder", metavar="NAME_OR_FILE", help="image network (the shipped one)"
-    )
-    beliefs.add_argument(
-        "--gallery", type=Path, metavar="GALLERY", help="gallery of that network (the shipped one)"
-    )
 
 
 def _latency(options: argparse.Namespace) -> int:
@@ -84,9 +64,3 @@ def _marks(options: argparse.Namespace) -> int:
     from hapticvlm_lab.bench.marks import run
 
     return run(write=options.write, as_json=options.json)
-
-
-def _beliefs(options: argparse.Namespace) -> int:
-    from hapticvlm_lab.bench.material.beliefs import run
-
-    return run(options.data, options.encoder, options.gallery, as_json=options.json)

@@ -26,15 +26,13 @@ class Answers:
     """Answers to N pictures or objects.
 
     four, eleven: the likeliest material among these classes, whatever its belief. spoken: the
-    material, or SILENT where its belief is too small to say it. familiar: the belief in it, by
-    which an object of no material is told from the others. A guess has neither of the last two.
+    material, or SILENT where its belief is too small to say it. A guess has none.
     """
 
     four: Words
     eleven: Words
     spoken: Words | None
     sure: NDArray[np.bool_]
-    familiar: Doubles | None
     truth: Words
     objects: Words
 
@@ -100,7 +98,7 @@ def _guess(source: Source) -> Answers:
     commonest = [max(among, key=lambda name: counts[name]) for among in (FOUR, ELEVEN)]
     four, eleven = (np.full(shape, name) for name in commonest)
     sure = np.zeros(shape, np.bool_)
-    return Answers(four, eleven, None, sure, None, source.truth, source.objects)
+    return Answers(four, eleven, None, sure, source.truth, source.objects)
 
 
 def _by_beliefs(method: Method, source: Source, embeddings: Floats | None) -> Answers:
@@ -115,7 +113,6 @@ def _by_beliefs(method: Method, source: Source, embeddings: Floats | None) -> An
         eleven=eleven,
         spoken=np.where(best >= KNOWN, names[beliefs.argmax(axis=1)], SILENT),
         sure=np.asarray(best >= SURE),
-        familiar=np.asarray(best),
         truth=source.truth,
         objects=source.objects,
     )
@@ -151,7 +148,6 @@ def _by_evidence(method: Method, source: Source, embeddings: Floats | None) -> A
         eleven=np.array([_forced(items, ELEVEN) for items in forced]),
         spoken=np.array(spoken),
         sure=confidence >= SURE,
-        familiar=confidence,
         truth=source.truth[first],
         objects=objects[first],
     )

@@ -1,9 +1,8 @@
 """`hapticvlm chart material`: the accuracy of each method on the same pictures, beside its cost.
 
 Rows are per source and never mixed, since a method may be good on renders and poor on photographs.
-Each method answers in three ways. Zero-shot it must choose one of FOUR materials, then one of all,
-and then it may also say "unknown". Enrolled, it gets a few references of the source itself, drawn
-by object (protocols.py).
+Each method must choose one of FOUR materials, then one of all, and then it may say "unknown".
+None has seen a picture of the source.
 
 Accuracy is balanced: the mean over classes of the share found of each, so that a source with many
 wooden objects does not reward a method that says wood. The line of the picture joins the methods
@@ -14,7 +13,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -26,16 +25,8 @@ from hapticvlm_lab.bench import figures
 from hapticvlm_lab.bench.material.answers import ELEVEN, Answers, answer, embed
 from hapticvlm_lab.bench.material.data import FOUR, Source, Where
 from hapticvlm_lab.bench.material.methods import Floats, Method, assemble, networks
-from hapticvlm_lab.bench.material.protocols import REFERENCES, LabelledEmbeddings, enrolled
 from hapticvlm_lab.bench.material.reading import load_sources
-from hapticvlm_lab.bench.material.scores import (
-    Open,
-    Rejection,
-    Score,
-    open_score,
-    rejection,
-    score,
-)
+from hapticvlm_lab.bench.material.scores import Open, Score, open_score, score
 from hapticvlm_lab.bench.material.timing import Cost, costs
 from hapticvlm_lab.bench.pareto import pareto
 from hapticvlm_lab.bench.printing import made_with, publish
@@ -50,8 +41,6 @@ BASELINES = ("guess", "stated", "ladder")
 WIDTH_IN = 12.0
 PANEL_IN = 5.4
 COLUMNS = 2
-STEP = 1.12  # between methods that take the same time, so that their intervals can be read
-SHOWN = "5"  # references a class of the hollow points
 STYLE = {  # colour and marker of each family
     "guess": (SOFT, "_"),
     "stated": (ORANGE, "v"),
@@ -59,18 +48,13 @@ STYLE = {  # colour and marker of each family
     "ours": (BLUE, "o"),
     "ladder": (VERMILION, "^"),
 }
-HEAD = (
-    f"{'method':<38}{'core ms':>9}{'wall':>9}{'p99':>9}{'floors':>8}  {'of 4':<15}{'of 11':<15}"
-    f"{'speaks, right':<15}" + "".join(f"{f'k = {k}':<10}" for k in REFERENCES) + "unknown"
-)
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
     """One method on one source. None: it cannot be measured there.
 
-    views: mean views per decision, by which `latency_ms` multiplies the cost of one. enrolled: the
-    score among FOUR by the number of references a class.
+    views: mean views per decision, by which `latency_ms` multiplies the cost of one.
     """
 
     source: str
@@ -82,29 +66,12 @@ class Row:
     four: Score | None
     eleven: Score | None
     open: Open | None
-    unknown: Rejection | None
-    enrolled: Mapping[str, Score | None]
     cost: Cost | None
 
     @property
     def latency_ms(self) -> float | None:
         """Median time of one core for one decision, ms; None for what takes no time."""
         return None if self.cost is None else self.cost.median * self.views
-
-
-@dataclass(frozen=True, slots=True)
-class Point:
-    """A dot of a panel: latency in ms, accuracy and its interval in %, hollow when enrolled."""
-
-    row: Row
-    x: float
-    score: Score
-    hollow: bool
-
-    @property
-    def y(self) -> float:
-        """Balanced accuracy, %."""
-        return 100 * self.score.accuracy
 
 
 def run(where: Where, named: Sequence[str], out: Path, *, as_json: bool) -> int:
@@ -157,19 +124,8 @@ def _row(method: Method, source: Source, embeddings: Floats | None, cost: Cost |
         four=score(answers.four, answers.truth, answers.objects, FOUR),
         eleven=score(answers.eleven, answers.truth, answers.objects, ELEVEN),
         open=_open(answers),
-        unknown=_rejection(answers),
-        enrolled=_enrolled(method, source, embeddings),
         cost=cost,
     )
-
-
-def _enrolled(method: Method, source: Source, embeddings: Floats | None) -> dict[str, Score | None]:
-    """Score a method that uses one picture alone, with each number of references."""
-    if embeddings is None or method.gallery is None or method.rungs or method.fused:
-        return {}
-    sharpness = method.gallery.calibration.sharpness
-    labelled = LabelledEmbeddings(embeddings, source.truth, source.objects, sharpness)
-    return {str(count): enrolled(labelled, FOUR, count) for count in REFERENCES}
 
 
 def _open(answers: Answers) -> Open | None:
@@ -179,12 +135,6 @@ def _open(answers: Answers) -> Open | None:
     return open_score(
         answers.spoken[known], answers.sure[known], answers.truth[known], answers.objects[known]
     )
-
-
-def _rejection(answers: Answers) -> Rejection | None:
-    if answers.familiar is None:
-        return None
-    return rejection(answers.familiar, answers.truth != materials.UNKNOWN, answers.objects)
 
 
 def _report(
@@ -220,7 +170,7 @@ def knee(rows: Sequence[Row]) -> tuple[Row, Row] | None:
     # A cheaper method whose interval reaches the best one may be as good: the data cannot tell.
     best = max(graded, key=_accuracy)
     reaching = [row for row in graded if row.four and row.four.high >= _accuracy(best)]
-    return best, min(reaching, key=lambda row: row.latency_ms or 0.0)
+    return best, min([best, *reaching], key=lambda row: row.latency_ms or 0.0)
 
 
 def undominated(rows: Sequence[Row]) -> list[Row]:
@@ -248,15 +198,17 @@ def print_source(source: Source, rows: Sequence[Row]) -> None:
     counts = ", ".join(f"{name} {n}" for name, n in Counter(objects.values()).most_common())
     note = f"; {source.note}" if source.note else ""
     print(f"\n== {source.name}: {len(source.views)} pictures, objects: {counts}{note}")
-    print(HEAD)
+    print(
+        f"{'method':<38}{'core ms':>9}{'wall':>9}{'p99':>9}{'floors':>8}  {'of 4':<15}{'of 11':<15}"
+        "speaks, right"
+    )
     for row in mine:
         print(_line(row))
     print(knee_sentence(mine))
     for row in mine:
-        if row.is_default:
-            _print_confusion("zero-shot, of all", row.eleven, row)
-            twenty = row.enrolled.get(str(REFERENCES[-1]))
-            _print_confusion("enrolled, of 4", twenty, row)
+        if row.is_default and row.eleven is not None:
+            found = ", ".join(f"{name} {share:.0%}" for name, share in row.eleven.recall.items())
+            print(f"the default finds, of all: {found}")
 
 
 def knee_sentence(rows: Sequence[Row]) -> str:
@@ -273,12 +225,8 @@ def knee_sentence(rows: Sequence[Row]) -> str:
 
 def print_end(skipped: Sequence[str]) -> None:
     """Print the legend, and the sources and methods that were skipped."""
-    print("\nBalanced accuracy, %, 95 % interval over objects; k: references a class from other")
-    print("objects of the source, among 4, +- s.d. of 20 draws;")
-    print("unknown: share rejected at 5 % false rejection. Core, wall: median time of one core")
-    print(
-        "and of the wall clock; p99: wall clock; floors: core time over that of decoding one JPEG."
-    )
+    print("\nBalanced accuracy, %, 95 % interval over objects. Core, wall: median time of one core")
+    print("and of the wall clock, p99 of it; floors: core time over that of decoding one JPEG.")
     for text in skipped:
         print(f"skipped  {text}")
 
@@ -291,11 +239,9 @@ def _line(row: Row) -> str:
         figures = (cost.median, cost.wall, cost.p99)
         times = "".join(f"{figure * row.views:>9.3g}" for figure in figures)
         times += f"{cost.floors * row.views:>8.3g}"
-    few = [row.enrolled.get(str(k)) for k in REFERENCES]
-    shares = "".join(f"{_spread(each):<10}" for each in few)
     return (
         f"{mark + row.method:<38}{times}  {_share(row.four):<15}{_share(row.eleven):<15}"
-        f"{_spoken(row.open):<15}{shares}{_rejected(row.unknown)}"
+        f"{_spoken(row.open)}"
     )
 
 
@@ -305,12 +251,6 @@ def _share(score: Score | None) -> str:
     return f"{100 * score.accuracy:.0f} [{100 * score.low:.0f}, {100 * score.high:.0f}]"
 
 
-def _spread(score: Score | None) -> str:
-    if score is None or score.sd is None:
-        return "-"
-    return f"{100 * score.accuracy:.0f} +- {100 * score.sd:.0f}"
-
-
 def _spoken(open_: Open | None) -> str:
     if open_ is None:
         return "-"
@@ -318,134 +258,55 @@ def _spoken(open_: Open | None) -> str:
     return f"{100 * open_.coverage:.0f}, {right}"
 
 
-def _rejected(unknown: Rejection | None) -> str:
-    if unknown is None:
-        return "-"
-    return f"{100 * unknown.rejected:.0f} (n = {unknown.n})"
-
-
-def _print_confusion(title: str, score: Score | None, row: Row) -> None:
-    """Print truth by row, answer by column, in % of the truth."""
-    if score is None:
-        return
-    answers = {name for cells in score.confusion.values() for name in cells}
-    columns = [name for name in (*materials.MATERIALS, "-") if name in answers]
-    print(f"\n  {row.method}, {title}: {'truth':>9} |" + "".join(f"{c[:7]:>8}" for c in columns))
-    for truth in (name for name in materials.MATERIALS if name in score.confusion):
-        cells = score.confusion[truth]
-        total = sum(cells.values())
-        shares = "".join(f"{100 * cells.get(c, 0) / total:>8.0f}" for c in columns)
-        print(f"{truth:>{len(row.method) + len(title) + 15}} |{shares}")
-
-
 def draw(rows: Sequence[Row], stem: Path) -> list[Path]:
-    """Write `stem`.png and .svg; return both."""
+    """Write `stem`.png and .svg; return both. Methods that take no time are not drawn."""
     sources = list(dict.fromkeys(row.source for row in rows))
     size_in = (WIDTH_IN, PANEL_IN * -(-len(sources) // COLUMNS) + 0.9)
     with figures.figure(stem, size_in, len(sources), COLUMNS) as (drawn, panels):
-        figures.title(drawn, _title())
-        shown = worth_drawing(rows)
+        figures.title(
+            drawn,
+            "Material of 4 (wood, glass, fabric, metal): balanced accuracy with 95 % interval over "
+            "objects, against the median time one core takes.\n"
+            "Ringed: the default. Line: no cheaper one is as good.",
+        )
         for axes, source in zip(panels, sources, strict=True):
-            mine = [row for row in shown if row.source == source]
-            _panel(axes, mine)
-            figures.place(axes, _labels(mine), [(point.x, point.y) for point in points(mine)])
+            mine = [row for row in rows if row.source == source]
+            dots = [row for row in mine if row.four is not None and row.latency_ms is not None]
+            _panel(axes, mine, dots)
+            places = [(row.latency_ms or 0.0, 100 * _accuracy(row)) for row in dots]
+            labels = [
+                (x, y, row.method + " (default)" * row.is_default, STYLE[row.family][0])
+                for row, (x, y) in zip(dots, places, strict=True)
+            ]
+            figures.place(axes, labels, places)
     return figures.files(stem)
 
 
-def worth_drawing(rows: Sequence[Row]) -> list[Row]:
-    """Drop methods that are dominated on every source, zero-shot and enrolled.
-
-    The default and the baselines stay; the table has all methods.
-    """
-    sources = dict.fromkeys(row.source for row in rows)
-    kept = {
-        row.method
-        for source in sources
-        for row in _best([row for row in rows if row.source == source])
-    }
-    return [row for row in rows if row.method in kept or row.is_default or row.family in BASELINES]
-
-
-def _best(rows: Sequence[Row]) -> list[Row]:
-    enrolled = [
-        replace(row, four=few) for row in rows if (few := row.enrolled.get(SHOWN)) is not None
-    ]
-    return [*undominated(rows), *undominated(enrolled)]
-
-
-def points(rows: Sequence[Row]) -> list[Point]:
-    """Return every dot of a panel: zero-shot filled, enrolled hollow; none without a time."""
-    dots = []
-    beside: Counter[float | None] = Counter()
-    for row in rows:
-        few = row.enrolled.get(SHOWN)
-        for graded, hollow in ((row.four, False), (few, True)):
-            if graded is not None and row.latency_ms is not None:
-                shift = STEP ** beside[row.latency_ms]
-                dots.append(Point(row, row.latency_ms * shift, graded, hollow))
-        # Methods that share an encoder take the same time; a small shift keeps their dots apart.
-        beside[row.latency_ms] += 1
-    return dots
-
-
-def _title() -> str:
-    return (
-        "Material of 4 (wood, glass, fabric, metal): balanced accuracy with 95 % interval over "
-        "objects, against the median time one core takes for a decision.\n"
-        f"Filled: zero-shot. Hollow: enrolled with {SHOWN} references a material from other "
-        "objects of the source. Ringed: the default. Line: no cheaper one is as good, zero-shot."
-    )
-
-
-def _panel(axes: Axes, rows: Sequence[Row]) -> None:
-    dots = points(rows)
-    for point in dots:
-        _dot(axes, point)
-    for row in rows:
-        ends = [(point.x, point.y) for point in dots if point.row is row]
-        if len(ends) == 2:
-            colour = STYLE[row.family][0]
-            axes.plot(*zip(*ends, strict=True), ":", color=colour, linewidth=0.8, zorder=2)
-    best = undominated(rows)
-    corners = sorted((point.x, point.y) for point in dots if point.row in best and not point.hollow)
+def _panel(axes: Axes, rows: Sequence[Row], dots: Sequence[Row]) -> None:
+    for row in dots:
+        _dot(axes, row)
+    corners = [(row.latency_ms or 0.0, 100 * _accuracy(row)) for row in undominated(dots)]
     if corners:
         axes.step(*zip(*corners, strict=True), where="post", color=INK, linewidth=0.8, zorder=1)
     figures.level(axes, 25, "chance of 4")
-    for row in rows:
-        if row.family == "guess" and row.four is not None and len(row.four.classes) != 4:
-            figures.level(axes, 100 * row.four.accuracy, "majority", dashes=":")
     axes.set_xscale("log")
-    axes.set_xlim(figures.span([point.x for point in dots], 2.0, 6.0))
+    axes.set_xlim(figures.span([row.latency_ms or 0.0 for row in dots], 2.0, 6.0))
     axes.set_ylim(0, 104)
     axes.set_title(_heading(rows))
     axes.set_xlabel("ms of one core a decision")
     axes.set_ylabel("balanced accuracy of 4, %")
 
 
-def _dot(axes: Axes, point: Point) -> None:
-    colour, marker = STYLE[point.row.family]
-    low = 100 * point.score.low
-    high = 100 * point.score.high
-    axes.vlines(point.x, low, high, color=colour, linewidth=1.0, alpha=0.45, zorder=2)
-    face = "white" if point.hollow else colour
-    axes.plot(point.x, point.y, marker, color=colour, markerfacecolor=face, markersize=7, zorder=4)
-    if point.row.is_default:
-        figures.ring(axes, point.x, point.y)
-
-
-def _labels(rows: Sequence[Row]) -> list[tuple[float, float, str, str]]:
-    """Return one label (x, y, text, colour) a method, at its zero-shot dot if it has one."""
-    first: dict[str, Point] = {}
-    for point in points(rows):
-        first.setdefault(point.row.method, point)
-    return [
-        (point.x, point.y, _label(point), STYLE[point.row.family][0])
-        for point in sorted(first.values(), key=lambda point: -point.y)
-    ]
-
-
-def _label(point: Point) -> str:
-    return f"{point.row.method} (default)" if point.row.is_default else point.row.method
+def _dot(axes: Axes, row: Row) -> None:
+    assert row.four is not None
+    assert row.latency_ms is not None
+    colour, marker = STYLE[row.family]
+    x, y = row.latency_ms, 100 * row.four.accuracy
+    low, high = 100 * row.four.low, 100 * row.four.high
+    axes.vlines(x, low, high, color=colour, linewidth=1.0, alpha=0.45, zorder=2)
+    axes.plot(x, y, marker, color=colour, markersize=7, zorder=4)
+    if row.is_default:
+        figures.ring(axes, x, y)
 
 
 def _heading(rows: Sequence[Row]) -> str:

@@ -30,7 +30,7 @@ from hapticvlm_lab.bench.material.data import (
 from hapticvlm_lab.training import sources
 
 CAPTURES = ("service/hapticvlm/demo/capture",)
-PICTURES = ("caltech101", "pb_renders")
+PICTURES = ("caltech101", "report_web", "pb_renders")
 UNKNOWN_PICTURES = "unlabelled_caltech101"
 UNKNOWN_OF = "caltech101"  # the source whose collection those unknown pictures come from
 UNKNOWN_EACH = 8  # pictures of each of its folders

@@ -24,14 +24,13 @@ Words = NDArray[np.str_]
 Doubles = NDArray[np.float64]
 
 SILENT = ""  # an answer that names nothing; counts as wrong
-FALSE_REJECTION = 0.05  # share of known objects rejected at the threshold
 
 
 @dataclass(frozen=True, slots=True)
 class Score:
     """Balanced accuracy 0..1 over `classes` (objects of each), its 95 % interval and its parts.
 
-    n counts answers: pictures, or objects where views are fused. sd is the deviation between draws.
+    n counts answers: pictures, or objects where views are fused.
     """
 
     accuracy: float
@@ -41,9 +40,6 @@ class Score:
     classes: Mapping[str, int]
     recall: Mapping[str, float]
     confusion: Mapping[str, Mapping[str, int]]
-    sd: float | None = None
-    references: int | None = None
-    reference_objects: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,16 +52,6 @@ class Open:
     low: float
     high: float
     wrong_and_sure: float
-
-
-@dataclass(frozen=True, slots=True)
-class Rejection:
-    """Share of unknown rejected at the threshold that rejects FALSE_REJECTION of the known."""
-
-    n: int
-    rejected: float
-    low: float
-    high: float
 
 
 def score(answers: Words, truth: Words, objects: Words, classes: Sequence[str]) -> Score | None:
@@ -108,16 +94,3 @@ def open_score(spoken: Words, sure: NDArray[np.bool_], truth: Words, objects: Wo
     low, high = wilson((accuracy or 0.0) * among, among)
     wrong = float((sure & spoke & ~right).mean()) if truth.size else 0.0
     return Open(truth.size, float(spoke.mean()), accuracy, low, high, wrong)
-
-
-def rejection(familiar: Doubles, is_known: NDArray[np.bool_], objects: Words) -> Rejection | None:
-    """Return the share of unknown below the threshold; None without known or unknown objects."""
-    if is_known.all() or not is_known.any():
-        return None
-    # The threshold is set on the known objects alone, as a service would have to: it cannot know in
-    # advance how many unknown ones a scene has.
-    threshold = np.quantile(familiar[is_known], FALSE_REJECTION, method="lower")
-    rejected = float((familiar[~is_known] < threshold).mean())
-    among = len(set(objects[~is_known].tolist()))
-    low, high = wilson(rejected * among, among)
-    return Rejection(int((~is_known).sum()), rejected, low, high)

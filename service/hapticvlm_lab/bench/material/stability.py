@@ -1,9 +1,8 @@
 """`hapticvlm stability material`: the losses of the default as its pictures get worse, by degrees.
 
 Every perturbation of `perturb.SHAKES` is applied to the same pictures of each source. For each
-severity: accuracy among FOUR, zero-shot and enrolled; the share of answers that differ from those
-to the clean picture (flips); the share that is wrong and sure. Enrolled references are the clean
-views of all other objects of the source.
+severity: accuracy among FOUR; the share of answers that differ from those to the clean picture
+(flips); the share that is wrong and sure.
 
 A method breaks at the severity where half of its lead over chance is lost. Chance among four
 classes is 25 %, so a method that is right in 85 % of the clean pictures breaks at 55 %.
@@ -25,7 +24,7 @@ from numpy.typing import NDArray
 from hapticvlm import materials
 from hapticvlm.commands.progress import track
 from hapticvlm.evidence.ladder import KNOWN, SURE, decide
-from hapticvlm.palette import BLUE, GREEN, ORANGE, SOFT, VERMILION
+from hapticvlm.palette import BLUE, GREEN, SOFT, VERMILION
 from hapticvlm.vision.encoders.encoder import Encoder
 from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.flatness import is_flat
@@ -36,7 +35,6 @@ from hapticvlm_lab.bench import figures
 from hapticvlm_lab.bench.material.data import FOUR, Source, Where, thin
 from hapticvlm_lab.bench.material.perturb import SHAKES, Shake, apply
 from hapticvlm_lab.bench.material.picture import Picture, as_frame, window
-from hapticvlm_lab.bench.material.protocols import LabelledEmbeddings, left_out
 from hapticvlm_lab.bench.material.reading import load_sources
 from hapticvlm_lab.bench.material.scores import Words, score
 from hapticvlm_lab.bench.printing import made_with, publish
@@ -48,9 +46,8 @@ NAME = "stability-material"
 CHANCE = 0.25  # of four classes
 LEAD = 0.05  # over chance below which there is nothing to lose
 VIEWS = 2  # of an object, far and near; more where a source has few objects
-# Levels of pictures that show nothing, which must be unknown, and of plain colours, which may not.
+# Levels of pictures that show nothing, which must be unknown.
 BLANKS = {"black": (0, 0, 0), "white": (255, 255, 255), "grey": (127, 127, 127)}
-PLAIN = {"red": (200, 30, 30), "green": (30, 160, 60), "blue": (40, 60, 190)}
 
 Floats = NDArray[np.float32]
 Flags = NDArray[np.bool_]
@@ -58,9 +55,8 @@ WIDTH_IN = 12.0
 PANEL_IN = 2.5
 COLUMNS = 4
 LINES = (  # field, label, colour, line and marker
-    ("accuracy", "right of 4, zero-shot", BLUE, "-o"),
-    ("enrolled", "right of 4, enrolled", GREEN, "-s"),
-    ("flips", "answer changed (zero-shot)", ORANGE, "--^"),
+    ("accuracy", "right of 4", BLUE, "-o"),
+    ("flips", "answer changed", GREEN, "--^"),
     ("wrong_and_sure", "wrong and sure", VERMILION, ":x"),
 )
 
@@ -80,10 +76,9 @@ class Default:
 
 @dataclass(frozen=True, slots=True)
 class Predictions:
-    """Predictions for N pictures: forced, enrolled and open answers, and the confidence."""
+    """Predictions for N pictures: forced and open answers, and the confidence."""
 
     forced: Words
-    enrolled: Words
     open: Words
     confidence: NDArray[np.float64]
 
@@ -106,7 +101,7 @@ class Step:
     """One severity: balanced accuracy among four with its interval; shares of pictures.
 
     flips: answers that differ from the clean picture's. wrong_and_sure: named with confidence, and
-    wrong. unknown: not named. enrolled: accuracy with the other objects' clean views as references.
+    wrong. unknown: not named.
     """
 
     severity: float
@@ -116,8 +111,6 @@ class Step:
     flips: float
     wrong_and_sure: float
     unknown: float
-    enrolled: float
-    enrolled_flips: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,9 +122,9 @@ class Curve:
     n: int
     steps: tuple[Step, ...]
 
-    def breaks_at(self, *, enrolled: bool = False) -> float | None:
+    def breaks_at(self) -> float | None:
         """Return the severity where half of the lead over chance is lost; None if it never is."""
-        lead = [(step.enrolled if enrolled else step.accuracy) - CHANCE for step in self.steps]
+        lead = [step.accuracy - CHANCE for step in self.steps]
         if lead[0] < LEAD:
             return None
         half = lead[0] / 2
@@ -182,9 +175,7 @@ def predict_clean(source: Source, default: Default) -> Clean:
     )
     seeds = tuple(crc32(f"{view.object_id}/{at}".encode()) for at, view in enumerate(source.views))
     embeddings, flat = default.embed(shown)
-    sharpness = default.gallery.calibration.sharpness
-    known = LabelledEmbeddings(embeddings, source.truth, source.objects, sharpness)
-    predictions = _ask(embeddings, flat, known, default.gallery)
+    predictions = _ask(embeddings, flat, default.gallery)
     return Clean(shown, source.truth, source.objects, seeds, embeddings, flat, predictions)
 
 
@@ -201,7 +192,7 @@ def shaken(clean: Clean, shake: Shake, default: Default) -> Curve:
             embeddings = clean.embeddings.copy()
             flat = clean.flat.copy()
             embeddings[rows], flat[rows] = default.embed([changed[row] for row in rows])
-            predictions = _ask(embeddings, flat, _references(clean, default), default.gallery)
+            predictions = _ask(embeddings, flat, default.gallery)
         steps.append(_step(severity, predictions, clean, rows))
     return Curve(shake.name, shake.unit, len(rows), tuple(steps))
 
@@ -211,41 +202,27 @@ def blank_answers(default: Default) -> dict[str, str]:
     side = 2 * default.encoder.side
     plain = {
         name: Picture(np.full((side, side, 3), level, np.uint8), None)
-        for name, level in (BLANKS | PLAIN).items()
+        for name, level in BLANKS.items()
     }
     rows = zip(*default.embed(list(plain.values())), strict=True)
     verdicts = [decide([default.gallery.match(row, is_flat=bool(flat))]) for row, flat in rows]
     return {name: verdict.material for name, verdict in zip(plain, verdicts, strict=True)}
 
 
-def _references(clean: Clean, default: Default) -> LabelledEmbeddings:
-    """Return the clean pictures as references."""
-    # References stay clean while the tested picture gets worse: a user enrols in good light, and
-    # recognises in any.
-    return LabelledEmbeddings(
-        clean.embeddings, clean.truth, clean.objects, default.gallery.calibration.sharpness
-    )
-
-
-def _ask(
-    embeddings: Floats, flat: Flags, known: LabelledEmbeddings, gallery: Gallery
-) -> Predictions:
+def _ask(embeddings: Floats, flat: Flags, gallery: Gallery) -> Predictions:
     beliefs = gallery.beliefs(embeddings, flat)
     names = np.array(gallery.candidates)
     among = np.where(np.isin(names, FOUR), beliefs, -np.inf)
     best = beliefs.max(axis=1)
     spoken = np.where(best >= KNOWN, names[beliefs.argmax(axis=1)], materials.UNKNOWN)
-    enrolled = left_out(known, embeddings)
-    return Predictions(names[among.argmax(axis=1)], enrolled, spoken, best)
+    return Predictions(names[among.argmax(axis=1)], spoken, best)
 
 
 def _step(severity: float, predictions: Predictions, clean: Clean, rows: NDArray[np.intp]) -> Step:
     truth = clean.truth[rows]
     objects = clean.objects[rows]
     graded = score(predictions.forced[rows], truth, objects, FOUR)
-    again = score(predictions.enrolled[rows], truth, objects, FOUR)
     assert graded is not None
-    assert again is not None
     wrong = (predictions.open[rows] != truth) & (predictions.confidence[rows] >= SURE)
     return Step(
         severity=severity,
@@ -255,10 +232,6 @@ def _step(severity: float, predictions: Predictions, clean: Clean, rows: NDArray
         flips=float((predictions.forced[rows] != clean.predictions.forced[rows]).mean()),
         wrong_and_sure=float(wrong.mean()),
         unknown=float((predictions.open[rows] == materials.UNKNOWN).mean()),
-        enrolled=again.accuracy,
-        enrolled_flips=float(
-            (predictions.enrolled[rows] != clean.predictions.enrolled[rows]).mean()
-        ),
     )
 
 
@@ -295,7 +268,7 @@ def _report(
             for name, curves in results.items()
         },
         "blank": blanks,
-        "blank_is_unknown": {blanks[name] for name in BLANKS} == {materials.UNKNOWN},
+        "blank_is_unknown": set(blanks.values()) == {materials.UNKNOWN},
         "skipped": list(skipped),
     }
 
@@ -308,21 +281,20 @@ def _print_end(blanks: dict[str, str], skipped: Sequence[str]) -> None:
 
 
 def sentence(curve: Curve) -> str:
-    """Return where a curve breaks, zero-shot and enrolled."""
+    """Return where a curve breaks."""
     worst = curve.steps[-1]
     sure = max(step.wrong_and_sure for step in curve.steps)
     return (
-        f"{curve.name}: zero-shot {_loss(curve, enrolled=False)}; "
-        f"enrolled {_loss(curve, enrolled=True)}; flips {worst.flips:.0%} at {worst.severity:g}; "
+        f"{curve.name}: {_loss(curve)}; flips {worst.flips:.0%} at {worst.severity:g}; "
         f"wrong and sure at most {sure:.0%} (n = {curve.n}, {curve.unit})"
     )
 
 
-def _loss(curve: Curve, *, enrolled: bool) -> str:
-    first = curve.steps[0].enrolled if enrolled else curve.steps[0].accuracy
+def _loss(curve: Curve) -> str:
+    first = curve.steps[0].accuracy
     if first - CHANCE < LEAD:
         return f"has no lead to lose ({first:.0%} clean)"
-    at = curve.breaks_at(enrolled=enrolled)
+    at = curve.breaks_at()
     if at is None:
         return f"keeps half its lead to {curve.steps[-1].severity:g} ({first:.0%} clean)"
     return f"loses half its lead at {at:.2g} ({first:.0%} clean)"
