@@ -85,7 +85,6 @@ def test_two_rubbing_hands_are_rendered_far_faster_than_they_are_played() -> Non
 def test_the_command_draws_and_prints_json(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(chart, "STEADY_S", 4.0)
     monkeypatch.setattr(chart, "ROUNDS", 2)
     assert main(["chart", "vibration", "--json", "--out", str(tmp_path)]) == 0
     told = json.loads(capsys.readouterr().out.splitlines()[-1])

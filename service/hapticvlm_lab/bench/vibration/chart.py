@@ -10,8 +10,7 @@ Two knobs are turned, each by itself:
 The error of a knob is the largest difference that a palm feels, in dB: what the intended vibration
 masks, and what is below the threshold, does not count (spectra.felt_difference_db). Costs are the
 least of ROUNDS on this process's core, which other work disturbs least; all settings of a knob take
-turns. A third knob, noise through an autoregressive filter instead of the fixed pattern of a
-surface, was rejected; hapticvlm_lab/LOG.md keeps its figures.
+turns.
 """
 
 from __future__ import annotations
@@ -30,7 +29,6 @@ from hapticvlm.commands.progress import track
 from hapticvlm.materials import MATERIALS, Mode, Vibration
 from hapticvlm.palette import BLUE, GREEN, INK
 from hapticvlm.rendering.vibration.impacts import impact
-from hapticvlm.rendering.vibration.textures import Texture
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 from hapticvlm.rendering.vibration.voices import Command, Voices
 from hapticvlm_lab.bench import figures
@@ -54,8 +52,6 @@ RATIOS = (1.0, 1.857, 3.25, 4.946, 6.7, 8.6)
 MODES = (1, 2, 3, 4, 6)
 SHIPPED = "as shipped"
 HIT_MPS = (0.3, 1.0, 5.0)
-RUBBED = Motion(0.15, 0.0)  # no force: nothing sticks, the noise alone is compared
-STEADY_S = 12.0
 BLOCKS = (16, 32, 64, 128, 256, 512, 1024)
 UPDATES_HZ = 75.0
 ROUNDS = 15
@@ -198,13 +194,6 @@ def _cut_db(full: Vibration, cut: Vibration, speed_mps: float) -> float:
     motion = Motion(speed_mps, 1.0)
     meant, given = (event_db(impact(v, "strike", motion, 0)) for v in (full, cut))
     return difference_db(meant, given)
-
-
-def rub(name: str, seed: int) -> Wave:
-    """Rub a surface for STEADY_S as the product does."""
-    texture = Texture(MATERIALS[name].vibration, "slide", seed)
-    texture.render(9600, RUBBED)
-    return texture.render(int(STEADY_S * RATE_HZ), RUBBED)
 
 
 def _two_hands() -> Voices:

@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 from hapticvlm.materials import MATERIALS
 from hapticvlm.rendering.vibration.impacts import impact
 from hapticvlm.rendering.vibration.vibration import Motion
-from hapticvlm_lab.bench.vibration.chart import rub
 from hapticvlm_lab.bench.vibration.spectra import (
-    BANDS_HZ,
+    bands_db,
     event_db,
     model_threshold_db,
+    rub,
     steady_db,
 )
 
@@ -32,7 +32,6 @@ HEADING = """\
 # and of a slide. Made by `python -m hapticvlm_lab.bench.vibration.differences`; each pair stands
 # once.
 """
-_EDGE = 2.0 ** (1.0 / 6.0)  # of a third octave, relative to its centre
 
 Doubles = NDArray[np.float64]
 
@@ -66,15 +65,9 @@ def table() -> str:
 
 
 def _bands_db(spectrum: tuple[Doubles, Doubles]) -> Doubles:
-    """Return levels in third octaves, the threshold included, (18,) dB re full scale."""
+    """Return levels in third octaves, the threshold of the palm included, (18,) dB."""
     hertz, level_db = spectrum
-    threshold_db = model_threshold_db(np.maximum(hertz, 1.0))
-    levels = []
-    for centre_hz in BANDS_HZ:
-        inside = (hertz >= centre_hz / _EDGE) & (hertz < centre_hz * _EDGE)
-        floor = 10.0 ** (threshold_db[inside].min() / 10.0)
-        levels.append(10.0 * np.log10(np.sum(10.0 ** (level_db[inside] / 10.0)) + floor))
-    return np.array(levels)
+    return bands_db(hertz, level_db, model_threshold_db(np.maximum(hertz, 1.0)))
 
 
 if __name__ == "__main__":

@@ -13,11 +13,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.rendering.vibration.vibration import RATE_HZ
+from hapticvlm.materials import MATERIALS
+from hapticvlm.rendering.vibration.textures import Texture
+from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 
 _Floats = NDArray[np.float64]
 
 SIZE = 16_384  # samples of a spectrum, 2.9 Hz a line
+RUBBED = Motion(0.15, 0.0)  # no force: nothing sticks, the noise alone is compared
+STEADY_S = 12.0
 
 # Vibrotactile masking and threshold of the psychohaptic model of MPEG haptics (ISO/IEC 23090-31),
 # implemented from its published formulae. Its reference software is under a BSD licence that gives
@@ -30,6 +34,14 @@ _MODEL_BEST_DB = -45.0
 _PROMINENT_DB = 12.0
 _REACH_DB = 45.0
 BANDS_HZ = 20.0 * 2.0 ** (np.arange(18) / 3.0)  # third octaves, 20 to 1016 Hz
+_EDGE = 2.0 ** (1.0 / 6.0)  # of a third octave, relative to its centre
+
+
+def rub(name: str, seed: int) -> NDArray[np.float32]:
+    """Rub a surface for STEADY_S as the product does."""
+    texture = Texture(MATERIALS[name].vibration, "slide", seed)
+    texture.render(9600, RUBBED)
+    return texture.render(int(STEADY_S * RATE_HZ), RUBBED)
 
 
 def event_db(wave: NDArray[np.float32]) -> tuple[_Floats, _Floats]:
@@ -99,15 +111,16 @@ def felt_difference_db(
     # Adding the threshold to both sides turns "below the threshold" into "equal": two levels far
     # below it give the same sum, two levels far above it keep their difference, and in between the
     # difference fades instead of jumping.
-    hidden = 10.0 ** (masked_threshold_db(frequency_hz, meant_db) / 10.0)
-    differences = []
-    for centre in BANDS_HZ:
-        edge = 2.0 ** (1.0 / 6.0)
-        inside = (frequency_hz >= centre / edge) & (frequency_hz < centre * edge)
-        if not inside.any():
-            continue
-        floor = float(hidden[inside].min())
-        meant = float(np.sum(10.0 ** (meant_db[inside] / 10.0))) + floor
-        other = float(np.sum(10.0 ** (given_db[inside] / 10.0))) + floor
-        differences.append(abs(10.0 * np.log10(other / meant)))
-    return float(max(differences))
+    hidden_db = masked_threshold_db(frequency_hz, meant_db)
+    bands = [bands_db(frequency_hz, level_db, hidden_db) for level_db in (meant_db, given_db)]
+    return float(np.abs(bands[1] - bands[0]).max())
+
+
+def bands_db(frequency_hz: _Floats, level_db: _Floats, threshold_db: _Floats) -> _Floats:
+    """Return levels (18,) in third octaves of a vibration and a threshold, both (K,), in dB."""
+    levels = []
+    for centre_hz in BANDS_HZ:
+        inside = (frequency_hz >= centre_hz / _EDGE) & (frequency_hz < centre_hz * _EDGE)
+        floor = 10.0 ** (threshold_db[inside].min() / 10.0)
+        levels.append(10.0 * np.log10(np.sum(10.0 ** (level_db[inside] / 10.0)) + floor))
+    return np.array(levels)

@@ -22,8 +22,7 @@ from numpy.typing import NDArray
 from hapticvlm.materials import MATERIALS
 from hapticvlm.rendering.vibration import feel_tables
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
-from hapticvlm_lab.bench.vibration.chart import RUBBED, STEADY_S
-from hapticvlm_lab.bench.vibration.spectra import SIZE
+from hapticvlm_lab.bench.vibration.spectra import RUBBED, SIZE, STEADY_S
 
 CLIENT = Path(__file__).parents[4] / "examples" / "webxr" / "client"
 ROUNDS = 9

@@ -32,8 +32,7 @@ from hapticvlm_lab.bench.telling_apart import (
     warmth_steps,
 )
 from hapticvlm_lab.bench.thermal import TICK_S
-from hapticvlm_lab.bench.vibration.chart import RUBBED, rub
-from hapticvlm_lab.bench.vibration.spectra import difference_db, event_db, steady_db
+from hapticvlm_lab.bench.vibration.spectra import RUBBED, difference_db, event_db, rub, steady_db
 from hapticvlm_lab.bench.whole import baked
 
 ROOM_C = 22.0
