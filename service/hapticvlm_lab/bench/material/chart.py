@@ -168,7 +168,7 @@ def knee(rows: Sequence[Row]) -> tuple[Row, Row] | None:
     if not graded:
         return None
     # A cheaper method whose interval reaches the best one may be as good: the data cannot tell.
-    best = max(graded, key=_accuracy)
+    best = max(graded, key=lambda row: (_accuracy(row), -(row.latency_ms or 0.0)))
     reaching = [row for row in graded if row.four and row.four.high >= _accuracy(best)]
     return best, min([best, *reaching], key=lambda row: row.latency_ms or 0.0)
 
