@@ -108,3 +108,19 @@ def test_a_fault_of_a_file_is_said_in_plain_words(fault, words):
     except Exception as error:  # noqa: BLE001 - each row another
         caught = error
     assert documents.reason(caught) == words
+
+
+def test_a_file_is_read_as_its_type_and_a_wrong_field_is_named(tmp_path):
+    table, facts = tmp_path / "a.toml", tmp_path / "a.json"
+    table.write_text("[plate]\nlag_s = 0.3\n")
+    facts.write_text('{"plate": {"lag_s": "late"}}')
+    kind = dict[str, dict[str, float]]
+    assert documents.read_toml(table, kind) == {"plate": {"lag_s": 0.3}}
+    with pytest.raises(ValueError, match="Expected `float`, got `str`"):
+        documents.read_json(facts, kind)
+    for reader, form in ((documents.read_toml, "not TOML"), (documents.read_json, "not JSON")):
+        facts.write_text("{")
+        with pytest.raises(ValueError, match=form):
+            reader(facts, kind)
+        with pytest.raises(ValueError, match="larger than"):
+            reader(table, kind, 4)

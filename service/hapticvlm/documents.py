@@ -19,7 +19,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from io import BufferedReader
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 MIB = 1024 * 1024
 MAX_BYTES = 16 * MIB
@@ -29,6 +29,8 @@ MAX_KEY_PARTS = 16  # of a dotted TOML key; a key of thousands of parts unfolds 
 _ADDRESS = re.compile(r" <[^<>]* object at 0x[0-9a-f]+>")
 _TOO_DEEP = "nested too deep"
 _FORMULA_STARTS = tuple("=+-@\t\r\n\uff1d\uff0b\uff0d\uff20")  # the last four are full-width
+
+T = TypeVar("T")
 
 
 def open_file(path: Path) -> BufferedReader:
@@ -69,6 +71,32 @@ def read_text(path: Path, max_bytes: int = MAX_BYTES) -> str:
         return read_bytes(path, max_bytes).decode("utf-8")
     except UnicodeDecodeError as error:
         raise ValueError(reason(error)) from None
+
+
+def read_toml(path: Path, kind: type[T], max_bytes: int = MAX_BYTES) -> T:
+    """Read a TOML file as `kind`. Raises OSError, and ValueError that names the field."""
+    content = read_text(path, max_bytes)
+    try:
+        document = parse_toml(content)
+    except tomllib.TOMLDecodeError as error:
+        raise ValueError(f"not TOML: {error}; strings need quotes") from None
+    return _converted(document, kind)
+
+
+def read_json(path: Path, kind: type[T], max_bytes: int = MAX_BYTES) -> T:
+    """Read a JSON file as `kind`. Raises OSError, and ValueError that names the field."""
+    content = read_bytes(path, max_bytes)
+    try:
+        document = parse_json(content)
+    except ValueError as error:
+        raise ValueError(f"not JSON: {reason(error)}") from None
+    return _converted(document, kind)
+
+
+def _converted(document: object, kind: type[T]) -> T:
+    import msgspec  # a command that reads no file starts without it
+
+    return msgspec.convert(document, kind)  # its ValidationError is a ValueError
 
 
 def reason(error: Exception) -> str:

@@ -101,7 +101,7 @@ def test_the_file_says_what_was_measured(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("frequency_hz = [", "not a TOML"),
+        ("frequency_hz = [", "not TOML"),
         ("hz = [1]", "no such field"),
         ("frequency_hz = [20, 300]", "response_db: needs a list"),
         ("frequency_hz = [20, 300]\nresponse_db = [0, 1, 2]", "2 frequencies but 3"),

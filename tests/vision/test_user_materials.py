@@ -149,7 +149,7 @@ WRONG = [
     ('like = "wood"\n[references]\nencoder = "e"\nvectors = ["AH4="]', "all finite", "again"),
     ('like = "wood"\n[references]\nencoder = "e"\nvectors = ["AAA="]', "unit length", "again"),
     ('like = "wood"\n[references]\nencoder = "e"\nvectors = ["AHw="]', "all finite", "again"),
-    ('like = "wood', "TOML", "correct it"),
+    ('like = "wood', "TOML", "strings need quotes"),
 ]
 
 

@@ -10,7 +10,6 @@ import difflib
 import logging
 import os
 import re
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
@@ -64,14 +63,9 @@ def read(path: Path) -> dict[str, Any]:
     Raises ValueError naming the file, the field, the allowed values and what to do.
     """
     try:
-        document = documents.parse_toml(documents.read_text(path))
-        checked = msgspec.convert(document, _FILE)
+        checked = documents.read_toml(path, _FILE)
     except OSError as error:
         raise ValueError(f"{path}: {error.strerror}; --config takes a TOML file") from None
-    except tomllib.TOMLDecodeError as error:
-        raise ValueError(
-            f"{path}: not TOML: {documents.reason(error)}; strings need quotes"
-        ) from None
     except msgspec.ValidationError as error:
         raise ValueError(f"{path}: {_explain(str(error))}") from None
     except ValueError as error:

@@ -86,9 +86,7 @@ def _written(folder: Path) -> dict[str, str | None]:
     if not path.exists():
         return {}
     try:
-        names = documents.parse_json(documents.read_text(path))
-        if not isinstance(names, dict):
-            raise ValueError("must be an object of names and digests")
+        names = documents.read_json(path, dict[str, str | None])
         for name in names:
             _place(folder, name)
     except ValueError as error:

@@ -29,7 +29,7 @@ def plate_resistance(text: str) -> float:
     except ValueError:
         pass
     try:
-        calibration = documents.parse_json(documents.read_bytes(Path(text), _MOST_BYTES))
+        calibration = documents.read_json(Path(text), object, _MOST_BYTES)
     except OSError as error:
         reason = f"{text}: not a number, and as a file: {documents.reason(error)}"
         raise argparse.ArgumentTypeError(reason) from None

@@ -145,7 +145,7 @@ def read_design(folder: Path) -> Design:
     """Read study.json. Raises StudyError when it is missing, of another format or damaged."""
     path = folder / HEAD
     try:
-        content = documents.parse_json(documents.read_text(path))
+        content = documents.read_json(path, dict[str, Any])
         version = msgspec.convert(content, _Versioned).version
         if version != VERSION:
             raise StudyError(f"format {version}; this program reads {VERSION}")

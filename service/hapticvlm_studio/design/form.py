@@ -144,7 +144,7 @@ def read(folder: Path) -> tuple[Form, StudyFile] | None:
     if not path.exists():
         return None
     try:
-        table = documents.parse_toml(documents.read_text(path))
+        table = documents.read_toml(path, dict[str, Any])
         plan = {name: table.pop(name) for name in StudyFile.__struct_fields__ if name in table}
         file = msgspec.convert(plan, StudyFile)
         form = revive(table)

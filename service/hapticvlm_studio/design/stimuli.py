@@ -118,11 +118,11 @@ _RANGES = {
 def read(path: Path) -> tuple[Stimulus, ...]:
     """Read a file of patterns. Raises StudyError."""
     try:
-        tables = documents.parse_toml(documents.read_text(path)).get("pattern")
+        tables = documents.read_toml(path, dict[str, Any]).get("pattern")
     except OSError as error:
         raise StudyError(f"{path}: {error.strerror}") from None
     except ValueError as error:
-        raise StudyError(f"{path}: not TOML: {documents.reason(error)}") from None
+        raise StudyError(f"{path}: {documents.reason(error)}") from None
     if not isinstance(tables, list):
         raise StudyError(f"{path}: needs one [[pattern]] table per pattern")
     return revive(tables, str(path))

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import tomllib
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from hapticvlm import documents
 from hapticvlm.commands.progress import working
 from hapticvlm.errors import shell_word
 from hapticvlm.materials import Material, MaterialError, derive
@@ -166,8 +166,8 @@ def _facts(settings: Sequence[str]) -> dict[str, object]:
     facts: dict[str, dict[str, object]] = {}
     for setting in settings:
         try:
-            parsed = tomllib.loads(setting)
-        except tomllib.TOMLDecodeError:
+            parsed = documents.parse_toml(setting)
+        except ValueError:
             parsed = {}
         if not parsed or not all(isinstance(changed, dict) for changed in parsed.values()):
             expected = "expected FACT=VALUE, such as thermal.conductivity=0.2"

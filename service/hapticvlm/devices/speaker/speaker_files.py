@@ -11,6 +11,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from hapticvlm import documents
 from hapticvlm.devices.speaker.audio import read_wav
@@ -91,9 +92,9 @@ def write_response(path: Path, response: SpeakerResponse) -> None:
 def read_response(path: Path) -> SpeakerResponse:
     """Read a response file. Raises OSError, ValueError naming the file, the field and the limit."""
     try:
-        document = documents.parse_toml(documents.read_text(path))
+        document = documents.read_toml(path, dict[str, Any])
     except ValueError as error:
-        raise ValueError(f"{path}: not a TOML file: {documents.reason(error)}") from None
+        raise ValueError(f"{path}: {documents.reason(error)}") from None
     for field in document:
         if field not in FIELDS:
             raise ValueError(f"{path}: {field}: no such field; known: {', '.join(FIELDS)}")

@@ -33,8 +33,8 @@ def read(path: Path, table: Mapping[str, Material]) -> dict[str, SceneObject]:
         # The file was written by a browser and may have been edited by hand. It is read whole or
         # not at all, and each name is looked up: a material that no table has would otherwise
         # fail at the first touch, in a scene that is running.
-        file = msgspec.json.decode(documents.read_bytes(path), type=_File)
-    except (ValueError, RecursionError) as error:
+        file = documents.read_json(path, _File)
+    except ValueError as error:
         text = "--stated names a file that the dashboard's Save gave"
         raise ValueError(f"{path}: {documents.reason(error)}; {text}") from None
     for index, override in enumerate(file.objects):

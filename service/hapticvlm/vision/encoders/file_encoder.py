@@ -266,7 +266,7 @@ def _read_preprocessing(path: Path, layout: Layout) -> Preprocessing | None:
         logger.warning(message, path.name, PREPROCESSING[0], mean, deviation)
         return Preprocessing(side, side, 1 / 255, mean, deviation)
     try:
-        preprocessing = read_preprocessing(documents.parse_json(documents.read_bytes(beside)))
+        preprocessing = read_preprocessing(documents.read_json(beside, dict[str, Any]))
     except (OSError, ValueError) as error:
         reason = documents.reason(error)
         raise EncoderError(f"encoder `{path}`, {beside.name}: {reason}; correct it") from None

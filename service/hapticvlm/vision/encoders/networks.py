@@ -130,8 +130,8 @@ def _require_safe(source: Path | str) -> None:
         problem = f"encoder `{source}` has pickled weights ({pickled[0]}), which can run any code"
         raise EncoderError(f"{problem} when they are read; save them as safetensors")
     with suppress(OSError, ValueError):
-        config = documents.parse_json(documents.read_bytes(source / CONFIG))
-        if isinstance(config, dict) and config.get("auto_map") and not _is_known(config):
+        config = documents.read_json(source / CONFIG, dict[str, Any])
+        if config.get("auto_map") and not _is_known(config):
             problem = f"encoder `{source}` cannot be loaded: it needs its own code (auto_map)"
             raise EncoderError(f"{problem}, which is never run; {FOLDER}")
 

@@ -76,7 +76,7 @@ def read_card(folder: Path) -> Card:
     """Read a folder's encoder.json. Raises EncoderError."""
     path = folder / CARD
     try:
-        fields = documents.parse_json(documents.read_bytes(path))
+        fields = documents.read_json(path, dict[str, Any])
         weights = Source(**fields["weights"]) if "weights" in fields else None
         card = Card(fields["name"], fields["side"], fields["dimension"], fields["sha256"], weights)
     except (OSError, ValueError, KeyError, TypeError) as error:

@@ -81,17 +81,12 @@ def read_folder(folder: Path | None) -> tuple[UserMaterial, ...]:
 def read_material(path: Path) -> UserMaterial:
     """Read one file. Raises MaterialError naming file, field and cure."""
     try:
-        if path.stat().st_size > MAX_FILE_BYTES:
-            raise MaterialError(f"larger than {MAX_FILE_BYTES} bytes; use fewer pictures")
-        text = documents.read_text(path, MAX_FILE_BYTES)
-        return _parse(path.stem, documents.parse_toml(text))
+        return _parse(path.stem, documents.read_toml(path, dict[str, object], MAX_FILE_BYTES))
     except OSError as error:
         reason = error.strerror or str(error)
         raise MaterialError(f"{path}: cannot be read ({reason}); make it readable") from None
-    except MaterialError as error:
-        raise MaterialError(f"{path}: {error}") from None
-    except ValueError as error:
-        raise MaterialError(f"{path}: not TOML ({documents.reason(error)}); correct it") from None
+    except (ValueError, MaterialError) as error:
+        raise MaterialError(f"{path}: {documents.reason(error)}") from None
 
 
 def write_material(user_material: UserMaterial, folder: Path) -> Path:

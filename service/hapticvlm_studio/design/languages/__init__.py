@@ -38,7 +38,7 @@ def texts(language: str, folder: Path) -> dict[str, Any]:
 @cache
 def _load(path: Path) -> dict[str, Any]:
     try:
-        return documents.parse_toml(documents.read_text(path))
+        return documents.read_toml(path, dict[str, Any])
     except (OSError, ValueError) as error:
         raise StudyError(f"{path}: {documents.reason(error)}") from None
 
