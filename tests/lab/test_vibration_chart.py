@@ -104,10 +104,11 @@ def test_the_models_threshold_has_its_published_values() -> None:
 def test_a_peak_masks_what_is_near_it_and_not_what_is_far() -> None:
     hertz = np.arange(0.0, 1001.0, 5.0)
     level_db = np.full(hertz.size, -120.0)
-    plain_db = masked_threshold_db(hertz, level_db)
-    assert np.allclose(plain_db, model_threshold_db(hertz))
+    bare_db = model_threshold_db(hertz)
+    plain_db = masked_threshold_db(hertz, level_db, bare_db)
+    assert np.allclose(plain_db, bare_db)
     level_db[hertz == 200.0] = -10.0
-    masked_db = masked_threshold_db(hertz, level_db)
+    masked_db = masked_threshold_db(hertz, level_db, bare_db)
     assert masked_db[hertz == 200.0][0] == pytest.approx(-10 - 5 + 5 / 1400 * 200, abs=0.1)
     assert masked_db[hertz == 240.0][0] > plain_db[hertz == 240.0][0] + 20.0
     assert masked_db[hertz == 500.0][0] == pytest.approx(plain_db[hertz == 500.0][0], abs=0.1)

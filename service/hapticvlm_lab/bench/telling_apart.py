@@ -35,7 +35,6 @@ from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import find_peaks
 
 from hapticvlm.materials import MATERIALS
 from hapticvlm.perception import (
@@ -48,6 +47,7 @@ from hapticvlm.perception import (
 from hapticvlm.rendering.vibration.equaliser import Playback
 from hapticvlm.rendering.vibration.vibration import IMPACTS, Motion, motion_at
 from hapticvlm.rendering.vibration.voices import Command, Voices
+from hapticvlm_lab.bench.vibration.spectra import masked_threshold_db
 
 Floats = NDArray[np.float64]
 
@@ -78,12 +78,6 @@ _NP_III_HZ = 3.0
 _NP_SLOPE_DB = 6.0
 _P_SLOPE_DB = 12.0
 
-# Masking by the psychohaptic model of MPEG (physics.md 4.1): which peaks mask, and how far.
-_PROMINENCE_DB = 12.0
-_PEAK_RANGE_DB = 45.0
-_MASK_BELOW_DB = 5.0
-_MASK_DB_PER_HZ = 5.0 / 1400.0
-_MASK_FALL_DB = 30.0
 _BAND_HZ = (1.0, 1000.0)
 _QUIET = 1e-16
 
@@ -283,37 +277,19 @@ def displacement_db(frequency_hz: Floats) -> Floats:
     return np.asarray(FULL_SCALE_DB + threshold_db(250.0) - 40.0 * above)
 
 
-def masked_db(level_db: Floats, frequency_hz: Floats) -> Floats:
-    """Return the level below which a bin is not felt, dB re full scale, (bins,).
-
-    `level_db` is the spectrum, (bins,) dB re full scale, at `frequency_hz`, (bins,).
-    """
-    # find_peaks does not report the ends of an array; a padding of silence lets them be peaks.
-    padded = np.pad(level_db, 1, constant_values=-300.0)
-    peaks = find_peaks(padded, prominence=_PROMINENCE_DB)[0] - 1
-    peaks = peaks[level_db[peaks] >= level_db.max() - _PEAK_RANGE_DB]
-    # The mask starts from the absolute threshold. Each peak of height H at fp adds the power of
-    # H - 5 + (5 / 1400) fp - 30 ((f - fp) / fp)^2 dB: strongest at its own frequency, where it lies
-    # just below the peak, and falling to both sides. Powers add.
-    mask = 10.0 ** ((drive_threshold_db(frequency_hz) - FULL_SCALE_DB) / 10.0)
-    for peak_hz, height_db in zip(frequency_hz[peaks], level_db[peaks], strict=True):
-        offset = (frequency_hz - peak_hz) / peak_hz
-        fall_db = _MASK_BELOW_DB - _MASK_DB_PER_HZ * peak_hz + _MASK_FALL_DB * offset**2
-        mask = mask + 10.0 ** ((height_db - fall_db) / 10.0)
-    return np.asarray(10.0 * np.log10(mask))
-
-
 def levels_db(wave: NDArray[np.floating], rate_hz: int) -> Floats:
-    """Return the level of each channel in each window by (2), dB >= 0, (4, windows).
+    """Return the level of each channel in each window, dB >= 0, (4, windows).
 
     `wave` is (N,) with full scale 1, from the onset on; after its end it is silent.
     """
     frequency_hz, power = _spectra(wave, rate_hz)
+    bare_db = drive_threshold_db(frequency_hz) - FULL_SCALE_DB
     unmasked = np.zeros_like(power)
     for frame, spectrum in enumerate(power):
         level_db = 10.0 * np.log10(np.maximum(spectrum, _QUIET))
-        unmasked[frame] = np.where(level_db > masked_db(level_db, frequency_hz), spectrum, 0.0)
-    # P(f) / P_c(f) of (1) for a full-scale sine in every bin; the spectrum scales it.
+        hidden_db = masked_threshold_db(frequency_hz, level_db, bare_db)
+        unmasked[frame] = np.where(level_db > hidden_db, spectrum, 0.0)
+    # P(f) / P_c(f) for a full-scale sine in every bin; the spectrum scales it.
     over_db = displacement_db(frequency_hz) - channel_threshold_db(frequency_hz)
     energy = unmasked @ (10.0 ** (over_db / 10.0)).T
     return np.array([_window(energy, *window) for window in WINDOWS_S]).T
@@ -341,7 +317,7 @@ def _spectra(wave: NDArray[np.floating], rate_hz: int) -> tuple[Floats, Floats]:
 
 
 def _window(energy: Floats, begin_s: float, end_s: float) -> Floats:
-    """Return the level of one window by (2), (4,), from the energy of all frames, (frames, 4)."""
+    """Return the level of one window, (4,), from the energy of all frames, (frames, 4)."""
     first = round(begin_s / FRAME_S)
     last = len(energy) if end_s == math.inf else round(end_s / FRAME_S)
     mean = energy[first:last].mean(axis=0)

@@ -79,17 +79,20 @@ def model_threshold_db(frequency_hz: NDArray[np.float64]) -> NDArray[np.float64]
     return np.asarray(np.minimum(50.0 / np.log10(b) ** 2 * at + _MODEL_BEST_DB, 0.0))
 
 
-def masked_threshold_db(
-    frequency_hz: NDArray[np.float64], level_db: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Return the threshold under a vibration's own peaks, (K,) dB: masks summed in power."""
+def masked_threshold_db(frequency_hz: _Floats, level_db: _Floats, bare_db: _Floats) -> _Floats:
+    """Return the threshold under a vibration's own peaks, (K,) dB: masks summed in power.
+
+    `bare_db` is the threshold without a mask, `level_db` the vibration, both (K,).
+    """
     from scipy.signal import find_peaks
 
     # Masks of several peaks add up in power, not in dB: two equal masks raise the threshold by 3
     # dB. Each mask is a parabola in the relative distance from its peak, its top some 5 dB below
-    # that.
-    peaks, _ = find_peaks(level_db, prominence=_PROMINENT_DB)
-    total = 10.0 ** (model_threshold_db(frequency_hz) / 10.0)
+    # that. find_peaks does not report the ends of an array; a padding of silence lets them be
+    # peaks.
+    padded_db = np.pad(level_db, 1, constant_values=-300.0)
+    peaks = find_peaks(padded_db, prominence=_PROMINENT_DB)[0] - 1
+    total = 10.0 ** (bare_db / 10.0)
     for peak in peaks:
         if level_db[peak] >= level_db.max() - _REACH_DB and frequency_hz[peak] > 0.0:
             hz = frequency_hz[peak]
@@ -111,7 +114,7 @@ def felt_difference_db(
     # Adding the threshold to both sides turns "below the threshold" into "equal": two levels far
     # below it give the same sum, two levels far above it keep their difference, and in between the
     # difference fades instead of jumping.
-    hidden_db = masked_threshold_db(frequency_hz, meant_db)
+    hidden_db = masked_threshold_db(frequency_hz, meant_db, model_threshold_db(frequency_hz))
     bands = [bands_db(frequency_hz, level_db, hidden_db) for level_db in (meant_db, given_db)]
     return float(np.abs(bands[1] - bands[0]).max())
 

@@ -1,0 +1,34 @@
+"""The simulated palm: what it can tell apart, and what it cannot because it does not feel it."""
+
+import numpy as np
+import pytest
+
+from hapticvlm.perception import FULL_SCALE_DB
+from hapticvlm.rendering.vibration.vibration import Motion
+from hapticvlm_lab.bench.telling_apart import EIGHT, RATE_HZ, STROKES, Stroke, skin_noise, told
+
+
+def test_glass_and_rubber_are_told_apart_unless_they_lie_under_the_threshold() -> None:
+    pair = ("glass", "rubber")
+    struck = told(Stroke("strike", Motion(0.5, 2.0)), pair, seeds=6)
+    assert struck.sensitivity[0, 1] > 4.0
+    assert struck.right == 1.0
+    assert told(Stroke("strike", Motion(1e-4, 0.0)), pair, seeds=4).right < 0.75
+
+
+def test_the_noise_of_the_skin_is_a_tone_at_threshold_in_each_third_octave() -> None:
+    noise = skin_noise(RATE_HZ, np.random.default_rng(0))
+    power = np.abs(np.fft.rfft(noise)) ** 2 * 2 / noise.size**2
+    inside = slice(round(250 * 2 ** (-1 / 6)), round(250 * 2 ** (1 / 6)))
+    tone_db = 10 * np.log10(0.5) - FULL_SCALE_DB
+    assert 10 * np.log10(power[inside].sum()) == pytest.approx(tone_db, abs=1.5)
+
+
+@pytest.mark.nightly
+def test_the_materials_are_told_apart_as_often_as_documented() -> None:
+    right = {stroke.name: told(stroke, EIGHT).right for stroke in STROKES}
+    print(right)
+    assert right["strike 0.1 m/s"] > 0.55
+    assert right["strike 0.5 m/s"] > 0.67
+    assert right["slide 0.3 m/s"] > 0.83
+    assert right["carve 0.15 m/s"] > 0.70
