@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 NEUTRAL_C = 32.0  # resting palm and baseline of thermal tests (docs/physics.md 1.1)
 THERMAL_FLOOR_C = 0.2  # thenar warm threshold, the larger of warm and cold (physics.md 1.3)
 SPEAKER_RESONANCE_HZ = 40.0  # a palm speaker is usable from 40-60 Hz up (physics.md 4.1)
-# Level of a full-scale sine of 250 Hz above its threshold, dB, until `calibrate hand` has measured
-# it for a speaker and a hand (physics.md 5).
+# Level of a full-scale sine of 250 Hz above its threshold, dB, until `calibrate speaker --by-hand`
+# has measured it for a speaker and a hand (physics.md 5).
 FULL_SCALE_DB = 45.0
 
 # Detection threshold at the thenar eminence with a large contactor: Hz, and dB relative to 1 um of

@@ -36,7 +36,7 @@ MEANT = {
 PRINTING = (
     ("study", "new", "my result"),
     ("calibrate", "plate", "--simulate", "5e-4", "--out", "my result"),
-    ("calibrate", "hand", "--simulate", "--out", "my result"),
+    ("calibrate", "speaker", "--simulate", "--by-hand", "--out", "my result"),
     ("gallery", "add", "oak", "pictures/0001.jpg", "--like", "wood", "--out", "my result"),
 )
 

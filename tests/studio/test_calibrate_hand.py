@@ -35,7 +35,7 @@ import sys
 from hapticvlm.commands.main import main
 from hapticvlm_studio.calibration import hand_threshold
 hand_threshold.TRIALS = int(sys.argv[1])
-sys.exit(main(["calibrate", "hand", *sys.argv[2:]]))
+sys.exit(main(["calibrate", "speaker", "--by-hand", *sys.argv[2:]]))
 """
 
 

@@ -117,7 +117,7 @@ class ServeOptions:
         Path | None,
         Flag(
             OUTPUTS,
-            "correct the speaker by this curve, written by `hapticvlm calibrate speaker` or `hand`",
+            "correct the speaker by this curve, written by `hapticvlm calibrate speaker`",
             "FILE",
         ),
     ] = None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hapticvlm_studio.commands import calibrate_hand, calibrate_plate, calibrate_speaker
+from hapticvlm_studio.commands import calibrate_plate, calibrate_speaker
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
@@ -18,5 +18,5 @@ def add(commands: Commands) -> None:
         description="Adapt the service to a person or to a speaker.",
     )
     subjects = calibrate.add_subparsers(title="subjects", required=True, metavar="WHAT")
-    for subject in (calibrate_plate, calibrate_speaker, calibrate_hand):
+    for subject in (calibrate_plate, calibrate_speaker):
         subject.add(subjects)

@@ -1,4 +1,8 @@
-"""`hapticvlm calibrate hand`: measures what a hand feels of its speaker, by asking."""
+"""`hapticvlm calibrate speaker --by-hand`: measures what a hand feels of its speaker, by asking.
+
+Each trial has two moments of half a second, and one of them vibrates. The result corrects speaker
+and hand together and needs no accelerometer.
+"""
 
 from __future__ import annotations
 
@@ -8,57 +12,20 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hapticvlm.commands.parsing import add_json
 from hapticvlm.errors import UsageError, shell_word, usage_errors
 
 if TYPE_CHECKING:
-    from hapticvlm.commands.parsing import Commands
     from hapticvlm_studio.calibration.hand_threshold import Answer, ThresholdEstimator
 
 WIDE_DB = 15.0  # of an interval: wider than the largest correction, it decides nothing
 # (index of the frequency, dB, first moment vibrates) -> answer, or None to stop
 Ask = Callable[[int, float, bool], "Answer | None"]
 
-_DESCRIPTION = """
-Measure the weakest vibration that a hand feels on its speaker, at four frequencies. Each trial has
-two moments of half a second, and one of them vibrates: answer 1 or 2, or 0 if you felt neither.
-Rest your palm on the speaker as you will use it. Wear headphones with noise, so that hearing the
-speaker does not help. Forty-eight trials take about three minutes; q stops earlier. The result
-corrects speaker and hand together and needs no accelerometer. With --simulate a simulated hand
-answers.
-"""
 
-
-def add(subjects: Commands) -> None:
-    """Declare `calibrate hand`."""
-    hand = subjects.add_parser(
-        "hand",
-        help="measure what a hand feels of its speaker",
-        description=_DESCRIPTION,
-        examples=(
-            "hapticvlm calibrate hand --speaker default --out hand.toml",
-            "hapticvlm calibrate hand --simulate",
-        ),
-    )
-    hand.set_defaults(run=_hand)
-    source = hand.add_mutually_exclusive_group(required=True)
-    source.add_argument(
-        "--speaker", metavar="NAME", help="speaker: `default`, `jack`, or part of its name"
-    )
-    source.add_argument("--simulate", action="store_true", help="let a simulated hand answer")
-    add_json(hand)
-    hand.add_argument(
-        "--out",
-        type=Path,
-        metavar="FILE",
-        help="write the result here, for `hapticvlm serve --speaker-response FILE`",
-    )
-
-
-def _hand(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> int:
+    """Ask a person, or a simulated hand, and write the curve. Raises UsageError, OutputError."""
     from hapticvlm_studio.calibration.hand_threshold import ThresholdEstimator
 
     estimator = ThresholdEstimator()

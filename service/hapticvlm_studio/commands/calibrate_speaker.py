@@ -1,4 +1,4 @@
-"""`hapticvlm calibrate speaker`: measures a speaker with a sweep, so that it can be corrected."""
+"""`hapticvlm calibrate speaker`: measures a speaker, so that it can be corrected."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hapticvlm.commands.parsing import add_json
-from hapticvlm.errors import shell_word, usage_errors
+from hapticvlm.errors import UsageError, shell_word, usage_errors
+from hapticvlm_studio.commands import calibrate_hand
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
@@ -21,7 +22,10 @@ Measure how a speaker moves, in two steps. First --speaker NAME plays a sweep of
 Rest a palm on the speaker, and set the level you will use. Record the motion with an accelerometer,
 to a WAV file or to a CSV file of time and values, as phones export it. Ctrl-C ends the sweep. Then
 --recorded FILE --out CURVE writes the curve that `hapticvlm serve --speaker-response CURVE`
-corrects. --simulate measures a simulated speaker.
+corrects. Without an accelerometer, --speaker NAME --by-hand --out CURVE asks what you feel: of two
+moments one vibrates, answer 1 or 2, or 0 if you felt neither. Wear headphones with noise, so that
+hearing the speaker does not help. Forty-eight trials take about three minutes; q stops earlier.
+--simulate measures a simulated speaker or hand.
 """
 
 
@@ -29,11 +33,12 @@ def add(subjects: Commands) -> None:
     """Declare `calibrate speaker`."""
     speaker = subjects.add_parser(
         "speaker",
-        help="measure a speaker from a recorded sweep",
+        help="measure a speaker, from a recorded sweep or by hand",
         description=_DESCRIPTION,
         examples=(
             "hapticvlm calibrate speaker --speaker default --level 0.3",
             "hapticvlm calibrate speaker --recorded sweep.csv --out curve.csv",
+            "hapticvlm calibrate speaker --speaker default --by-hand --out hand.toml",
         ),
     )
     speaker.set_defaults(run=_speaker)
@@ -41,18 +46,23 @@ def add(subjects: Commands) -> None:
     steps.add_argument(
         "--speaker",
         metavar="NAME",
-        help="play the sweep on `default`, `jack`, or an output of this name",
+        help="play on `default`, `jack`, or an output of this name",
     )
     steps.add_argument(
         "--recorded", type=Path, metavar="FILE", help="evaluate this recording of the sweep"
     )
-    steps.add_argument("--simulate", action="store_true", help="measure a simulated speaker")
+    steps.add_argument(
+        "--simulate", action="store_true", help="measure a simulated speaker or hand"
+    )
     speaker.add_argument(
         "--level",
         type=_level,
         default=0.5,
         metavar="SHARE",
         help="level of the sweep, 0.01 to 1 of full scale (%(default)s)",
+    )
+    speaker.add_argument(
+        "--by-hand", action="store_true", help="ask what a palm feels; needs no accelerometer"
     )
     speaker.add_argument("--out", type=Path, metavar="FILE", help="write the curve to this file")
     add_json(speaker)
@@ -67,6 +77,10 @@ def _level(text: str) -> float:
 
 def _speaker(options: argparse.Namespace) -> int:
     with usage_errors():
+        if options.by_hand:
+            if options.recorded is not None:
+                raise UsageError("--by-hand and --recorded: give one of them")
+            return calibrate_hand.run(options)
         if options.speaker is not None:
             return _play_sweep(options)
         return _report(_measure(options), options)

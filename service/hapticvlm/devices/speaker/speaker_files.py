@@ -73,7 +73,7 @@ def write_response(path: Path, response: SpeakerResponse) -> None:
     """Write a response file. Raises OSError."""
     lines = [
         "# Acceleration of a speaker per drive, by `hapticvlm calibrate speaker`, or how a hand",
-        "# feels it compared with the expected thresholds, by `calibrate hand`; dB relative to",
+        "# feels it compared with the expected thresholds, by its --by-hand; dB relative to",
         f"# {REFERENCE_HZ:g} Hz. `serve --speaker-response` corrects {LOW_HZ:g}-{HIGH_HZ:g} Hz by",
         f"# at most {MAX_DB:g} dB either way.",
         f"simulated = {str(response.simulated).lower()}",
