@@ -23,6 +23,7 @@ def practise():
         [sys.executable, "-u", "-m", "hapticvlm", *command],
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
     ) as process:  # fmt: skip
+        assert process.stdin is not None
         assert process.stdout is not None
         words = process.stdout.readline().split()
         address = next(word for word in words if word.startswith("socket://")).rstrip(";")
