@@ -22,10 +22,9 @@ Measure how a speaker moves, in two steps. First --speaker NAME plays a sweep of
 Rest a palm on the speaker, and set the level you will use. Record the motion with an accelerometer,
 to a WAV file or to a CSV file of time and values, as phones export it. Ctrl-C ends the sweep. Then
 --recorded FILE --out CURVE writes the curve that `hapticvlm serve --speaker-response CURVE`
-corrects. Without an accelerometer, --speaker NAME --by-hand --out CURVE asks what you feel: of two
-moments one vibrates, answer 1 or 2, or 0 if you felt neither. Wear headphones with noise, so that
-hearing the speaker does not help. Forty-eight trials take about three minutes; q stops earlier.
---simulate measures a simulated speaker or hand.
+corrects. Without an accelerometer, --by-hand asks for three minutes which of two moments vibrates:
+answer 1 or 2, 0 for neither, or q to stop. Wear headphones with noise, so that hearing the speaker
+does not help. --simulate measures a simulated speaker or hand.
 """
 
 
