@@ -111,7 +111,6 @@ def test_the_table_names_the_default_its_interval_and_where_it_is_weakest(
     table = capsys.readouterr().out
     default = next(row for row in rows if row.is_default)
     assert default.low < default.share < default.high
-    assert default.mb > 10.0
     costs_ms = {row.decides: row.look_ms for row in rows if not row.renders}
     (baked,) = (row for row in rows if row.renders == "baked")
     assert baked.look_ms == 0.0 < baked.touch_ms
@@ -158,4 +157,4 @@ def test_only_what_no_cheaper_one_reaches_is_worth_its_cost() -> None:
 
 
 def _row(name: str, share: float, ms: float) -> Row:
-    return Row("s", "renders", name, "", False, 9, share, 0.0, 1.0, 0.0, 0.0, ms, 0.0, 0.0, "")
+    return Row("s", "renders", name, "", False, 9, share, 0.0, 1.0, 0.0, 0.0, ms, 0.0, "")

@@ -49,7 +49,9 @@ RECIPES: Mapping[str, Recipe] = {
     "chart-material.png": _command("chart-material.png", "chart", "material"),
     "chart-thermal.png": _command("chart-thermal.png", "chart", "thermal"),
     "chart-vibration.png": _command("chart-vibration.png", "chart", "vibration"),
-    "stability-material.png": _command("stability-material-approach.png", "stability", "material"),
+    "stability-material.png": _command(
+        "stability-material-report_web.png", "stability", "material"
+    ),
     "stability-conventions.png": _command(
         "stability-conventions.png",
         *("stability", "conventions", str(SIBLING / "report_web"), "--limit", "200"),

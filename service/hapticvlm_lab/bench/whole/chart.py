@@ -34,9 +34,9 @@ from hapticvlm_lab.bench.material.reading import Kind, sources_of
 from hapticvlm_lab.bench.material.timing import Cost, costs
 from hapticvlm_lab.bench.pareto import pareto
 from hapticvlm_lab.bench.printing import made_with, publish
-from hapticvlm_lab.bench.rigs import helper, least_us, report_of
+from hapticvlm_lab.bench.rigs import least_us
 from hapticvlm_lab.bench.whole import baked, deciding, feeling
-from hapticvlm_lab.bench.whole.deciding import NOTHING, RUNGS, STATED, Decided
+from hapticvlm_lab.bench.whole.deciding import RUNGS, STATED, Decided
 from hapticvlm_lab.bench.whole.feeling import BAKED, DEFAULT, Rendering
 
 if TYPE_CHECKING:
@@ -58,11 +58,10 @@ FREE_MS = 0.003  # where the figure shows what costs nothing, on its logarithmic
 
 @dataclass(frozen=True, slots=True)
 class Prices:
-    """Cost of a recognition by method, of a touch by rendering, memory by encoder."""
+    """Cost of a recognition by method, and of a touch by rendering."""
 
     looks: Mapping[str, Cost]
     touch_ms: Mapping[Rendering, float]
-    mb: Mapping[str, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,8 +70,7 @@ class Row:
 
     `share` recognised by touch (predicted), with its 95 % interval (Wilson); mean differences from
     the true material; ms of one core for a recognition (median; a frame is decoded and cut) and for
-    a touch of one second (least of several, in turns); `mb` that an encoder adds; `worst` the
-    material that is recognised least often.
+    a touch of one second (least of several, in turns); `worst` is recognised least often.
     """
 
     source: str
@@ -88,7 +86,6 @@ class Row:
     texture_db: float
     look_ms: float
     touch_ms: float
-    mb: float
     worst: str
 
     @property
@@ -172,12 +169,11 @@ def show(rows: Sequence[Row]) -> None:
         there = [row for row in rows if row.source == source]
         kept = undominated(there)
         print(f"\n{source}: {there[0].n} objects of {len(MATERIALS)} materials")
-        print(f"{'recognised':>16} {'skin':>8} {'texture':>8} {'picture':>8}", end="")
-        print(f" {'touch':>8} {'memory':>8}")
+        print(f"{'recognised':>16} {'skin':>8} {'texture':>8} {'picture':>8} {'touch':>8}")
         for row in there:
             share = f"{row.share:.0%} [{100 * row.low:.0f}, {100 * row.high:.0f}]"
             cells = f"{share:>16} {row.skin_c:>5.2f} °C {row.texture_db:>5.1f} dB"
-            cells += f" {row.look_ms:>5.1f} ms {row.touch_ms:>5.1f} ms {row.mb:>5.0f} MB"
+            cells += f" {row.look_ms:>5.1f} ms {row.touch_ms:>5.1f} ms"
             mark = " (default)" if row.is_default else ""
             line = " *" if row in kept else "  "
             print(f"{cells}{line} {row.name}{mark}; weakest: {row.worst}")
@@ -229,7 +225,6 @@ def _row(
         texture_db=round(float(np.mean([f.texture_db for f in felt])), 2),
         look_ms=0.0 if look is None else round(look.median, 3),
         touch_ms=round(prices.touch_ms[how], 2),
-        mb=0.0 if way.encoder is None else prices.mb[way.encoder.name],
         worst=_worst(decisions, right),
     )
 
@@ -246,12 +241,7 @@ def _worst(decisions: Sequence[Decided], right: Sequence[float]) -> str:
 
 
 def _prices(ways: Sequence[Method], stated: Source | None) -> Prices:
-    eyes = {way.encoder.name for way in ways if way.encoder is not None}
-    return Prices(
-        costs(ways, stated),
-        _touches_ms(feeling.RENDERINGS) | _baked_ms(),
-        {eye: _memory_mb(eye) for eye in eyes},
-    )
+    return Prices(costs(ways, stated), _touches_ms(feeling.RENDERINGS) | _baked_ms())
 
 
 def _touches_ms(hows: Sequence[Rendering]) -> dict[Rendering, float]:
@@ -265,11 +255,6 @@ def _touches_ms(hows: Sequence[Rendering]) -> dict[Rendering, float]:
 
 def _baked_ms() -> dict[Rendering, float]:
     return {BAKED: baked.played().touch_ms} if baked.can_play() else {}
-
-
-def _memory_mb(eye: str) -> float:
-    with helper("whole.memory", eye) as process:
-        return float(report_of(process)["mb"])
 
 
 def draw(rows: Sequence[Row], stem: Path, reason: str) -> list[Path]:
@@ -302,15 +287,8 @@ def _draw_style(axes: Axes, rows: Sequence[Row]) -> None:
         figures.ring(axes, *_at(default))
         labels += [(*_at(row), row.renders or row.decides, colour) for row in there]
     axes.legend(loc="upper left", title="95 % interval; ring: the default", title_fontsize=8)
-    axes.set_xlabel(f"ms of one core for a recognition\n\n{_breaks(rows)}", fontsize=8.5)
+    axes.set_xlabel("ms of one core for a recognition")
     figures.place(axes, labels, [_at(row) for row in rows])
-
-
-def _breaks(rows: Sequence[Row]) -> str:
-    """Say where each rung of each source breaks: the material recognised least often."""
-    machines = [row for row in rows if row.decides not in {NOTHING, STATED}]
-    lines = [f"{row.source}, {row.renders or row.decides}: {row.worst}" for row in machines]
-    return "\n".join(["breaks at (recognised by touch, of so many objects):", *lines])
 
 
 def _points(rows: Sequence[Row]) -> tuple[list[float], list[float]]:
