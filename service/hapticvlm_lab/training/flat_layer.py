@@ -7,7 +7,7 @@ it began as, as well as for their labels. The encoder is not changed, so referen
 stay valid.
 
 The factor of the scale (Calibration.flat) is that of least surprise on flat pictures that taught
-nothing, as `flat_scale` chooses it: kits, each fold read by a layer that the others taught, rooms
+nothing: kits, each fold read by a layer that the others taught, rooms
 left out and web pictures. W holds what `rooms` and `kits` drew, W/rooms and W/kits; embeddings that
 exist in W are not computed again. No kit that is held back is read.
 """
@@ -24,18 +24,21 @@ from pathlib import Path
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from PIL import Image
 from rich.progress import track
 from torch.nn import functional
 
+from hapticvlm.materials import MATERIALS
 from hapticvlm.vision.encoders import joint_embedding
 from hapticvlm.vision.encoders.encoder import SHIPPED, Encoder
 from hapticvlm.vision.encoders.loading import load_encoder
+from hapticvlm.vision.flatness import is_flat
 from hapticvlm.vision.galleries.gallery import Gallery, LinearLayer
 from hapticvlm.vision.galleries.network_gallery import EXPONENT
 from hapticvlm.vision.galleries.storage import FILE_NAME, load_gallery, save_gallery
-from hapticvlm_lab.training import describing, flat_scale, head, making, sources
+from hapticvlm.vision.pictures import Crop
+from hapticvlm_lab.training import describing, head, making, sources
 from hapticvlm_lab.training.describing import NAMES, Labelled
-from hapticvlm_lab.training.flat_scale import ALL, Kits
 from hapticvlm_lab.training.making import FOUR
 
 NETWORK = "lite0"
@@ -55,10 +58,13 @@ FOLDS = (
 )
 EPOCHS = 6
 RATE = 5e-3
+FACTORS: tuple[float, ...] = tuple(np.geomspace(0.2, 1.5, 30).tolist())  # of the scale
 KEPT = 1.0  # weight of the beliefs of the layer that it began as, beside a label
 SEED = 1
 
 Floats = NDArray[np.float32]
+Flags = NDArray[np.bool_]
+Words = NDArray[np.str_]
 Doubles = NDArray[np.float64]
 
 
@@ -69,6 +75,21 @@ class Taught:
     embeddings: Floats
     labels: NDArray[np.int64]
     sources: NDArray[np.str_]
+
+
+@dataclass(frozen=True, slots=True)
+class Kits:
+    """N crops: embeddings (N, D), whether they are flat, their materials and objects' paths."""
+
+    embeddings: Floats
+    flat: Flags
+    truth: Words
+    paths: Words
+
+    @property
+    def kits(self) -> Words:
+        """The kit of each crop, (N,)."""
+        return np.array([path.split("/")[-2] for path in self.paths])
 
 
 def main() -> int:
@@ -82,13 +103,53 @@ def main() -> int:
     gallery = load_gallery(encoder=encoder)
     shown = describing.teaching(chosen.data, chosen.work, encoder.side)
     known = join([_embedded(encoder, shown[name], chosen.work, name) for name in KNOWN])
-    kits = flat_scale.read(chosen.work / sources.KITS, encoder)
-    others = flat_scale.judging(chosen.data, chosen.work, encoder)
+    kits = read(chosen.work / sources.KITS, encoder)
+    others = judging(chosen.data, chosen.work, encoder)
     fitted = add(gallery, known, kits, others)
     chosen.out.mkdir(parents=True, exist_ok=True)
     save_gallery(fitted, chosen.out / FILE_NAME)
     sys.stderr.write(f"{encoder.name}: flat pictures, scale times {fitted.calibration.flat:.2f}\n")
     return 0
+
+
+def read(folder: Path, encoder: Encoder) -> Kits:
+    """Embed the crops of every file of a folder, in the order of their names.
+
+    A file has big (N, 224, 224, 4) RGB and mask, label (N,), and path (N,) of the object.
+    """
+    rows = []
+    flat = []
+    labels: list[str] = []
+    paths: list[str] = []
+    for path in sorted(folder.glob("*.npz")):
+        with np.load(path) as file:
+            labels += file["label"].tolist()
+            paths += file["path"].tolist()
+            drawn = [Crop(big[..., :3].copy(), big[..., 3].copy()) for big in file["big"]]
+        flat += [is_flat(crop) for crop in drawn]
+        rows.append(encoder.embed([_at(crop, encoder.side) for crop in drawn]))
+    return Kits(np.concatenate(rows), np.array(flat), np.array(labels), np.array(paths))
+
+
+def judging(data: Path, work: Path, encoder: Encoder) -> list[Kits]:
+    """Embed the sets that choose and calibrate, but those of which nothing is drawn."""
+    parts = []
+    for name, labelled in describing.judging(data, work, encoder.side).items():
+        shown = [(encoder.embed([crop])[0], is_flat(crop), label) for crop, label, _ in labelled]
+        if shown:
+            rows, flat, labels = zip(*shown, strict=True)
+            paths = np.full(len(shown), f"{name}/")
+            parts.append(Kits(np.stack(rows), np.array(flat), np.array(labels), paths))
+    return parts
+
+
+def _at(crop: Crop, side: int) -> Crop:
+    """Return a crop of this side, px: not every encoder takes the side that the files have."""
+    if crop.mask.shape[0] == side:
+        return crop
+    image = Image.fromarray(crop.image).resize((side, side), Image.Resampling.BILINEAR)
+    mask = Image.fromarray(crop.mask).resize((side, side), Image.Resampling.NEAREST)
+    return Crop(np.asarray(image), np.asarray(mask))
 
 
 def add(gallery: Gallery, known: Taught, kits: Kits, others: Sequence[Kits]) -> Gallery:
@@ -162,10 +223,10 @@ def _factor(shown: Sequence[tuple[Doubles, NDArray[np.int64]]]) -> float:
         return sum(
             making.among(factor * logits, labels, names)
             for logits, labels in shown
-            for names in (FOUR, ALL)
+            for names in (FOUR, tuple(MATERIALS))
         )
 
-    return min(flat_scale.FACTORS, key=surprise)
+    return min(FACTORS, key=surprise)
 
 
 def _logits(layer: LinearLayer, embeddings: Floats) -> Doubles:

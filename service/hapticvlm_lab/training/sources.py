@@ -125,11 +125,6 @@ def props(data: Path) -> list[Prop]:
         ]
 
 
-def author_of(kit: str) -> str:
-    """Return who made a kit, by the first word of its folder."""
-    return kit.split("_")[0]
-
-
 def labelled(data: Path, source: str) -> Iterator[tuple[Path, str]]:
     """Yield every existing picture of a source, with its class in labels.csv."""
     with (data / "labels.csv").open(newline="", encoding="utf-8") as file:

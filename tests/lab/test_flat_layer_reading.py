@@ -1,0 +1,27 @@
+"""Crops of game kits are read as they were drawn."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hapticvlm.vision.encoders.loading import load_encoder
+from hapticvlm_lab.training import flat_layer
+
+
+@pytest.mark.nightly
+def test_crops_are_read_with_their_kit_and_at_the_side_of_the_encoder(tmp_path: Path) -> None:
+    toy = np.full((224, 224, 4), (150, 90, 40, 255), np.uint8)
+    photograph = np.random.default_rng(2).integers(0, 255, (224, 224, 4), np.uint8)
+    np.savez(
+        tmp_path / "toys.npz",
+        big=np.stack([toy, photograph]),
+        label=["wood", "metal"],
+        path=["kits/toys/chair.glb", "kits/toys/pan.glb"],
+    )
+    for name in ("lite0", "lite2"):
+        encoder = load_encoder(name)
+        kits = flat_layer.read(tmp_path, encoder)
+        assert kits.embeddings.shape == (2, encoder.dimension)
+        assert kits.flat.tolist() == [True, False]
+        assert kits.kits.tolist() == ["toys", "toys"]
