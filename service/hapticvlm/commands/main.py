@@ -1,6 +1,7 @@
 """The command line: declares every command and turns errors into one line and an exit code.
 
-Each command imports its parts when it runs, so that `--help` appears at once.
+Only the module of the command that is run is imported, and its parts when it runs: `serve` knows no
+other command, and `--help` appears at once.
 """
 
 from __future__ import annotations
@@ -15,19 +16,6 @@ import sys
 from collections.abc import Sequence
 
 from hapticvlm import __version__
-from hapticvlm.commands import (
-    bake,
-    doctor,
-    feel,
-    plate,
-    recognise,
-    replay,
-    scan,
-    serve,
-    stop,
-    stream_demo,
-)
-from hapticvlm.commands.gallery import command as gallery
 from hapticvlm.commands.parsing import Commands, Parser
 from hapticvlm.errors import HapticVLMError, UsageError, installing, one_line, out_of_memory
 
@@ -47,6 +35,21 @@ PACKAGES = {
     "uvicorn": "uvicorn",
     "ray": "'ray[serve]'",
     "mss": "mss",
+}
+# The module of each command of this package, below `hapticvlm.commands`.
+MODULES = {
+    "serve": "serve",
+    "stop": "stop",
+    "stream": "stream_demo",
+    "demo": "stream_demo",
+    "replay": "replay",
+    "recognise": "recognise",
+    "scan": "scan",
+    "gallery": "gallery.command",
+    "plate": "plate",
+    "doctor": "doctor",
+    "feel": "feel",
+    "bake": "bake",
 }
 # The packages beside this one, with the commands each brings, to list them where it is missing.
 # They are found by name: entry points would cost a quarter of a second at every call.
@@ -74,8 +77,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; return its exit code."""
     for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(threads, "1")
-    parser = command_line()
     words = sys.argv[1:] if arguments is None else list(arguments)
+    parser = command_line(words[0] if words else None)
     if not words:
         parser.print_help()
         return 0
@@ -119,8 +122,11 @@ def _reason(error: Exception) -> str | None:
     return out_of_memory(error)
 
 
-def command_line() -> argparse.ArgumentParser:
-    """Return the parser of all commands; docs/command-line.md is written from it."""
+def command_line(named: str | None = None) -> argparse.ArgumentParser:
+    """Return the parser of the named command, or of all if there is none of this name.
+
+    docs/command-line.md is written from the whole.
+    """
     parser: argparse.ArgumentParser = Parser(
         prog="hapticvlm",
         description="Makes objects in a VR scene feel like what they look like. "
@@ -139,13 +145,21 @@ def command_line() -> argparse.ArgumentParser:
         help="least severe messages to log on stderr (%(default)s)",
     )
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for part in (serve, stop, stream_demo, replay, recognise, scan, gallery, plate, doctor):
-        part.add(commands)
-    for part in (feel, bake):
-        part.add(commands)
-    for package in PARTS:
-        _add_package(commands, package)
+    parts = [package for package, names in PARTS.items() if named in names]
+    if named in MODULES:
+        _add_module(commands, MODULES[named])
+    elif parts:
+        _add_package(commands, parts[0])
+    else:
+        for module in dict.fromkeys(MODULES.values()):
+            _add_module(commands, module)
+        for package in PARTS:
+            _add_package(commands, package)
     return parser
+
+
+def _add_module(commands: Commands, module: str) -> None:
+    importlib.import_module(f"hapticvlm.commands.{module}").add(commands)
 
 
 def _add_package(commands: Commands, package: str) -> None:
