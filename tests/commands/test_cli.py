@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from hapticvlm.commands.main import _guarded, main
+from hapticvlm.commands.main import MODULES, PARTS, _guarded, command_line, main
 
 HEAVY = ("torch", "transformers", "numpy", "scipy", "websockets", "msgspec")
 
@@ -26,6 +26,24 @@ def test_importing_the_package_or_asking_for_help_loads_nothing_heavy():
         "with contextlib.suppress(SystemExit): c.main(['--help'])"
     )
     assert loaded_by(f"exec({asking!r})") == "[]"
+
+
+def test_a_command_imports_nothing_of_the_others():
+    parse = "import hapticvlm.commands.main as c; c.command_line('serve')"
+    script = f"{parse}; import sys; print(*[m for m in sys.modules if m.startswith('hapticvlm')])"
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True
+    )
+    loaded = set(done.stdout.split())
+    assert "hapticvlm.commands.serve" in loaded
+    assert not {"hapticvlm.commands.recognise", "hapticvlm_studio", "hapticvlm_lab"} & loaded
+
+
+def test_each_command_declares_itself_alone():
+    for name in (*MODULES, *(word for brought in PARTS.values() for word in brought)):
+        (parts,) = command_line(name)._subparsers._group_actions
+        assert name in parts.choices
+        assert len(parts.choices) <= 3
 
 
 def command(*arguments):

@@ -21,11 +21,11 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from hapticvlm.captures import LINES
 from hapticvlm.messages import Frame
 from hapticvlm.recordings.lines import Input, Key, Line, Output
 
 SESSION_LOG = "session.jsonl"
+CAPTURE = "capture.jsonl"  # as hapticvlm.captures reads it
 DECISIONS = "decisions.jsonl"
 FRAMES = "frames"  # the folder of the pictures, where they are kept
 MAX_WAITING = 2000
@@ -170,7 +170,7 @@ class _Record:
         fields.pop("mask", None)
         if message["type"] == "frame" and not extras:
             return 0
-        return self._append(LINES, {"t_s": self._at_s, **fields, **extras})
+        return self._append(CAPTURE, {"t_s": self._at_s, **fields, **extras})
 
     def _keep(self, frame: Frame) -> tuple[int, dict[str, Any]]:
         self._frames += 1
