@@ -24,8 +24,8 @@ from hapticvlm.server.recognition_queue import MAX_TEXTURES, RecognitionQueue
 from hapticvlm.session.session import SceneSession
 from hapticvlm.session.settings import SessionSettings
 from hapticvlm.session.targets import RecognitionRequest, RequestId, TextureTarget, of_object
-from hapticvlm.vision.frame_recogniser import Recognition
 from hapticvlm.vision.pictures import Thumbnail
+from hapticvlm.vision.recognition import Recognition
 from hapticvlm.vision.worker import RecogniserResult
 
 PEER: Any = Peer()

@@ -12,9 +12,10 @@ from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.messages import Frame, Region
 from hapticvlm.vision.encoders.encoder import Encoder
 from hapticvlm.vision.encoders.loading import load_encoder
-from hapticvlm.vision.frame_recogniser import FrameRecogniser, SceneContext
+from hapticvlm.vision.frame_recogniser import FrameRecogniser
 from hapticvlm.vision.galleries.gallery import Calibration, Gallery
 from hapticvlm.vision.pictures import Crop, PictureError
+from hapticvlm.vision.recognition import SceneContext
 
 REGIONS = [Region(x=x, y=y, w=0.25, h=0.25) for y in (0.0, 0.4, 0.7) for x in (0.1, 0.6)]
 

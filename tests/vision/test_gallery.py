@@ -17,10 +17,10 @@ from hapticvlm.vision.galleries.storage import (
     GalleryError,
     load_gallery,
     save_gallery,
+    with_user_materials,
 )
 from hapticvlm.vision.galleries.user_materials import (
     UserMaterial,
-    with_user_materials,
     write_material,
 )
 

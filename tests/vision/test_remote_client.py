@@ -11,8 +11,9 @@ from shared_recogniser import KNOWING_NOTHING, Shared, shared_recogniser
 from hapticvlm import materials
 from hapticvlm.http_client import HttpError
 from hapticvlm.messages import Frame
-from hapticvlm.vision.frame_recogniser import FrameRecogniser, SceneContext
+from hapticvlm.vision.frame_recogniser import FrameRecogniser
 from hapticvlm.vision.pictures import Crop, central_mask
+from hapticvlm.vision.recognition import SceneContext
 from hapticvlm.vision.remote.client import RemoteRecogniser
 from hapticvlm.vision.remote.settings import RemoteSettings
 

@@ -29,8 +29,8 @@ from hapticvlm.session.targets import (
     TextureTarget,
     name_of,
 )
-from hapticvlm.vision.frame_recogniser import SceneContext
 from hapticvlm.vision.pictures import Thumbnail
+from hapticvlm.vision.recognition import SceneContext
 from hapticvlm.vision.worker import SHOWN_PX, RecogniserResult, RecogniserWorker
 
 MAX_ENROL_PER_OBJECT = 8

@@ -24,6 +24,7 @@ from hapticvlm.vision.encoders.encoder import Encoder, EncoderError
 from hapticvlm.vision.flatness import is_flat
 from hapticvlm.vision.galleries.gallery import Gallery
 from hapticvlm.vision.pictures import PictureError
+from hapticvlm.vision.recognition import Recognition, SceneContext
 from hapticvlm.vision.scene_references import SceneReferences
 from hapticvlm.vision.texture_verdicts import TextureVerdicts
 
@@ -33,31 +34,6 @@ if TYPE_CHECKING:
 
 MAX_LAST_PICTURES = 1024
 MAX_TAUGHT_SCENES = 16  # whose named objects give references; the least recently used is dropped
-
-
-@dataclass(frozen=True, slots=True)
-class Recognition:
-    """The result for one frame: evidence, None for an unchanged picture, or an error.
-
-    `scene_view` holds the embedding and the brightness of the crop, whatever it shows. `error_path`
-    names the field of the frame at fault; `is_our_fault`: the frame is right and we failed.
-    """
-
-    evidence: Evidence | None
-    stages_ms: dict[str, float]
-    scene_view: SceneView | None = None
-    error: str | None = None
-    error_path: str | None = None
-    is_our_fault: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class SceneContext:
-    """The object that a frame shows, its scene, and its material where that is sure."""
-
-    scene: str
-    object_id: str | None
-    material: str | None = None
 
 
 @dataclass(slots=True)

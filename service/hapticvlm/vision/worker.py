@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any
 
 import msgspec
 
-from hapticvlm.cache_folder import cache_folder
 from hapticvlm.errors import out_of_memory
 from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.messages import Frame
@@ -30,17 +29,14 @@ from hapticvlm.processes.model_worker import (
 )
 from hapticvlm.processes.priority import lower_priority
 from hapticvlm.processes.supervised import START_S, Started
-from hapticvlm.vision import pictures, texture_verdicts
-from hapticvlm.vision.encoders.encoder import EncoderError
-from hapticvlm.vision.encoders.loading import load_encoder
-from hapticvlm.vision.frame_recogniser import FrameRecogniser, Recognition, SceneContext
-from hapticvlm.vision.galleries.storage import load_gallery
-from hapticvlm.vision.galleries.user_materials import UserMaterial, table_with
+from hapticvlm.vision import pictures
 from hapticvlm.vision.pictures import Thumbnail
+from hapticvlm.vision.recognition import Recognition, SceneContext
 from hapticvlm.vision.remote.settings import RemoteSettings, RemoteState
-from hapticvlm.vision.texture_verdicts import TextureVerdicts
 
 if TYPE_CHECKING:
+    from hapticvlm.vision.frame_recogniser import FrameRecogniser
+    from hapticvlm.vision.galleries.user_materials import UserMaterial
     from hapticvlm.vision.remote.client import RemoteRecogniser
 
 NICE = 5
@@ -207,6 +203,15 @@ class NullRecogniser:
 def _load(
     settings: RecogniserSettings,
 ) -> tuple[FrameRecogniser | NullRecogniser, str, RemoteRecogniser | None]:
+    # In this process alone: the gateway, which imports this file to start it, loads no model.
+    from hapticvlm.cache_folder import cache_folder
+    from hapticvlm.vision.encoders.encoder import EncoderError
+    from hapticvlm.vision.encoders.loading import load_encoder
+    from hapticvlm.vision.frame_recogniser import FrameRecogniser
+    from hapticvlm.vision.galleries.storage import load_gallery
+    from hapticvlm.vision.galleries.user_materials import table_with
+    from hapticvlm.vision.texture_verdicts import TextureVerdicts, file_name
+
     try:
         # The shipped encoder's weights come from another package, which a user may have removed or
         # replaced. The service then runs on without pictures and logs it, since statements, names
@@ -225,7 +230,7 @@ def _load(
     gallery = load_gallery(
         settings.gallery, encoder=encoder, user_materials=settings.user_materials
     )
-    name = texture_verdicts.file_name(encoder, gallery)
+    name = file_name(encoder, gallery)
     verdicts = TextureVerdicts(None if name is None else cache_folder() / name)
     recogniser = FrameRecogniser(encoder, gallery, remote, verdicts)
     # The first inference allocates buffers that later ones reuse, and takes much longer. It runs

@@ -27,11 +27,13 @@ from hapticvlm.materials import UNKNOWN
 from hapticvlm.vision.encoders import encoder as encoders
 from hapticvlm.vision.encoders.encoder import Encoder, NetworkEncoder
 from hapticvlm.vision.encoders.loading import shipped_folder
+from hapticvlm.vision.galleries.calibration import calibrate
 from hapticvlm.vision.galleries.gallery import (
     MAX_SHARPNESS,
     Calibration,
     Gallery,
     LinearLayer,
+    join,
 )
 from hapticvlm.vision.galleries.network_gallery import cached_gallery, make_gallery
 from hapticvlm.vision.galleries.user_materials import (
@@ -40,7 +42,6 @@ from hapticvlm.vision.galleries.user_materials import (
     read_folder,
     replace_file,
     table_with,
-    with_user_materials,
 )
 
 FILE_NAME = "gallery.npz"  # in a gallery folder
@@ -308,3 +309,33 @@ def _require_whole(
         raise GalleryError(f"{path}: references that are not of unit length; build it again")
     if sorted(set(labels.tolist())) != list(range(len(names))) or len(set(names)) != len(names):
         raise GalleryError(f"{path}: every material needs a reference; build it again")
+
+
+def with_user_materials(gallery: Gallery, added: Sequence[UserMaterial]) -> Gallery:
+    """Add user materials to a gallery's user references, and calibrate these again."""
+    parents = {material.material.name: material.like for material in added}
+    gallery = replace(gallery, parents={**gallery.parents, **parents})
+    parts = [_references_of(material, gallery) for material in added if material.encoder]
+    if gallery.layer is None and gallery.user is None and gallery.places is not None:
+        whole = join([gallery, *parts])
+        # A gallery that a user built has no layer and knows its pictures. Added references join it
+        # as if all had been enrolled together, with one calibration. Any other gallery stays as it
+        # is, and the user references form a second one beside it.
+        return replace(whole, calibration=calibrate(whole)) if parts else gallery
+    galleries = [part for part in (gallery.user, *parts) if part is not None]
+    if not galleries:
+        return gallery
+    joined = join(galleries)
+    return replace(gallery, user=replace(joined, calibration=calibrate(joined, gallery)))
+
+
+def _references_of(material: UserMaterial, gallery: Gallery) -> Gallery:
+    pictures = material.pictures or (1,) * len(material.references)
+    return Gallery(
+        gallery.encoder,
+        (material.material.name,),
+        material.references,
+        np.zeros(len(material.references), np.int64),
+        gallery.calibration,
+        places=np.repeat(np.arange(len(pictures)), pictures),
+    )

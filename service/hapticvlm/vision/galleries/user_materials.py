@@ -22,7 +22,7 @@ import binascii
 import json
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -30,8 +30,6 @@ from numpy.typing import NDArray
 
 from hapticvlm import documents
 from hapticvlm.materials import MATERIALS, Material, MaterialError, derive
-from hapticvlm.vision.galleries.calibration import calibrate
-from hapticvlm.vision.galleries.gallery import Gallery, join
 
 Floats = NDArray[np.float32]
 
@@ -107,36 +105,6 @@ def replace_file(path: Path, data: bytes) -> None:
         part.replace(path)
     finally:
         part.unlink(missing_ok=True)
-
-
-def with_user_materials(gallery: Gallery, added: Sequence[UserMaterial]) -> Gallery:
-    """Add user materials to a gallery's user references, and calibrate these again."""
-    parents = {material.material.name: material.like for material in added}
-    gallery = replace(gallery, parents={**gallery.parents, **parents})
-    parts = [_references_of(material, gallery) for material in added if material.encoder]
-    if gallery.layer is None and gallery.user is None and gallery.places is not None:
-        whole = join([gallery, *parts])
-        # A gallery that a user built has no layer and knows its pictures. Added references join it
-        # as if all had been enrolled together, with one calibration. Any other gallery stays as it
-        # is, and the user references form a second one beside it.
-        return replace(whole, calibration=calibrate(whole)) if parts else gallery
-    galleries = [part for part in (gallery.user, *parts) if part is not None]
-    if not galleries:
-        return gallery
-    joined = join(galleries)
-    return replace(gallery, user=replace(joined, calibration=calibrate(joined, gallery)))
-
-
-def _references_of(material: UserMaterial, gallery: Gallery) -> Gallery:
-    pictures = material.pictures or (1,) * len(material.references)
-    return Gallery(
-        gallery.encoder,
-        (material.material.name,),
-        material.references,
-        np.zeros(len(material.references), np.int64),
-        gallery.calibration,
-        places=np.repeat(np.arange(len(pictures)), pictures),
-    )
 
 
 def _parse(name: str, table: Mapping[str, object]) -> UserMaterial:
