@@ -24,13 +24,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import combinations, product
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.materials import UNKNOWN
-from hapticvlm.vision.galleries.enrol import Enrolled
 from hapticvlm.vision.galleries.gallery import SHIPPED_SHARE, Calibration, Gallery, log_softmax
+
+if TYPE_CHECKING:
+    from hapticvlm.vision.galleries.enrol import Enrolled
 
 CONFUSED = 0.25  # share of two materials' pictures confused, from which they cannot be told apart
 Doubles = NDArray[np.float64]
