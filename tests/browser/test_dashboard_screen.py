@@ -437,8 +437,8 @@ class room_of_surfaces(masked_frame):
             room = {"object_id": "room", "name": "Hall", "surfaces": surfaces}
             await client.scene([room])
             await client.touch("release", "room")
-            for surface in (0, 1):
-                await client.touch("slide", "room", surface=surface, speed_mps=0.1, force_n=1.0)
+            for phase, surface in (("contact", 0), ("slide", 1)):
+                await client.touch(phase, "room", surface=surface, speed_mps=0.1, force_n=1.0)
             self._began.set()
             while not self._ending.wait(0.1):
                 pass

@@ -108,20 +108,22 @@ MUCH = 20 * 1024 * 1024  # more than any pipe holds
 def test_starting_a_child_that_is_given_more_than_a_pipe_holds_waits_for_nobody():
     names: list[tuple[str, ...]] = []
     child = Child("child", given_much, lambda: (bytes(MUCH),), names.append)
-    longest = 0.0
     try:
-        started = time.monotonic()
+        begun = time.monotonic()
         child.begin()
-        longest = time.monotonic() - started
+        longest = time.monotonic() - begun
         while not child.ready_at:
             started = time.monotonic()
             assert child.supervise(started, is_well=True) is None
             longest = max(longest, time.monotonic() - started)
             time.sleep(0.005)
+        whole = time.monotonic() - begun
     finally:
         child.close(0.0)
     assert names == [(str(MUCH),)]
-    assert longest < 0.1
+    # A write that waits for the child lasts until it has started Python and its imports, which is
+    # nearly all of the time, however busy the machine is.
+    assert longest < 0.5 * whole
 
 
 def test_a_system_without_room_for_a_child_is_one_more_failure_with_a_growing_pause():

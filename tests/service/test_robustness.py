@@ -213,6 +213,7 @@ async def test_a_thousand_random_and_mutated_messages_each_get_an_answer_and_cha
     refused = 0
     async with peer(service) as client:
         await owner_of(client)
+        await until(service, lambda found: found["plate"]["setpoint_c"] == 32.0)  # of tests before
         before = status(service)
         while refused < 1000:
             if rng.random() < 0.3:
