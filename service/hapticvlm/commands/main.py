@@ -63,7 +63,7 @@ PARTS = {
     "hapticvlm_lab": {
         "chart": "draw accuracy against latency for every method",
         "stability": "draw under which conditions a method fails",
-        "measure": "measure latency, stops and faults of this service",
+        "measure": "measure stops, faults and marks of this service",
     },
 }
 WHERE = {

@@ -47,7 +47,7 @@ async def round_trip(socket: ClientConnection, data: bytes, id: int) -> float:
 
 async def introduce(socket: ClientConnection) -> None:
     """Send hello as a scene with one wooden table."""
-    client = {"name": "measure latency", "version": __version__}
+    client = {"name": "round trip", "version": __version__}
     protocol = {"major": 1, "minor": 0}
     table = {"object_id": "table", "material": "wood"}
     for message in (

@@ -2,9 +2,7 @@
 
 Touches of a known object and echoes take turns, 100 of each a second. Both meet the same machine in
 the same second, so their ratio says what the service adds, and stays the same when the machine is
-slow. Conditions: no other load; a second process that streams 60 different frames a second; two
-scenes of 90, so that the recogniser is never idle. Service, echo and client all have normal or all
-have real-time priority.
+slow. Beside them a second process may stream different frames.
 
 The service answers a touch after its command is in the audio ring.
 """
@@ -12,9 +10,7 @@ The service answers a touch after its command is in the audio ring.
 from __future__ import annotations
 
 import asyncio
-import json
 import os
-import platform
 import time
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass
@@ -22,20 +18,14 @@ from typing import Any
 
 import msgspec
 import numpy as np
-import websockets.version
-from rich.console import Console
-from rich.table import Table
 from websockets.asyncio.client import ClientConnection
 
-from hapticvlm import __version__
-from hapticvlm.client.local_service import Service, running
-from hapticvlm_lab.bench.latency.round_trip import echo, round_trip, sockets, touch
+from hapticvlm.client.local_service import Service
+from hapticvlm_lab.bench.latency.round_trip import round_trip, sockets, touch
 from hapticvlm_lab.bench.rigs import (
     Process,
     first_line,
     helper,
-    is_priority_permitted,
-    priority,
     report_of,
     service_status,
 )
@@ -46,9 +36,6 @@ FRAME_BYTES = 40_000
 WARM_UP = 100
 SETTLE_S = 0.5
 MARGIN_S = SETTLE_S + WARM_UP / RATE_HZ + 1.0
-# Scenes that stream, and frames/s of each: two are admitted beside an owner, and each is answered
-# `skipped` for what is above 90 a second.
-LOADS = {"idle": (0, 0.0), "60 frames/s": (1, 60.0), "2 x 90 frames/s": (2, 90.0)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,28 +68,6 @@ class Row:
             "recogniser_busy": round(self.recogniser_busy, 2),
             "frames": self.frames,
         }
-
-
-def run(*, as_json: bool) -> int:
-    """Measure, and print a table or JSON."""
-    console = Console(quiet=as_json, width=150)
-    rows: list[Row] = []
-    for realtime in (False, True) if is_priority_permitted() else (False,):
-        kind = "real-time" if realtime else "normal"
-        arguments = [] if realtime else ["--no-realtime"]
-        with priority(realtime), echo(realtime) as port, running(arguments) as service:
-            for what, frames in LOADS.items():
-                name = f"{kind}, {what}"
-                with console.status(f"{name}: {SECONDS:.0f} s"):
-                    rows.append(asyncio.run(measured(name, service, port, SECONDS, frames)))
-    summaries = [row.summary() for row in rows]
-    console.print(_table(summaries))
-    if len(rows) < 2 * len(LOADS):
-        console.print("real-time priority is not permitted here: its rows are missing")
-    if as_json:
-        report = {"measure": "latency", **_versions(), "rows": summaries}
-        print(json.dumps(report))
-    return 0
 
 
 async def measured(
@@ -152,37 +117,3 @@ def streaming(
 ) -> AbstractContextManager[Process]:
     """Let `scenes` stream at `rate` each from a process of their own."""
     return helper("latency.load", url, rate, seconds, FRAME_BYTES, scenes)
-
-
-def _table(rows: list[dict[str, Any]]) -> Table:
-    columns = ("condition", "n", "touch median / p99", "echo median / p99", "ratio median / p99")
-    title = "touch round trip, ms (floor: bare websockets echo of the same bytes)"
-    table = Table(*columns, "busy", "load", "frames", title=title)
-    for row in rows:
-        table.add_row(
-            row["condition"],
-            str(row["n"]),
-            f"{row['touch_median_ms']:.3f} / {row['touch_p99_ms']:.3f}",
-            f"{row['echo_median_ms']:.3f} / {row['echo_p99_ms']:.3f}",
-            f"{row['median_ratio']:.2f} / {row['p99_ratio']:.2f}",
-            f"{row['recogniser_busy']:.0%}",
-            f"{row['load']:.1f}",
-            _frames(row["frames"]),
-        )
-    return table
-
-
-def _frames(frames: dict[str, Any] | None) -> str:
-    if frames is None:
-        return "none"
-    answers = ", ".join(f"{count} {name}" for name, count in frames["answers"].items())
-    return f"{frames['sent']} sent: {answers}, {frames['unanswered']} unanswered"
-
-
-def _versions() -> dict[str, Any]:
-    return {
-        "hapticvlm": __version__,
-        "python": platform.python_version(),
-        "websockets": websockets.version.version,
-        "cpus": os.cpu_count(),
-    }
