@@ -1,14 +1,12 @@
-"""Writes shards of crops, frames or a contact sheet: `python -m hapticvlm_lab.training.rooms`."""
+"""Writes shards of crops, or a contact sheet: `python -m hapticvlm_lab.training.rooms`."""
 
 from __future__ import annotations
 
 import argparse
 import io
 import itertools
-import json
 import sys
 from collections.abc import Iterable, Iterator
-from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -37,14 +35,12 @@ def main() -> int:
     parser.add_argument("--out", type=Path, required=True, help="folder to write to")
     parser.add_argument("--first", type=int, default=0, help="number of the first shard or room")
     parser.add_argument("--shards", type=int, default=0, help=f"of {PER_SHARD} crops each")
-    parser.add_argument("--frames", type=int, default=0, help="whole frames with ids")
     parser.add_argument("--sheet", type=int, default=0, help="a contact sheet of so many crops")
     chosen = parser.parse_args()
     try:
         draw(chosen.data, chosen.out, range(chosen.first, chosen.first + chosen.shards))
-        if chosen.frames or chosen.sheet:
+        if chosen.sheet:
             with opened(chosen.data) as rooms:
-                _frames(rooms, chosen.frames, chosen.first, chosen.out)
                 _sheet(rooms, chosen.sheet, chosen.first, chosen.out / "sheet.png")
     except RoomsError as error:
         sys.stderr.write(f"rooms: {error}\n")
@@ -98,32 +94,17 @@ def _shard(rooms: Rooms, number: int, path: Path) -> None:
     part.replace(path)
 
 
-def _frames(rooms: Rooms, count: int, first: int, out: Path) -> None:
-    """Write frame_00007.png, frame_00007.ids.png and their things in frames.jsonl."""
-    frames = (frame for seed in itertools.count(first) for frame in rooms.frames(seed))
-    lines = []
-    for number, frame in enumerate(itertools.islice(frames, count)):
-        name = f"frame_{number:05d}"
-        Image.fromarray(frame.pixels).save(out / f"{name}.png")
-        Image.fromarray(frame.ids).save(out / f"{name}.ids.png")
-        things = [{**asdict(thing), "box": frame.box(thing)} for thing in frame.things]
-        lines.append(json.dumps({"file": f"{name}.png", "things": things}) + "\n")
-    if lines:
-        (out / "frames.jsonl").write_text("".join(lines), encoding="utf-8")
-
-
 def _sheet(rooms: Rooms, count: int, first: int, path: Path) -> None:
     """Write the first crops of each label in a row of its own."""
     rows: dict[str, list[NDArray[np.uint8]]] = {}
     for crop, label in _crops(rooms, itertools.count(first), count):
         rows.setdefault(label, []).append(crop[..., :3])
-    sheet = Image.new("RGB", (COLUMNS * SIDE, max(1, len(rows)) * SIDE))
+    sheet = Image.new("RGB", (COLUMNS * SIDE, len(rows) * SIDE))
     for row, (label, crops) in enumerate(sorted(rows.items())):
         for column, crop in enumerate(crops[:COLUMNS]):
             sheet.paste(Image.fromarray(crop), (column * SIDE, row * SIDE))
         ImageDraw.Draw(sheet).text((4, row * SIDE + 4), f"{label} ({len(crops)})", fill="magenta")
-    if rows:
-        sheet.save(path)
+    sheet.save(path)
 
 
 if __name__ == "__main__":

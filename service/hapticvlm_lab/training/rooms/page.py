@@ -26,7 +26,6 @@ THREE = HERE / "node_modules" / "three"
 ADDRESS = "http://rooms.invalid"
 # Mesa's rasteriser; the default, SwiftShader, is 3 to 6 times slower.
 FLAGS = ("--no-sandbox", "--use-gl=angle", "--use-angle=gl-egl", "--ignore-gpu-blocklist")
-MAX_SIDE = 448  # px, of web/main.js
 PATIENCE_MS = 300_000  # the first room compiles its shaders on the processor
 FOLDERS = "hdri brick ceramic concrete fabric foliage metal paper plastic rubber stone wood"
 
@@ -47,17 +46,12 @@ class Thing:
 class Picture:
     """pixels (H, W, 3) uint8 RGB; ids (H, W) uint8, the number of the visible thing, 0 = none.
 
-    `things`: in a frame all that it shows, in a crop the one it is of (none if that is hidden).
+    `things`: the one it is of, none if that is hidden.
     """
 
     pixels: NDArray[np.uint8]
     ids: NDArray[np.uint8]
     things: tuple[Thing, ...]
-
-    def box(self, thing: Thing) -> tuple[int, int, int, int]:
-        """Left, top, right, bottom of one of its things in px, the last two exclusive."""
-        rows, columns = np.nonzero(self.ids == thing.id)
-        return int(columns.min()), int(rows.min()), int(columns.max()) + 1, int(rows.max()) + 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,13 +62,7 @@ class Rooms:
 
     def crops(self, seed: int, views: int = 6) -> list[Picture]:
         """Draw single things of a room, up to 224 px a side, cut from frames of a headset."""
-        return self._make(seed, views, 0)
-
-    def frames(self, seed: int, views: int = 4, side: int = 448) -> list[Picture]:
-        """Draw whole frames of a room, side 1 to 448 px. Raises RoomsError, ValueError."""
-        if not 1 <= side <= MAX_SIDE:
-            raise ValueError(f"a side of {side} px is outside 1..{MAX_SIDE}")
-        return self._make(seed, views, side)
+        return self._shots(seed, f"rooms.make({seed:d}, {views:d})")
 
     def take(self, props: Sequence[tuple[str, str]]) -> None:
         """Load (file, label) of a kit, in place of the kit before. Raises RoomsError."""
@@ -92,9 +80,6 @@ class Rooms:
         Both are places in what was taken; thing n of a picture is the prop shown[n - 1].
         """
         return self._shots(seed, f"rooms.place({seed:d}, {list(shown)}, {list(beside)})")
-
-    def _make(self, seed: int, views: int, side: int) -> list[Picture]:
-        return self._shots(seed, f"rooms.make({seed:d}, {views:d}, {side:d})")
 
     def _shots(self, seed: int, call: str) -> list[Picture]:
         try:

@@ -1,4 +1,4 @@
-/** After `rooms.open`: `rooms.make(seed, views, side)`, frames of side px, or crops for side 0; after `rooms.take`, `rooms.place`. */
+/** After `rooms.open`: `rooms.make(seed, views)`, crops of things; after `rooms.take`, `rooms.place`. */
 import * as THREE from 'three';
 import {GLTFLoader} from 'three/addons/loaders/GLTFLoader.js';
 import {HDRLoader} from 'three/addons/loaders/HDRLoader.js';
@@ -13,7 +13,7 @@ const PROBE = {size: 128, position: new THREE.Vector3(0, 1.2, 0)}; // of reflect
 
 const renderer = new THREE.WebGLRenderer();
 Object.assign(renderer.shadowMap, {enabled: true, autoUpdate: false});
-const crops = new Camera(renderer, 224), frames = new Camera(renderer, 448);
+const camera = new Camera(renderer, 224);
 const prefilter = new THREE.PMREMGenerator(renderer);
 const studio = prefilter.fromScene(new RoomEnvironment(), 0.04).texture, skies = [studio, studio, studio];
 const NIGHT = 10; // mean grey level of the darkest picture of a night
@@ -56,24 +56,20 @@ function reach(d, {group}, {box}, lens) {
 const anything = (d, {things, hand}) => d.pick(things.filter((thing) => thing !== hand));
 const seldom = ({hand, table}) => (thing) => (thing === hand ? 0.1 : thing === table ? 0.15 : 0.4);
 
-/** Frames of a room, or crops of things at the size that a frame of some px would give them: always of the subject,
- *  and of others with the chance that `also` gives them. */
-function* pictures(d, room, side, subject = anything(d, room), also = seldom(room)) {
-  const camera = side ? frames : crops;
+/** Crops of things at the size that a frame of some px would give them: always of the subject, and of others with the
+ *  chance that `also` gives them. */
+function* pictures(d, room, subject = anything(d, room), also = seldom(room)) {
   renderer.shadowMap.needsUpdate = true; // the hand moves
   const {things, hand} = room, lens = aim(d, subject), look = development(d), px = d.spread(220, 1100);
   if (room.isNight) look.darkest = NIGHT;
   hand.group.visible = d.chance(0.2);
   if (hand.group.visible) reach(d, hand, subject, lens);
-  const found = side ? [] : camera.find(room, lens), every = things.map(({id, label}) => ({id, label}));
-  const shoot = (region, size, shown) => (
-    {size, things: shown, pixels: camera.shoot(room, lens, region, size, look).toBase64()});
-  if (side) yield shoot({x: 0, y: 0, w: 1, h: 1}, [side, side], every);
-  for (const [id, region] of found) {
+  for (const [id, region] of camera.find(room, lens)) {
     const size = [region.w, region.h].map((share) => Math.round(Math.min(camera.side, share * px)));
-    const thing = things[id - 1];
+    const thing = things[id - 1], {label} = thing;
     const isWanted = thing === subject || d.chance(also(thing));
-    if (isWanted && Math.min(...size) >= 24) yield shoot(region, size, [every[id - 1]]);
+    if (isWanted && Math.min(...size) >= 24) yield {
+      size, things: [{id, label}], pixels: camera.shoot(room, lens, region, size, look).toBase64()};
   }
 }
 
@@ -91,18 +87,18 @@ function place(seed, shown, beside) {
   const d = new Dice(seed * 2654435761), chosen = [...shown, ...beside].map((at) => props[at]);
   const room = new Room(d.fork(), maps, skies, chosen), subjects = room.things.slice(0, shown.length);
   const also = (thing) => (subjects.includes(thing) ? ALSO : 0);
-  const all = subjects.map((subject) => [...pictures(d.fork(), room, 0, subject, also)]).flat();
+  const all = subjects.map((subject) => [...pictures(d.fork(), room, subject, also)]).flat();
   finish(room);
   return all;
 }
 
-function make(seed, views, side) {
+function make(seed, views) {
   paint(seed);
   const d = new Dice(seed * 2654435761), room = new Room(d.fork(), maps, skies);
   const probe = room.isIndoors && d.chance(0.4) ? prefilter.fromScene(room.scene, 0, 0.05, 30, PROBE) : null;
   if (probe) Object.assign(room.scene, {environment: probe.texture, environmentRotation: new THREE.Euler(),
     environmentIntensity: d.uniform(0.8, 1.3)});
-  const all = Array.from({length: views}, () => [...pictures(d.fork(), room, side)]).flat();
+  const all = Array.from({length: views}, () => [...pictures(d.fork(), room)]).flat();
   finish(room);
   probe?.dispose();
   return all;
