@@ -30,7 +30,7 @@ NOTHING = choose_rendition(decide([]), MATERIALS)
 
 @pytest.fixture(scope="module")
 def room() -> Source:
-    """Two pictures of each object of the living room."""
+    """Two pictures of each object of the demo's capture."""
     return thin(read_capture(default_captures()[0]), 0, per_object=2)
 
 
