@@ -13,7 +13,7 @@ from room_data import HELD_BACK, SKY_HELD_BACK, TEACHES, write_data
 pytest.importorskip("playwright.sync_api", reason="no playwright: pip install -e '.[dev]'")
 
 from hapticvlm.materials import MATERIALS, UNKNOWN
-from hapticvlm_lab.training import sources
+from hapticvlm_lab.training import reference_pictures, sources
 from hapticvlm_lab.training.rooms import Picture, Rooms, RoomsError, __main__, opened, page
 
 pytestmark = [pytest.mark.nightly, pytest.mark.browser, pytest.mark.slow]
@@ -118,6 +118,11 @@ def test_a_shard_holds_crops_as_the_service_cuts_them(
     with np.load(path, allow_pickle=False) as shard:
         big, labels = shard["big"], shard["label"]
         assert shard["source"].tolist() == ["rooms"] * 6
+        sizes = shard["size"]
+    assert sizes.shape == (6, 2)
+    assert ((sizes >= 24) & (sizes <= 224)).all()
+    shown = reference_pictures.choose([path])
+    assert sum(map(len, shown.values())) <= 6
     assert big.shape == (6, 224, 224, 4)
     assert big.dtype == np.uint8
     assert set(np.unique(big[..., 3]).tolist()) <= {0, 255}

@@ -25,7 +25,8 @@ SHARDS_A_PAGE = 10  # then the browser is restarted: it keeps some memory of eve
 LEAST = 0.05  # share of its crop that a thing must fill
 COLUMNS = 14  # of a sheet
 
-Crop = tuple[NDArray[np.uint8], str]  # (224, 224, 4) RGB and mask, and label
+# (224, 224, 4) RGB and mask, label, and height and width in px before it was scaled to SIDE
+Crop = tuple[NDArray[np.uint8], str, tuple[int, ...]]
 
 
 def main() -> int:
@@ -79,25 +80,27 @@ def _crops(rooms: Rooms, seeds: Iterable[int], most: int) -> Iterator[Crop]:
     pictures = (picture for seed in seeds for picture in rooms.crops(seed))
     large = (p for p in pictures if p.things and (p.ids == p.things[0].id).mean() >= LEAST)
     for picture in itertools.islice(large, most):
-        yield cut(picture), picture.things[0].label
+        yield cut(picture), picture.things[0].label, picture.ids.shape
 
 
 def _shard(rooms: Rooms, number: int, path: Path) -> None:
-    """Write a shard: big (N, 224, 224, 4) RGB and mask, label, source."""
+    """Write a shard: big (N, 224, 224, 4) RGB and mask, label, source, size (N, 2) in px."""
     seeds = range(number * ROOMS_A_SHARD, (number + 1) * ROOMS_A_SHARD)
     crops = list(_crops(rooms, seeds, PER_SHARD))
     order = np.random.default_rng(number).permutation(len(crops))
-    big, labels = zip(*(crops[index] for index in order), strict=True)
+    big, labels, sizes = zip(*(crops[index] for index in order), strict=True)
     part = path.with_suffix(".part")
     with part.open("wb") as file:
-        np.savez(file, big=np.stack(big), label=labels, source=["rooms"] * len(crops))
+        np.savez(
+            file, big=np.stack(big), label=labels, source=["rooms"] * len(crops), size=sizes
+        )  # fmt: skip
     part.replace(path)
 
 
 def _sheet(rooms: Rooms, count: int, first: int, path: Path) -> None:
     """Write the first crops of each label in a row of its own."""
     rows: dict[str, list[NDArray[np.uint8]]] = {}
-    for crop, label in _crops(rooms, itertools.count(first), count):
+    for crop, label, _ in _crops(rooms, itertools.count(first), count):
         rows.setdefault(label, []).append(crop[..., :3])
     sheet = Image.new("RGB", (COLUMNS * SIDE, len(rows) * SIDE))
     for row, (label, crops) in enumerate(sorted(rows.items())):
