@@ -13,11 +13,11 @@ demo: $(VENV)/.demo
 
 # Three tiers, by the markers of the tests: .ci/tests says what each of them is.
 test: $(VENV)/.dev toolchains
-	@echo "About 5,900 tests follow: some twelve minutes on two cores. \`make nightly\` runs the rest."
+	@echo "About 3,800 tests follow: some eight minutes on two cores. \`make nightly\` runs the rest."
 	$(BIN)/python .ci/tests test
 
 nightly: $(VENV)/.dev toolchains build/chat-servers/.done
-	@echo "About 2,000 long tests follow: some fifty minutes on two cores."
+	@echo "About 900 long tests follow: some twenty-five minutes on two cores."
 	$(BIN)/python .ci/tests nightly
 
 # Every fault of the plate on every board, also those whose thermistors lag: an hour, before firmware is released.
@@ -29,7 +29,7 @@ sweep: $(VENV)/.dev toolchains
 # The loop of a developer. Where everything is installed already, that is taken; else a third of it
 # is enough.
 unit: $(if $(wildcard $(VENV)/.dev),$(VENV)/.dev,$(VENV)/.unit)
-	@echo "About 2,700 tests follow: a minute on two cores."
+	@echo "About 2,000 tests follow: a minute on two cores."
 	$(BIN)/python .ci/tests unit -q
 
 check: $(VENV)/.dev
