@@ -424,6 +424,17 @@ def test_a_bare_metal_shader_means_metal() -> None:
     assert black.confidence < SURE
 
 
+def test_metal_is_believed_by_degree_and_nothing_is_said_of_what_lies_between() -> None:
+    said = {
+        value: from_shader(value, 0.3, None, (0.6, 0.6, 0.6)) for value in (0.5, 0.7, 0.9, 0.95)
+    }
+    beliefs = {value: evidence.confidence for value, evidence in said.items() if evidence}
+    assert beliefs == pytest.approx({0.5: 0.6, 0.7: 0.8, 0.9: 0.9, 0.95: 0.9})
+    assert from_shader(0.83, 0.3, None, None).material == "metal"  # type: ignore[union-attr]
+    for value in (0.11, 0.25, 0.4):
+        assert from_shader(value, 0.3, None, None) is None
+
+
 @pytest.mark.parametrize("roughness", [None, 1.0])
 def test_gltf_defaults_give_no_evidence(roughness: float | None) -> None:
     assert from_shader(1.0, roughness, None, (1.0, 1.0, 1.0)) is None
@@ -439,4 +450,4 @@ def test_a_dielectric_shader_only_speaks_against_metal() -> None:
 def test_missing_parameters_give_no_evidence() -> None:
     assert from_shader(None, None, None, None) is None
     assert from_shader(None, 0.2, 0.0, (1.0, 0.0, 0.0)) is None
-    assert from_shader(0.5, 0.5, None, None) is None
+    assert from_shader(0.3, 0.5, None, None) is None

@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 from hapticvlm import materials
 from hapticvlm.evidence.ladder import Evidence, ranked
 
-METALLIC = 0.9  # from this value on it is bare metal
+METALLIC = 0.9  # from this value on it is bare metal, through which no light passes
+# Metallic and the belief in metal, linear between (our choice). Artists write .8 to .85 for steel
+# and chrome. Below the first nothing is said: of 889 materials of game kits at .1 to .5, 42 % are
+# metal.
+DEGREES = ((0.4, 0.5), (0.5, 0.6), (0.7, 0.8), (0.9, 0.9), (1.0, 0.9))
+DARK = 2 / 3  # of the belief where the base colour is darker than that of any bare metal
 DIELECTRIC = 0.1  # up to this value it is not bare metal
 TRANSMISSIVE = 0.5  # from this value on light passes through the object
 
@@ -27,12 +34,20 @@ def from_shader(
         return ranked("shader", frosted if (roughness or 0.0) > 0.3 else clear)
     if metallic is None or (metallic == 1.0 and roughness in (None, 1.0)):
         return None
-    if metallic >= METALLIC:
-        is_dark = base_color is not None and max(base_color) < 0.1  # unlike any bare metal
-        return ranked("shader", {"metal": 0.6 if is_dark else 0.9})
+    if metallic > DEGREES[0][0]:
+        is_dark = base_color is not None and max(base_color) < 0.1
+        return ranked("shader", {"metal": _metal(metallic) * (DARK if is_dark else 1.0)})
     if metallic <= DIELECTRIC:
         return ranked("shader", _dielectric(roughness))
     return None
+
+
+def _metal(metallic: float) -> float:
+    """Return the belief in metal by DEGREES."""
+    for (low, below), (high, above) in pairwise(DEGREES):
+        if metallic <= high:
+            return below + (above - below) * (metallic - low) / (high - low)
+    return DEGREES[-1][1]
 
 
 def _dielectric(roughness: float | None) -> dict[str, float]:
