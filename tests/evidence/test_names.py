@@ -405,6 +405,29 @@ def test_any_text_gives_evidence_of_known_materials_or_none(name: str) -> None:
         assert beliefs == sorted(beliefs, reverse=True)
 
 
+@each_row(
+    ("name", "material"),
+    [
+        ("Taxi/Roof", "metal"),
+        ("Lorry/Door_Left", "metal"),
+        ("House/Door", "wood"),
+        ("Bus/Seats", "fabric"),
+        ("Lamp/Shade", "fabric"),
+        ("House/Floor_Outside", "stone"),
+        ("Villa/Terrace_Floor", "stone"),
+        ("Office/Waste_Basket", "plastic"),
+        ("Picnic_Basket", "wood"),
+        ("Headset/Face_Plate_Front", "plastic"),
+        ("MarbleTrack_1x3", "none"),
+        ("Marble_Floor", "stone"),
+    ],
+)
+def test_a_part_is_of_what_its_whole_or_its_place_is_made_of(name: str, material: str) -> None:
+    evidence = from_name(name)
+    said = evidence.material if evidence and evidence.confidence >= KNOWN else "none"
+    assert said == material
+
+
 def test_a_transmissive_shader_means_glass() -> None:
     clear = from_shader(0.0, 0.05, 1.0, None)
     assert clear is not None
