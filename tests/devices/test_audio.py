@@ -178,12 +178,18 @@ def test_a_status_read_while_it_is_written_is_whole():
     )
     writer.start()
     until(lambda: ring.status().beat_at)
-    read = [ring.status() for _ in range(100_000)]
+    read: list[EngineStatus] = []
+
+    def has_met_many() -> bool:
+        """Read on: on a busy machine the writer writes seldom while this reads."""
+        read.extend(ring.status() for _ in range(10_000))
+        return len({s.samples for s in read}) > 100
+
+    until(has_met_many)
     writer.kill()
     writer.join()
     assert all(s.has_output and s.realtime and s.level == 0.5 for s in read)
     assert all(s.beat_at == s.underruns == s.samples == s.newest for s in read)
-    assert len({s.samples for s in read}) > 100
     assert [s.samples for s in read] == sorted(s.samples for s in read)
 
 
