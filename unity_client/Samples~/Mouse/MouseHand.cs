@@ -5,8 +5,9 @@ namespace HapticVLM.Samples
 {
     /// <summary>
     /// Moves a Haptic Hand with the mouse: it hovers over the object under the pointer, and touches it while
-    /// the left button is down. Shows the decision on the screen. Reads the mouse through the GUI, which
-    /// works with either of the engine's input systems.
+    /// the left button is down. Shows the decision on the screen. Belongs on an object of its own, which it
+    /// moves. Reads the mouse through the GUI, which gets no events where Active Input Handling is the Input
+    /// System package alone: set it to Both.
     /// </summary>
     [RequireComponent(typeof(HapticHand))]
     public sealed class MouseHand : MonoBehaviour
