@@ -13,6 +13,7 @@ import argparse
 import collections
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -29,7 +30,7 @@ from gltf_room import write_room
 from PIL import Image
 
 PATIENCE_S = 300.0
-SERVES = "hapticvlm serve"
+SERVES = re.compile(r"hapticvlm (?:--\S+ \S+ )*serve\b")
 SCENE = {"type": "scene", "id": 1, "objects": [{"object_id": "oak_table"}], "replace": True}
 HEADSET = ROOT / "service" / "hapticvlm" / "demo" / "capture" / "frames"
 
@@ -92,7 +93,7 @@ def run(command: Command, folder: Path, programs: Path) -> str | None:
     """Run one command; return what went wrong, or None."""
     kept = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
     clean = {**kept, "PATH": f"{programs}{os.pathsep}{kept['PATH']}", "PYTHONUNBUFFERED": "1"}
-    does_serve = SERVES in command.text
+    does_serve = SERVES.search(command.text) is not None
     text = f"{command.setting}{command.text}{' --port 0' if does_serve else ''}"
     shell = ["bash", "--noprofile", "--norc", "-e", "-c", text]
     with tempfile.TemporaryFile("w+") as output:

@@ -82,7 +82,7 @@ NIGHTLY = [
     command("study new", "out"),
     command("study report", "--paper", "--out", "out"),
     command("demo --static", "out"),
-    command("stream", CAPTURE, "--fast", "--url", "URL"),
+    command("stream", CAPTURE, "--url", "URL"),
     command("stop", "--url", "URL"),
     command("demo", "--quiet", "--out", "out"),
     command("doctor"),

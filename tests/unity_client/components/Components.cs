@@ -218,6 +218,7 @@ public static class Components
         AsyncGPUReadback.IsDeviceLost = false;
         Run(() => streamer.Sent > sent + 3, "it does not recover");
         Say("recovered in_flight " + AsyncGPUReadback.MostInFlight + " exceptions " + Debug.Exceptions);
+        RunFor(150); // the first message of each kind builds what the later ones use again
         Player.ResetFigures();
         long before = streamer.Sent;
         RunFor(600);
