@@ -13,11 +13,11 @@ demo: $(VENV)/.demo
 
 # Three tiers, by the markers of the tests: .ci/tests says what each of them is.
 test: $(VENV)/.dev toolchains
-	@echo "About 3,800 tests follow: some eight minutes on two cores. \`make nightly\` runs the rest."
+	@echo "About 3,700 tests follow: some seven minutes on two cores. \`make nightly\` runs the rest."
 	$(BIN)/python .ci/tests test
 
 nightly: $(VENV)/.dev toolchains build/chat-servers/.done
-	@echo "About 900 long tests follow: some twenty-five minutes on two cores."
+	@echo "About 1,000 long tests follow: some twenty minutes on two cores."
 	$(BIN)/python .ci/tests nightly
 
 # Every fault of the plate on every board, also those whose thermistors lag: an hour, before firmware is released.
