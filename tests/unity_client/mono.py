@@ -16,6 +16,9 @@ NEEDED = ("mono", "mcs", "nunit-console")
 NUNIT = Path("/usr/lib/cli/nunit.framework-2.6.3/nunit.framework.dll")
 RESOURCES = {"UNITY_RESOURCES": str(PACKAGE / "Runtime" / "Baked" / "Resources")}  # of the stubs
 FLAGS = ("-langversion:7.2", "-warnaserror", "-debug", "-optimize+", "-r:System.Numerics.dll")
+LEGACY_INPUT = "-d:ENABLE_LEGACY_INPUT_MANAGER"  # "Active Input Handling" of a project
+INPUT_SYSTEM = "-d:ENABLE_INPUT_SYSTEM"  # the setting;
+INPUT_PACKAGE = "-d:HAPTICVLM_INPUT_SYSTEM"  # the package that it needs
 
 
 def require() -> None:
@@ -47,6 +50,8 @@ class Build:
         target.parent.mkdir(exist_ok=True)
         kind = "exe" if name.endswith(".exe") else "library"
         references = [f"-r:{self.folder / other}" for other in using]
+        if not {LEGACY_INPUT, INPUT_SYSTEM} & {*flags}:
+            flags = (LEGACY_INPUT, *flags)
         command = ["mcs", *FLAGS, f"-target:{kind}", f"-out:{target}", *references, *flags]
         done = subprocess.run(
             [*command, *map(str, files)], capture_output=True, text=True, timeout=300, check=False

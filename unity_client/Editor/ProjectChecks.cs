@@ -15,7 +15,8 @@ namespace HapticVLM.Editor
                 problems.Add("Player Settings > Internet Access is Auto: set Require, or the headset may open no socket, "
                     + "and keep OpenXR's Force Remove Internet off.");
             if (EditorUserBuildSettings.activeBuildTarget == BuildTarget.WebGL)
-                problems.Add("WebGL has no threads and no ClientWebSocket, so this package does not run there.");
+                problems.Add("WebGL has no threads and no ClientWebSocket: this player feels a bake, and no service.");
+            if (MouseHand.InputProblem != null) problems.Add("Mouse Hand: " + MouseHand.InputProblem + ".");
             return problems;
         }
     }

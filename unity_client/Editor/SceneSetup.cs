@@ -6,22 +6,19 @@ using UnityEngine;
 namespace HapticVLM.Editor
 {
     /// <summary>
-    /// GameObject > HapticVLM > Set Up Scene: adds the components that a scene needs, in one step that
-    /// can be undone. Existing components are unchanged, so it can be run again after the scene grew.
+    /// GameObject > HapticVLM > Set Up Scene and Mouse Hand: add the components that a scene needs, in one step that
+    /// can be undone. Existing components are unchanged, so both can be run again after the scene grew.
     /// </summary>
     internal static class SceneSetup
     {
         const string Title = "Set up HapticVLM";
         const float BesideCameraM = 0.02f;
+        const float BallM = 0.08f; // seen from ten metres, as the editor's template places its camera
 
         [MenuItem("GameObject/HapticVLM/Set Up Scene", false, 10)]
         static void Run()
         {
-            if (PrefabStageUtility.GetCurrentPrefabStage() != null)
-            {
-                Debug.LogWarning("HapticVLM: a prefab is open: close it and set up the scene.", null);
-                return;
-            }
+            if (IsPrefabOpen()) return;
             Undo.SetCurrentGroupName(Title);
             int group = Undo.GetCurrentGroup();
             Rig rig = Rig.Find();
@@ -37,6 +34,32 @@ namespace HapticVLM.Editor
                 + ". Start `hapticvlm serve` and press Play.", null);
         }
 
+        [MenuItem("GameObject/HapticVLM/Mouse Hand", false, 11)]
+        static void AddMouseHand()
+        {
+            if (IsPrefabOpen()) return;
+            if (SceneParts.All<MouseHand>().Count > 0)
+            {
+                Debug.Log("HapticVLM: the scene has a Mouse Hand already. Press Play.", null);
+                return;
+            }
+            GameObject ball = GameObject.CreatePrimitive(PrimitiveType.Sphere);
+            ball.name = "Mouse Hand";
+            Undo.RegisterCreatedObjectUndo(ball, Title);
+            ball.transform.localScale = new Vector3(BallM, BallM, BallM);
+            ball.GetComponent<Collider>().isTrigger = true;
+            MakeKinematic(ball);
+            ball.AddComponent<HapticHand>().Belong(HandSide.Right);
+            ball.AddComponent<MouseHand>();
+        }
+
+        static bool IsPrefabOpen()
+        {
+            if (PrefabStageUtility.GetCurrentPrefabStage() == null) return false;
+            Debug.LogWarning("HapticVLM: a prefab is open: close it and set up the scene.", null);
+            return true;
+        }
+
         static bool AddClient()
         {
             if (SceneParts.All<HapticClient>().Count > 0) return false;
@@ -49,6 +72,7 @@ namespace HapticVLM.Editor
         static void AddHand(HandSide side, Rig rig, List<string> done)
         {
             if (SceneParts.All<HapticHand>().Exists(hand => hand.Side == side)) return;
+            if (rig.Root == null && SceneParts.All<MouseHand>().Count > 0) return; // the mouse is this scene's only hand
             List<Rig.Place> places = rig.Places(side);
             string name = side.ToString().ToLowerInvariant();
             if (places.Count == 0 && rig.Camera == null)
@@ -76,15 +100,20 @@ namespace HapticVLM.Editor
         {
             var holder = new GameObject("Haptic Hand " + side);
             Undo.RegisterCreatedObjectUndo(holder, Title);
-            var body = holder.AddComponent<Rigidbody>();
-            body.isKinematic = true;
-            body.useGravity = false;
+            MakeKinematic(holder);
             var sphere = holder.AddComponent<SphereCollider>();
             sphere.isTrigger = true;
             sphere.radius = place.RadiusM;
             holder.AddComponent<HapticHand>().Belong(side);
             holder.transform.SetParent(place.Under, false);
             return holder;
+        }
+
+        static void MakeKinematic(GameObject holder)
+        {
+            var body = holder.AddComponent<Rigidbody>();
+            body.isKinematic = true;
+            body.useGravity = false;
         }
 
         /// <summary>Adds one to each Rigidbody, or to each collider without a Rigidbody.</summary>

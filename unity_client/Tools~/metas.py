@@ -12,8 +12,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 PACKAGE = Path(__file__).resolve().parents[1]
-# Samples whose files refer to each other; Unity copies their .meta files as well.
-SAMPLES = (PACKAGE / "Samples~" / "Mouse",)
 NAMESPACE = uuid.uuid5(uuid.NAMESPACE_DNS, "com.hapticvlm.client")
 MOVED = {  # new path of a moved file: the GUID that it keeps
     "Editor/Persisted.cs": "05e90ea477a95d2fbe93b5e2e587ee2c",
@@ -27,8 +25,6 @@ IMPORTERS = {
     ".asmdef": "AssemblyDefinitionImporter:\n  externalObjects: {}\n",
     ".json": "TextScriptImporter:\n  externalObjects: {}\n",
     "package.json": "PackageManifestImporter:\n  externalObjects: {}\n",
-    ".unity": "DefaultImporter:\n  externalObjects: {}\n",
-    ".prefab": "PrefabImporter:\n  externalObjects: {}\n",
     ".md": "TextScriptImporter:\n  externalObjects: {}\n",
 }
 TAIL = "  userData: \n  assetBundleName: \n  assetBundleVariant: \n"
@@ -36,8 +32,7 @@ TAIL = "  userData: \n  assetBundleName: \n  assetBundleVariant: \n"
 
 def main(arguments: list[str]) -> int:
     """Write all .meta files, or with --check report stale, missing and superfluous ones."""
-    imported = [asset for folder in (PACKAGE, *SAMPLES) for asset in assets(folder)]
-    expected = {Path(f"{asset}.meta"): meta(asset) for asset in imported}
+    expected = {Path(f"{asset}.meta"): meta(asset) for asset in assets(PACKAGE)}
     stale = [path for path, text in expected.items() if not is_current(path, text)]
     superfluous = [path for path in PACKAGE.rglob("*.meta") if path not in expected]
     if "--check" not in arguments:

@@ -17,6 +17,7 @@ public static class Components
     public static int Main(string[] arguments)
     {
         if (arguments[0] == "members") return Members.Print(arguments);
+        if (arguments[0] == "project-checks") return EditMode.ProjectChecks();
         if (arguments[0] == "playmode") return PlayMode.Run(arguments[1]);
         if (arguments[0] == "textures") TextureRooms.Run(arguments[1], arguments[2], new[] { arguments[3], arguments[4], arguments[5] });
         if (arguments[0] == "textures") return Finish();
@@ -35,7 +36,7 @@ public static class Components
             case "cycles": Cycles(arguments[1]); break;
             case "scan": Scanning(arguments[1]); break;
             case "window": EditorParts.Show(arguments[1]); break;
-            case "mouse": SampleScene.Play(arguments[1], arguments[2]); break;
+            case "tutorial": Tutorial.Follow(arguments[1]); break;
             case "controllers": Hands.Run(arguments[1], false); break;
             case "controllers-beside-a-palm-speaker": Hands.Run(arguments[1], true); break;
             case "feel": Hands.Feel(arguments[1]); break;

@@ -112,16 +112,23 @@ public static class EditMode
     }
 
     // Finds the menu entry by its path, like a user.
-    static void Invoke()
+    public static void Invoke(string path = "GameObject/HapticVLM/Set Up Scene")
     {
         foreach (Type type in typeof(HapticWindow).Assembly.GetTypes())
         {
             foreach (MethodInfo method in type.GetMethods(BindingFlags.Static | BindingFlags.NonPublic))
             {
                 var item = (MenuItem)Attribute.GetCustomAttribute(method, typeof(MenuItem));
-                if (item != null && item.Path == "GameObject/HapticVLM/Set Up Scene") method.Invoke(null, null);
+                if (item != null && item.Path == path) method.Invoke(null, null);
             }
         }
+    }
+
+    public static int ProjectChecks()
+    {
+        Type checks = typeof(HapticWindow).Assembly.GetType("HapticVLM.Editor.ProjectChecks");
+        foreach (string problem in (List<string>)checks.GetMethod("Problems").Invoke(null, null)) Console.WriteLine(problem);
+        return 0;
     }
 
     static void Describe(string when)

@@ -8,12 +8,34 @@ namespace UnityEngine.InputSystem
 
     public class InputDevice { }
 
+    // Reads the mouse of the simulated user.
+    public class Mouse : InputDevice
+    {
+        public static Mouse current { get { return new Mouse(); } }
+
+        public Controls.ButtonControl leftButton { get { return new Controls.ButtonControl(); } }
+        public Controls.Vector2Control position { get { return new Controls.Vector2Control(); } }
+    }
+
     public sealed class InputAction : System.IDisposable
     {
         public InputAction(string name = null, InputActionType type = InputActionType.Value, string binding = null, string interactions = null, string processors = null, string expectedControlType = null) { }
 
         public void Enable() { }
         public void Dispose() { }
+    }
+}
+
+namespace UnityEngine.InputSystem.Controls
+{
+    public class ButtonControl
+    {
+        public bool isPressed { get { return Input.IsDown; } }
+    }
+
+    public class Vector2Control
+    {
+        public Vector2 ReadValue() { return new Vector2(Input.mousePosition.x, Input.mousePosition.y); }
     }
 }
 

@@ -149,7 +149,7 @@ namespace UnityEngine
             var made = new GameObject(type.ToString());
             made.AddComponent<MeshFilter>().sharedMesh = new Mesh();
             made.AddComponent<MeshRenderer>();
-            Physics.World.Add(made.AddComponent<BoxCollider>());
+            Physics.World.Add(type == PrimitiveType.Sphere ? (Collider)made.AddComponent<SphereCollider>() : made.AddComponent<BoxCollider>());
             return made;
         }
 

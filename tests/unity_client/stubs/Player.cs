@@ -64,6 +64,17 @@ public static class Player
         Switch(one);
     }
 
+    // From edit mode: every component of the scene wakes.
+    public static void PressPlay()
+    {
+        Application.isPlaying = true;
+        foreach (Calls calls in Live.ToArray())
+        {
+            Call(calls.Of, "Awake");
+            Switch(calls.Of);
+        }
+    }
+
     public static void Switch(MonoBehaviour one)
     {
         if (ReferenceEquals(one, null) || !Application.isPlaying && !one.WasEnabled || one.isActiveAndEnabled == one.WasEnabled) return;
@@ -107,7 +118,7 @@ public static class Player
     public static void DrawGui()
     {
         GUILayout.Labels.Clear();
-        foreach (Calls calls in Live.ToArray()) Call(calls.Of, "OnGUI");
+        foreach (Calls calls in Live.ToArray()) if (calls.Of.isActiveAndEnabled) Call(calls.Of, "OnGUI");
     }
 
     // Sends a message with an argument, as physics and the system do.

@@ -3,7 +3,7 @@ using System;
 
 namespace UnityEngine
 {
-    public enum PrimitiveType { Cube = 3 }
+    public enum PrimitiveType { Sphere = 0, Cube = 3 }
 
     public enum TouchScreenKeyboardType { Default = 0, URL = 3 }
 

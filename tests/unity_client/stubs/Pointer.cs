@@ -1,14 +1,14 @@
-// Engine members of the Mouse sample: a pointer, rays, and a flat screen in front of the objects at z = 0.
+// A pointer, rays, and a flat screen in front of the objects at z = 0.
 namespace UnityEngine
 {
-    public enum EventType { MouseDown = 0, MouseUp = 1, Repaint = 7 }
-
-    public class Event
+    // The mouse of the simulated user, by either input system.
+    public static class Input
     {
-        public static Event current { get; set; } = new Event();
+        public static bool IsDown;
 
-        public EventType type { get; set; } = EventType.Repaint;
-        public Vector2 mousePosition { get; set; }
+        public static Vector3 mousePosition { get; set; }
+
+        public static bool GetMouseButton(int button) { return button == 0 && IsDown; }
     }
 
     public struct Vector2
