@@ -119,8 +119,19 @@ def test_the_core_needs_no_engine():
         assert "UnityE" not in source.read_text(), source
 
 
-def test_the_list_of_engine_members_is_what_the_assemblies_use(build):
-    assert engine_members.PAGE.read_text() == engine_members.page(engine_members.used(build))
+def test_each_engine_member_in_use_is_declared_in_the_stand_in_as_in_three_versions_of_unity(build):
+    assert engine_members.differences(build) == []
+
+
+def test_a_member_of_the_stand_in_with_another_signature_is_told_from_the_engine_s():
+    raycast = "static bool(Ray, out RaycastHit, float, int, QueryTriggerInteraction)"
+    assert engine_members.is_compatible(raycast, raycast)
+    assert engine_members.is_compatible("int get", "int get/set")
+    assert engine_members.is_compatible("void(Action<A, B>)", "void(Action<A, B>, int = default)")
+    for other in (raycast.replace("out ", ""), raycast[7:], raycast.replace("int, ", "")):
+        assert not engine_members.is_compatible(raycast, other)
+    assert not engine_members.is_compatible("int set", "int get")
+    assert not engine_members.is_compatible("void(int)", "void(int, int)")
 
 
 def test_nothing_of_the_package_is_larger_than_a_reader_can_hold():

@@ -78,7 +78,7 @@ namespace UnityEngine
         }
     }
 
-    public static class Mathf
+    public struct Mathf
     {
         public const float Deg2Rad = (float)(Math.PI / 180.0);
 
