@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
     from hapticvlm_recogniser_app.settings import AppSettings
 
-MIN_TOKEN = 12  # characters, when not on loopback; the same limit as the service has
 PORT = 8791
 UVICORN = "uvicorn"
 RAY = "ray"
@@ -120,18 +119,19 @@ def settle(options: argparse.Namespace, engine: str, environment: os._Environ[st
     """Return the settings that the options ask for. Raises ValueError, which names the option."""
     from hapticvlm.server.addresses import is_loopback
     from hapticvlm_recogniser_app import settings as app
+    from hapticvlm_recogniser_app.tokens import MIN_TOKEN, Tokens
 
-    token = environment.get(app.TOKEN)
-    if not is_loopback(options.host) and len(token or "") < MIN_TOKEN and options.write is None:
+    tokens = Tokens(environment)
+    if not is_loopback(options.host) and not tokens.are_long and options.write is None:
         raise UsageError(
             f"--host {options.host} is reachable from other machines: set {app.TOKEN} to a secret "
-            f"of at least {MIN_TOKEN} characters"
+            f"of at least {MIN_TOKEN} characters, or {app.TOKENS} to a file of them"
         )
     if (options.tls_cert is None) != (options.tls_key is None):
         raise UsageError("--tls-cert and --tls-key belong together: give both options")
     if engine != RAY:
         _refuse_ray_options(options)
-    is_open = token is None and options.write is None
+    is_open = tokens.is_open and options.write is None
     settings = app.AppSettings(
         app.Model(options.encoder, options.encoder_device, is_open),
         app.Live(
@@ -172,8 +172,10 @@ def _run_on_uvicorn(settings: AppSettings, options: argparse.Namespace) -> None:
     import asyncio
 
     from hapticvlm.commands.service_address import port_errors
+    from hapticvlm.server import log_writer
     from hapticvlm_recogniser_app import engine_uvicorn
 
+    log_writer.take_over()  # a log that nobody reads must not hold up an answer
     certificate = None if options.tls_cert is None else (options.tls_cert, options.tls_key)
     with contextlib.ExitStack() as stack:
         with port_errors(options.port):

@@ -2,7 +2,7 @@
 
 To use more cores, run one process per core behind a proxy. Requests beyond the queue are answered
 with 503 at once, and a body that does not arrive within BODY_S with 408, so that neither a burst of
-requests nor a stalled client holds memory for long.
+requests nor a stalled client holds memory for long. Sockets of strangers are closed by `door`.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ import uvicorn
 
 from hapticvlm.vision.remote import contract
 from hapticvlm_recogniser_app.batches import Batches
+from hapticvlm_recogniser_app.door import Door, Strangers
 from hapticvlm_recogniser_app.recogniser import PendingCrop, Recogniser, Reply, Request
 from hapticvlm_recogniser_app.replies import Embedded, Refusal
-from hapticvlm_recogniser_app.settings import BATCH, AppSettings
+from hapticvlm_recogniser_app.settings import ADMITTED, BATCH, AppSettings
 
 BODY_S = 10.0
 KEEP_ALIVE_S = 90
 SHUTDOWN_S = 5
-CONNECTIONS_PER_REQUEST = 4  # a service keeps one open, and opens a second while it retries
 
 Message = MutableMapping[str, Any]
 Receive = Callable[[], Awaitable[Message]]
@@ -39,7 +39,7 @@ class Application:
     def __init__(self, settings: AppSettings) -> None:
         """Load encoder and galleries. Raises HapticVLMError."""
         live = settings.live
-        self._recogniser = Recogniser(settings.model, self._put)
+        self._recogniser = Recogniser(settings.model, self._put, settings.scale.queue)
         self._recogniser.load(live)
         self._batches: Batches[PendingCrop, Embedded | None] = Batches(
             self._recogniser.embed, BATCH, live.batch_wait_ms / 1000.0
@@ -60,6 +60,8 @@ class Application:
         return await self._batches.put(crop)
 
     async def _reply(self, scope: Message, receive: Receive) -> Reply:
+        authorization = dict(scope["headers"]).get(b"authorization", b"").decode("latin-1")
+        scope[ADMITTED] = self._recogniser.tokens.client(authorization)
         # A full queue does not make the process unhealthy, and a monitor that cannot ask would
         # restart it: health and readiness are answered whatever the load.
         is_exempt = scope["path"] in (contract.HEALTH, contract.READY)
@@ -74,13 +76,11 @@ class Application:
 
 def _request(scope: Message, receive: Receive) -> Request:
     query = urllib.parse.parse_qs(scope["query_string"].decode("latin-1"))
-    headers: dict[bytes, bytes] = dict(scope["headers"])
-    authorization = headers.get(b"authorization")
     return Request(
         scope["method"],
         scope["path"],
         query.get("gallery", [contract.SHIPPED])[0],
-        None if authorization is None else authorization.decode("latin-1"),
+        scope[ADMITTED],
         _body(receive),
     )
 
@@ -127,13 +127,12 @@ class Server(uvicorn.Server):
         config = uvicorn.Config(
             Application(settings),
             loop="asyncio",
-            http="h11",
+            http=type("OwnDoor", (Door,), {"strangers": Strangers()}),
             ws="none",
             lifespan="off",
             log_config=None,
             access_log=False,
             server_header=False,
-            limit_concurrency=CONNECTIONS_PER_REQUEST * settings.scale.queue,
             timeout_keep_alive=KEEP_ALIVE_S,
             timeout_graceful_shutdown=SHUTDOWN_S,
             ssl_certfile=cert,

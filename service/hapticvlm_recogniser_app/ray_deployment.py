@@ -29,7 +29,7 @@ class Recogniser:
 
     def __init__(self, model: dict[str, Any]) -> None:
         """Load the encoder. Raises HapticVLMError, which the deployment reports."""
-        self._recogniser = recogniser.Recogniser(Model(**model), self._embed)
+        self._recogniser = recogniser.Recogniser(Model(**model), self._embed, 2 * BATCH)
         if nice := priority.niceness():
             logger.warning(
                 "this replica runs at nice %d, after all other programs of its node: "
@@ -60,7 +60,7 @@ class Recogniser:
                 request.method,
                 request.url.path,
                 request.query_params.get("gallery", contract.SHIPPED),
-                request.headers.get("authorization"),
+                self._recogniser.tokens.client(request.headers.get("authorization")),
                 request.stream(),
             )
         )

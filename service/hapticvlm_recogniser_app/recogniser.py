@@ -19,13 +19,12 @@ import msgspec
 
 from hapticvlm.errors import HapticVLMError, UsageError
 from hapticvlm.processes import priority
-from hapticvlm.vision.encoders.encoder import Floats
 from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.pictures import Crop
 from hapticvlm.vision.remote import contract
-from hapticvlm_recogniser_app import replies
+from hapticvlm_recogniser_app import replies, tokens
 from hapticvlm_recogniser_app.replies import Embedded, Named, Refusal, load_galleries
-from hapticvlm_recogniser_app.settings import TOKEN, Live, Model
+from hapticvlm_recogniser_app.settings import TOKEN, TOKENS, Live, Model
 
 HUNG_S = 10.0  # a batch that runs for longer counts as hung
 JSON = "application/json"
@@ -35,12 +34,15 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """One HTTP request; the body arrives in parts and is read only where the path needs it."""
+    """One HTTP request; the body arrives in parts and is read only where the path needs it.
+
+    `client` has the token that came with it; None: no token, or an unknown one.
+    """
 
     verb: str
     path: str
     gallery: str
-    authorization: str | None
+    client: str | None
     body: AsyncIterable[bytes]
 
 
@@ -70,20 +72,25 @@ Gather = Callable[[PendingCrop], Awaitable[Embedded | None]]
 
 
 class Recogniser:
-    """Encoder, galleries and counts of one process; `gather` puts a crop into the next batch."""
+    """Encoder, galleries and counts of one process; `gather` puts a crop into the next batch.
 
-    def __init__(self, model: Model, gather: Gather) -> None:
+    It answers `places` requests at once, and where clients have tokens of their own, one of them
+    has half of these at most.
+    """
+
+    def __init__(self, model: Model, gather: Gather, places: int) -> None:
         """Load the encoder. Raises HapticVLMError."""
-        self._token = os.environ.get(TOKEN) or None
-        if self._token is None and not model.is_open:
-            raise UsageError(f"set {TOKEN} where the replicas run, or `is_open: true`")
+        self.tokens = tokens.from_environment()
+        if self.tokens.is_open and not model.is_open:
+            raise UsageError(f"set {TOKEN} or {TOKENS} where it runs, or `is_open: true`")
+        self._share = max(1, places // 2) if self.tokens.are_many else places
+        self._in_progress: Counter[str] = Counter()
         self._gather = gather
         self._encoder = load_encoder(model.encoder, device=model.device)
         self._galleries: dict[str, Named] = {}
         self._began: float | None = None
         self._counts: Counter[str] = Counter()
         self._batches: Counter[int] = Counter()
-        self._encode_s: dict[int, float] = {}
 
     def load(self, live: Live) -> None:
         """Replace the galleries by these, all or none. Raises HapticVLMError."""
@@ -115,12 +122,13 @@ class Recogniser:
         wanted = [item for item in pending if item.until > began]
         try:
             # In a thread, so that health checks and further requests are answered meanwhile.
-            embeddings, cpu_s = await asyncio.to_thread(self._timed, [item.crop for item in wanted])
+            embeddings = await asyncio.to_thread(
+                self._encoder.embed, [item.crop for item in wanted]
+            )
         finally:
             self._began = None
         took_ms = (time.monotonic() - began) * 1000.0
         self._batches[len(wanted)] += 1
-        self._encode_s[len(wanted)] = self._encode_s.get(len(wanted), 0.0) + cpu_s
         rows = iter(embeddings)
         return [
             Embedded(next(rows), len(wanted), (began - item.since) * 1000.0, took_ms)
@@ -139,11 +147,19 @@ class Recogniser:
         if path in (contract.HEALTH, contract.READY):
             status = 503 if self.hangs else 200
             return Reply(status, msgspec.json.encode(self._health()))
-        replies.check_token(self._token, request.authorization)
+        client = request.client
+        if client is None:
+            raise Refusal(401, "send the token of this recogniser as `Authorization: Bearer TOKEN`")
         if path == contract.IDENTITY:
             gallery = replies.find(self._galleries, request.gallery)
             return Reply(200, msgspec.json.encode(gallery.identity))
-        return await self._recognise(request)
+        if self._in_progress[client] >= self._share:
+            raise Refusal(503, f"{self._share} requests with this token wait: try again later")
+        self._in_progress[client] += 1
+        try:
+            return await self._recognise(request)
+        finally:
+            self._in_progress[client] -= 1
 
     async def _recognise(self, request: Request) -> Reply:
         now = time.monotonic()
@@ -166,11 +182,6 @@ class Recogniser:
                 raise Refusal(413, f"a request has at most {most} bytes")
         return bytes(data)
 
-    def _timed(self, crops: Sequence[Crop]) -> tuple[Floats, float]:
-        started = time.thread_time()
-        embeddings = self._encoder.embed(crops)
-        return embeddings, time.thread_time() - started
-
     def _health(self) -> dict[str, Any]:
         return {
             "status": "a batch hangs" if self.hangs else "ok",
@@ -178,5 +189,4 @@ class Recogniser:
             "nice": priority.niceness(),
             "counts": dict(self._counts),
             "batches": {str(size): count for size, count in sorted(self._batches.items())},
-            "encode_cpu_s": {str(size): used for size, used in sorted(self._encode_s.items())},
         }

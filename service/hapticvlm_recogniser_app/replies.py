@@ -6,7 +6,6 @@ A fault of the request raises Refusal with an HTTP status; any other exception i
 from __future__ import annotations
 
 import hashlib
-import hmac
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -101,15 +100,6 @@ class Embedded:
     batch: int
     queue_ms: float
     encode_ms: float
-
-
-def check_token(token: str | None, header: str | None) -> None:
-    """Check the Authorization header; with `token` None admit every caller. Raises Refusal."""
-    if token is None:
-        return
-    scheme, _, secret = (header or "").partition(" ")
-    if scheme.lower() != "bearer" or not hmac.compare_digest(secret.encode(), token.encode()):
-        raise Refusal(401, "send the token of this recogniser as `Authorization: Bearer TOKEN`")
 
 
 def most_bytes(side: int) -> int:

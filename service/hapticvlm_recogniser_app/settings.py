@@ -13,7 +13,10 @@ from hapticvlm.vision.remote.contract import SHIPPED
 IMPORT_PATH = "hapticvlm_recogniser_app.ray_deployment:build"
 DEPLOYMENT = "Recogniser"
 APPLICATION = "recogniser"
-TOKEN = "HAPTICVLM_RECOGNISER_TOKEN"  # environment variable that holds the token
+# environment variables: the one token, or a file with a token for each client
+TOKEN = "HAPTICVLM_RECOGNISER_TOKEN"
+TOKENS = "HAPTICVLM_RECOGNISER_TOKENS"
+ADMITTED = "hapticvlm.admitted"  # key of an ASGI scope: the client's name, once its token is known
 BATCH = 16  # crops in one batch at most; our choice
 HEALTH_S = 2.0  # between two health checks of a replica; our choice
 HEALTH_TIMEOUT_S = 10.0  # of one health check; our choice

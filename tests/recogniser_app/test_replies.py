@@ -76,13 +76,3 @@ def test_what_is_no_request_is_the_callers_fault(galleries, data):
     with pytest.raises(Refusal) as caught:
         replies.read_job(data, galleries, now=0.0)
     assert caught.value.status == 422
-
-
-def test_only_the_token_lets_in():
-    replies.check_token(None, None)
-    replies.check_token("correct horse", "Bearer correct horse")
-    for header in (None, "", "Bearer", "Bearer wrong", "Basic correct horse", "correct horse"):
-        with pytest.raises(Refusal) as caught:
-            replies.check_token("correct horse", header)
-        assert caught.value.status == 401
-        assert "correct horse" not in str(caught.value)
