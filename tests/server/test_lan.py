@@ -78,12 +78,19 @@ def test_a_refused_token_is_answered_with_one_that_would_do(token: str | None) -
     assert Address("0.0.0.0", token=offered.group(1)).token == offered.group(1)
 
 
-def test_the_start_prints_links_that_a_phone_opens_and_a_code_of_one(
-    capsys: pytest.CaptureFixture[str],
+@pytest.mark.parametrize("is_terminal", [True, False])
+def test_links_are_printed_and_to_a_terminal_alone_the_token_and_its_code(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, *, is_terminal: bool
 ) -> None:
     options = lan.opened(ServeOptions(lan=True))
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: is_terminal)
     print_ready(options, 8790, DEVICES, has_priority=False)
     shown = capsys.readouterr().out
+    assert str(lan.token_file()) in shown
+    if not is_terminal:
+        assert str(options.token) not in shown
+        assert "\u2588" not in shown
+        return
     host = lan_pages.own_address() or "0.0.0.0"
     assert f"http://{host}:8790/try" in shown
     assert f"password: {options.token}" in shown

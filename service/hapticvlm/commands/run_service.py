@@ -225,10 +225,12 @@ def _network(options: ServeOptions, scheme: str, port: int) -> Iterator[str]:
     if options.lan and options.token is not None:
         host = address or _bracketed(options.host)
         base = f"{scheme.replace('ws', 'http')}://{host}:{port}/"
-        yield from lan.lines(base, options.token)
+        is_read_by_one = sys.stdout.isatty()  # a log or a journal is read by others as well
+        yield from lan.lines(base, options.token if is_read_by_one else None)
         if options.tls_cert is None:
             yield "  unencrypted  others on the network can read everything, also the token"
-        yield from _code(lan.phone_link(base, options.token))
+        if is_read_by_one:
+            yield from _code(lan.phone_link(base, options.token))
         return
     if address is not None:
         yield f"  from others  {scheme}://{address}:{port}/"

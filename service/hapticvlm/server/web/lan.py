@@ -68,8 +68,12 @@ def kept_token() -> str:
     return token
 
 
-def lines(base: str, token: str) -> Iterator[str]:
-    """Yield what a user needs to know to open `base`, such as `http://192.168.1.7:8790/`."""
+def lines(base: str, token: str | None) -> Iterator[str]:
+    """Yield what a user needs to know to open `base`, such as `http://192.168.1.7:8790/`.
+
+    `token` is None where others may read what is printed.
+    """
+    token = token or "in the file below, not written to a log"
     yield f"  on a phone   {base}try"
     yield f"               name: any; password: {token}"
     yield f"  dashboard    {base}"
