@@ -20,6 +20,7 @@ from typing import Any
 from hapticvlm.errors import HapticVLMError
 
 UNKNOWN = "unknown"
+LIVING = "living"  # a person or an animal, which is believed in but never felt
 MAX_SHOWN = 40  # characters of a wrong name in an error
 TABLE = Path(__file__).with_name("materials.toml")
 
@@ -156,7 +157,7 @@ def derive(
 def _check_name(name: str) -> None:
     if not _NAME.fullmatch(name):
         raise MaterialError(f"name: `{name[:60]}` is not 1 to 40 of a-z, 0-9, _ and -; rename it")
-    if name in MATERIALS or name == UNKNOWN:
+    if name in MATERIALS or name in (UNKNOWN, LIVING):
         raise MaterialError(f"name: `{name}` is built in; choose another name")
 
 

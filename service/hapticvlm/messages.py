@@ -78,6 +78,9 @@ Basis = Literal["material", "least_error", "expectation", "neutral"]
 """`material`: the decided material is rendered; `least_error`: none is probable enough,
 and the one that errs least on average is rendered (`felt`); `expectation`: the mean over all
 probable materials, if the service was started with `--feel graded`; `neutral`: nothing."""
+NeutralCause = Literal["living", "guess"]
+"""`living`: the picture shows a person or an animal, which has no material; `guess`: no material is
+believed enough, so that any would be a guess."""
 HelloRole = Literal["scene", "observer"]
 """A scene declares objects and sends touches; an observer only watches. Both may send `stop`."""
 FrameFormat = Literal["jpeg", "png", "rgb8", "rgba8"]
@@ -462,9 +465,9 @@ class EvidenceItem(Wire, frozen=True):
     rung: Rung
     """Source of the evidence."""
     material: str
-    """Most probable material."""
+    """Most probable material, or living: a person or an animal (since 1.2)."""
     confidence: Share
-    """Probability of that material."""
+    """Its probability."""
 
 
 class Decision(Wire, frozen=True, tag="decision", tag_field="type"):
@@ -522,6 +525,8 @@ class Decision(Wire, frozen=True, tag="decision", tag_field="type"):
     """Vibration pattern, such as wood strike; absent: no touch, or no vibration."""
     basis: Basis | None = None
     """Basis of the rendering: the material, a guess, a mean over probable materials, or nothing."""
+    neutral_because: NeutralCause | None = None
+    """Reason why nothing is rendered, where `basis` is neutral. Since 1.2."""
     felt: str | None = None
     """Material that is rendered, in heat and vibration; absent: a mean, or nothing. Since 1.2."""
     stages_ms: dict[str, float] = {}

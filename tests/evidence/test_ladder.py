@@ -81,6 +81,14 @@ def test_two_doubtful_rungs_that_agree_are_surer_than_either() -> None:
     assert is_sure(together)
 
 
+def test_what_is_alive_is_never_named_and_a_sure_name_outweighs_it() -> None:
+    dog = says("encoder", living=0.9, leather=0.05)
+    assert decide([dog]).material == materials.UNKNOWN
+    assert decide([dog]).runner_up != materials.LIVING
+    assert decide([WOOD_SURE, dog]).material == "wood"
+    assert restrict(dog, ["metal"]).material == materials.LIVING
+
+
 def test_rungs_that_disagree_alike_leave_it_unknown_with_a_best_guess() -> None:
     verdict = decide([says("name", wood=0.6), says("encoder", metal=0.6)])
     assert verdict.material == materials.UNKNOWN

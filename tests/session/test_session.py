@@ -460,6 +460,33 @@ def test_what_is_probably_none_of_the_materials_stays_neutral():
     assert felt.command.material is None
 
 
+@pytest.mark.parametrize(
+    ("beliefs", "cause"),
+    [
+        ((("living", 0.7), ("leather", 0.25)), "living"),
+        ((("living", 0.3), ("leather", 0.2)), "living"),
+        ((("leather", 0.4), ("living", 0.1)), "guess"),
+        ((("leather", 0.19), ("wood", 0.18), ("stone", 0.18)), "guess"),
+    ],
+)
+def test_what_is_alive_or_would_be_a_guess_is_not_felt_and_the_decision_says_why(beliefs, cause):
+    session = owner(BLOB)
+    seen = Evidence("encoder", beliefs)
+    (decision,) = replies(looked(session, frame(object_id="blob"), seen), Decision)
+    assert (decision.material, decision.basis, decision.felt) == ("unknown", "neutral", None)
+    assert decision.neutral_because == cause
+    assert decision.evidence[0].material == beliefs[0][0]
+    (felt,) = only(session.receive(touch("slide", object_id="blob"), 2.0), PLAY)
+    assert felt.command.material is None
+
+
+def test_a_grey_surface_of_which_only_that_it_is_no_metal_is_known_is_not_felt_as_leather():
+    grey = Shader(metallic=0.0, roughness=0.5, base_color=(0.5, 0.5, 0.5))
+    session = owner(SceneObject(object_id="x", name="Cube.003", shader=grey))
+    (decision,) = replies(session.receive(touch("contact", object_id="x"), 1.0), Decision)
+    assert (decision.basis, decision.felt, decision.neutral_because) == ("neutral", None, "guess")
+
+
 def test_what_the_scene_states_is_felt_as_it_is():
     for session_with in (owner, graded):
         session = session_with(SceneObject(object_id="pan", material="metal", temperature_c=90.0))

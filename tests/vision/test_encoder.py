@@ -4,15 +4,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.cbook import get_sample_data
 from numpy.typing import NDArray
+from PIL import Image
 from tiny_encoders import crop, write_onnx
 
-from hapticvlm.evidence.ladder import KNOWN, decide
+from hapticvlm.evidence.ladder import KNOWN, SURE, Evidence, decide
 from hapticvlm.vision.encoders import encoder as encoders
-from hapticvlm.vision.encoders import loading
+from hapticvlm.vision.encoders import living, loading
 from hapticvlm.vision.encoders.encoder import EncoderError
 from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.galleries.storage import load_gallery
+from hapticvlm.vision.picture_recogniser import recognise
 from hapticvlm.vision.pictures import Crop, central_mask
 
 
@@ -41,6 +44,30 @@ def test_a_batch_gives_what_single_crops_give(shipped: encoders.Encoder) -> None
     singles = np.concatenate([shipped.embed([one]) for one in crops])
     assert np.array_equal(singles, shipped.embed(crops))
     assert shipped.embed([]).shape == (0, shipped.dimension)
+
+
+def test_a_face_is_alive_and_the_same_face_as_a_mosaic_is_not() -> None:
+    photograph = np.asarray(Image.open(get_sample_data("grace_hopper.jpg", asfileobj=False)))[
+        60:420, 120:420
+    ]
+    face = recognise(photograph)
+    assert (face.material, face.felt_as, next(iter(face.beliefs))) == ("unknown", None, "living")
+    mosaic = recognise(photograph[::40, ::40].repeat(40, axis=0).repeat(40, axis=1))
+    assert mosaic.beliefs.get("living", 0.0) < 0.1
+
+
+def test_only_animals_that_do_not_look_like_matter_are_counted_and_nothing_else_is_alive() -> None:
+    classes = np.zeros((4, 1000), np.float32)
+    classes[0, [251, 281]] = 0.45  # a dalmatian, a tabby cat
+    classes[1, 5] = 0.9  # an electric ray, which gravel looks like
+    classes[2, 423] = 0.9  # a barber's chair
+    classes[3, 903] = 0.9  # a wig
+    assert living.belief(classes) == pytest.approx([1.0, 0.0, 0.0, 1.0])
+
+
+def test_a_sure_material_is_not_alive() -> None:
+    statue = Evidence("encoder", (("stone", SURE),))
+    assert living.with_living(statue, 1.0) == statue
 
 
 @pytest.mark.parametrize("kind", ["black", "white", "grey", "noise"])

@@ -46,7 +46,8 @@ Print what the service would make of each surface of glTF 2.0 scenes (.glb, .glt
 is recognised. Names of objects, their parents, materials and textures decide, and shaders.
 Where these leave it open, the texture does. A folder stands for all scenes in it and its
 sub-folders. `sure` is the confidence: from 0.80 on no picture is needed, below 0.50 the material is
-`unknown`. `felt as` is the material that is rendered, also where none is sure enough to be named.
+`unknown`. `felt as` is the material that is rendered, also where none is sure enough to be named;
+`-` is nothing, since any material would be a guess.
 `degC` is the temperature of the skin that touches it, in air of 22 degC. The least sure surfaces
 come last. Exit code 1: a scene could not be read; 2: no scene was found, or an option is wrong.
 """

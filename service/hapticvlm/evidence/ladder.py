@@ -81,9 +81,10 @@ class Evidence:
 class Verdict:
     """The ladder's decision; if `material` is unknown, `runner_up` is its best guess.
 
-    `confidence` is the posterior of the best material, even if it was too low to name it.
-    `beliefs` is the posterior of every class, empty if no rung has beliefs. It follows from the
-    evidence, so it is left out of comparisons.
+    `confidence` is the posterior of the best material, even if it was too low to name it. People
+    and animals (LIVING) are believed in, but never named. `beliefs` is the posterior of every
+    class, empty if no rung has beliefs. It follows from the evidence, so it is left out of
+    comparisons.
     """
 
     material: str
@@ -116,6 +117,7 @@ def restrict(item: Evidence, among: Collection[str] | None) -> Evidence:
     """
     if among is None:
         return item
+    among = {*among, materials.LIVING}  # people and animals are in any scene
     kept = [(name, belief) for name, belief in item.beliefs if name in among]
     possible = 1.0 - sum(belief for name, belief in item.beliefs if name not in among)
     if not kept or possible <= FLOOR:
@@ -137,9 +139,11 @@ def decide(evidence: Sequence[Evidence]) -> Verdict:
         return Verdict(materials.UNKNOWN, 0.0, None, "unknown", gathered, {})
     statement = _statement(informative)
     posterior = _posterior(informative, statement)
-    best, second = sorted(posterior, key=lambda name: -posterior[name])[:2]
+    named = [name for name in posterior if name != materials.LIVING]
+    best, second = sorted(named, key=lambda name: -posterior[name])[:2]
     confidence = posterior[best]
-    if statement is None and confidence < KNOWN:
+    is_open = statement is None or statement.material == materials.LIVING
+    if is_open and confidence < KNOWN:
         return Verdict(materials.UNKNOWN, confidence, best, "unknown", gathered, posterior)
     source = statement.rung if statement is not None else _heaviest(informative, best)
     runner_up = second if posterior[second] > FLOOR else None

@@ -14,8 +14,9 @@ export const SOURCES = {
 };
 
 // Returns the name of what is touched: what is felt is always in it.
-export function headline({ material, runner_up: next, felt, basis }) {
+export function headline({ material, runner_up: next, felt, basis, neutral_because: because }) {
   if (material !== "unknown") return material;
+  if (because === "living") return "a person or an animal";
   if (basis === "expectation") return next ? `between ${next} and others` : "a mean of materials";
   if (!felt) return next ? `perhaps ${next}` : "not known";
   return next && next !== felt ? `between ${next} and ${felt}` : `perhaps ${felt}`;

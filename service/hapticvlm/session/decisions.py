@@ -3,8 +3,9 @@
 A verdict is rendered as one material, in full: the one that it names, else the believed one of
 least expected felt error (rendering/felt_error.py). The setting `graded` is for studies: a material
 is then rendered only where it is sure enough, and else an expectation over the materials believed
-in (rendering/expectation.py). Where nothing is believed, or the object is probably none of the
-materials, nothing is rendered: the plate stays neutral and nothing vibrates.
+in (rendering/expectation.py). Where nothing is believed, the object is probably none of the
+materials, or any material would be a guess, nothing is rendered: the plate stays neutral and
+nothing vibrates. People and animals are never felt as matter.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from hapticvlm.evidence.ladder import Evidence, Verdict
 from hapticvlm.evidence.sub_materials import MaterialDetail
 from hapticvlm.evidence.surface import Surface, SurfaceFacts
 from hapticvlm.materials import Material, Thermal
-from hapticvlm.messages import Basis, Decision, EvidenceItem, SceneObject
+from hapticvlm.messages import Basis, Decision, EvidenceItem, NeutralCause, SceneObject
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering import expectation, felt_error
 from hapticvlm.rendering.heat import contact as thermal
@@ -33,6 +34,7 @@ from hapticvlm.rendering.vibration.vibration import IMPACTS
 
 # Belief in all materials together below which an object is probably made of something else.
 LEAST_KNOWN = 0.5
+GUESS = 0.2  # belief in the best material below which anything that is felt would be a guess
 
 Feel = Literal["full", "graded"]
 _OF_ONE_MATERIAL: tuple[Basis, ...] = ("material", "least_error")
@@ -85,7 +87,7 @@ def choose_rendition(
     believed = verdict.beliefs.items()
     beliefs = {name: belief for name, belief in believed if belief > 0.0 and name in table}
     is_stated = named is not None and verdict.source == "scene"
-    if is_stated or sum(beliefs.values()) < LEAST_KNOWN:
+    if is_stated or sum(beliefs.values()) < LEAST_KNOWN or max(beliefs.values()) < GUESS:
         return Rendition(named, verdict.confidence, (named, 1.0), (named, 1.0))
     if feel == "graded":
         return _graded(named, verdict.confidence, beliefs, table)
@@ -226,10 +228,16 @@ def decide(
         limited_by=limited.limited_by,
         thermal_cue=touched is not None and thermal.carries_cue(touched),
         basis=basis,
+        neutral_because=_neutral_because(verdict) if basis == "neutral" else None,
         felt=felt if basis in _OF_ONE_MATERIAL else None,
         sub_material=inputs.detail.sub_material(felt or verdict.material),
         thickness_m=None if touched is None else thick_m,
     )
+
+
+def _neutral_because(verdict: Verdict) -> NeutralCause:
+    alive = verdict.beliefs.get(materials.LIVING, 0.0)
+    return "living" if alive > verdict.confidence else "guess"
 
 
 def touched_as(decision: Decision, interaction: str | None, rendition: Rendition) -> Decision:

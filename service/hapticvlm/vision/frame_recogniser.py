@@ -20,6 +20,7 @@ from hapticvlm.evidence.ambient import SceneView
 from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.messages import Frame, Region
 from hapticvlm.vision import pictures, texture_verdicts, textures, tones
+from hapticvlm.vision.encoders import living
 from hapticvlm.vision.encoders.encoder import Encoder, EncoderError
 from hapticvlm.vision.flatness import is_flat
 from hapticvlm.vision.galleries.gallery import Gallery
@@ -82,9 +83,11 @@ class FrameRecogniser:
         Raises PictureError and EncoderError.
         """
         crops = pictures.crops(frame, regions, self._encoder.side)
-        embeddings = self._encoder.embed(crops)
-        pairs = zip(embeddings, map(is_flat, crops), strict=True)
-        return [self._gallery.match(embedding, is_flat=flat) for embedding, flat in pairs]
+        rows = zip(*living.embed(self._encoder, crops), map(is_flat, crops), strict=True)
+        return [
+            living.with_living(self._gallery.match(embedding, is_flat=flat), float(alive))
+            for embedding, alive, flat in rows
+        ]
 
     def read_texture(self, frame: Frame) -> Evidence:
         """Read the material of a texture map, or of the region of it that the frame names.
@@ -170,11 +173,12 @@ class FrameRecogniser:
             embedding = remote_match.embedding
         else:
             try:
-                embedding = self._encoder.embed([crop])[0]
+                (embedding,), (alive,) = living.embed(self._encoder, [crop])
             except EncoderError as error:
                 return Recognition(None, stages, error=str(error), is_our_fault=True)
             stages["encode"], started = _lap(started)
-            evidence = self._gallery.match(embedding, is_flat=flat)
+            matched = self._gallery.match(embedding, is_flat=flat)
+            evidence = living.with_living(matched, float(alive))
         if shown is not None:
             evidence = self._with_scene_references(evidence, embedding, shown, flat=flat)
         stages["match"], _ = _lap(started)

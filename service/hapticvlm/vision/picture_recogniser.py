@@ -18,7 +18,7 @@ import msgspec
 
 from hapticvlm.evidence.ladder import Verdict, decide, fuse, restrict
 from hapticvlm.evidence.shader import from_shader
-from hapticvlm.materials import Material, MaterialError
+from hapticvlm.materials import LIVING, Material, MaterialError
 from hapticvlm.messages import Region
 from hapticvlm.rendering.felt_error import least_felt_error
 from hapticvlm.vision.encoders.loading import load_encoder
@@ -41,10 +41,10 @@ class RecognisedPicture:
     - `confidence`: the belief in the best guess, 0..1, named or not.
     - `runner_up`: the next material, or the best guess where `material` is `unknown`. None: no
       belief.
-    - `beliefs`: the belief in each material, 0..1, the greatest first. They sum to less than 1: the
-      rest is the belief in no material of the gallery.
+    - `beliefs`: the belief in each material, 0..1, the greatest first, and in `living`, a person or
+      an animal. They sum to less than 1: the rest is the belief in no material of the gallery.
     - `felt_as`: the believed material whose feeling errs least on average, as the service renders
-      an uncertain object (docs/physics.md 4.5). None: no belief.
+      an uncertain object (docs/physics.md 4.5). None: no belief, or more in `living`.
     - `source`: `encoder`, or `unknown`.
     - `is_outlined`: whether a thing on a plain ground was outlined.
     """
@@ -162,12 +162,13 @@ class PictureRecogniser:
         self, verdict: Verdict, beliefs: Mapping[str, float], *, is_outlined: bool
     ) -> RecognisedPicture:
         felt = {name: belief for name, belief in beliefs.items() if belief > 0.0}
+        is_felt = felt.pop(LIVING, 0.0) <= verdict.confidence
         return RecognisedPicture(
             verdict.material,
             verdict.confidence,
             verdict.runner_up,
             MappingProxyType(dict(beliefs)),
-            least_felt_error(felt, self._table) if felt else None,
+            least_felt_error(felt, self._table) if felt and is_felt else None,
             verdict.source,
             is_outlined,
         )

@@ -1,9 +1,10 @@
 """Runs an encoder folder (encoder.json and encoder.onnx) on onnxruntime. Knows no gallery.
 
 The graph holds the preprocessing: it takes "crops" (N, S, S, 4) uint8, RGB and mask (0 or 255), and
-gives "embeddings" (N, D) float32 of unit norm. encoder.json states name, side, dimension, the
-SHA-256 of the graph, and the package that publishes the weights if the graph has none. Sessions use
-a fixed number of threads that sleep while they wait, so that a busy recogniser leaves the other
+gives "embeddings" (N, D) float32 of unit norm. Probabilities of ImageNet's "classes", which the
+shipped graph computes on its way, become an output too. encoder.json states name, side, dimension,
+the SHA-256 of the graph, and the package that publishes the weights if the graph has none. Sessions
+use a fixed number of threads that sleep while they wait, so that a busy recogniser leaves the other
 cores to the audio engine. Networks in other ONNX files share `open_session` (file_encoder).
 """
 
@@ -19,12 +20,14 @@ import numpy as np
 
 from hapticvlm import documents
 from hapticvlm.vision.encoders.encoder import CARD, SHIPPED, EncoderError, Floats, Pixels, embed_all
+from hapticvlm.vision.encoders.onnx_graph import read_graph, with_outputs
 from hapticvlm.vision.encoders.packaged_weights import Array, Source, load_weights
 from hapticvlm.vision.pictures import Crop
 
 GRAPH = "encoder.onnx"
 INPUT = "crops"
 OUTPUT = "embeddings"
+CLASSES = "classes"  # probabilities (N, 1000)
 MAX_BYTES = 2048 * documents.MIB  # no ONNX file is larger
 READ_S = 60.0  # at most for a file of that size
 EXTERNAL_FOLDER = "session.model_external_initializers_file_folder_path"
@@ -51,10 +54,25 @@ class OnnxEncoder:
     dimension: int
     session: Any
     revision: str = ""
+    has_classes: bool = False
 
     def embed(self, crops: Sequence[Crop]) -> Floats:
         """Embed N crops: (N, D) float32, each of unit norm. Raises EncoderError."""
         return embed_all(crops, self, self._run)
+
+    def embed_and_classify(self, crops: Sequence[Crop]) -> tuple[Floats, Floats]:
+        """Return embeddings as `embed`, and probabilities of classes (N, 1000), by one pass."""
+        classes = [np.zeros((0, 1000), np.float32)]
+
+        def run(pixels: Pixels) -> Floats:
+            embeddings = []
+            for row in range(len(pixels)):
+                outputs = self.session.run([OUTPUT, CLASSES], {INPUT: pixels[row : row + 1]})
+                embeddings.append(outputs[0])
+                classes.append(outputs[1])
+            return np.concatenate(embeddings)
+
+        return embed_all(crops, self, run), np.concatenate(classes)
 
     def _run(self, pixels: Pixels) -> Floats:
         # One crop at a time: an int8 graph takes one activation scale for a whole batch, so an
@@ -67,9 +85,15 @@ def load_onnx_encoder(folder: Path, threads: int = 1) -> OnnxEncoder:
     """Load the encoder of a folder; checks its file against encoder.json. Raises EncoderError."""
     card = read_card(folder)
     weights = {} if card.weights is None else load_weights(card.weights)
-    session = _open(_read_graph(folder, card), folder, threads, weights)
+    graph = _read_graph(folder, card)
+    has_classes = _computes_classes(graph)
+    if has_classes:
+        graph = with_outputs(graph, [CLASSES])
+    session = _open(graph, folder, threads, weights)
     _require_fit(session, card, folder)
-    return OnnxEncoder(card.name, card.side, card.dimension, session, card.sha256[GRAPH])
+    return OnnxEncoder(
+        card.name, card.side, card.dimension, session, card.sha256[GRAPH], has_classes
+    )
 
 
 def read_card(folder: Path) -> Card:
@@ -100,6 +124,13 @@ def _read_graph(folder: Path, card: Card) -> bytes:
         problem = f"{path} is not the file that {CARD} describes: its SHA-256 differs"
         raise EncoderError(f"{problem}; {_cure(folder)}")
     return data
+
+
+def _computes_classes(graph: bytes) -> bool:
+    try:
+        return any(CLASSES in node.outputs for node in read_graph(graph).nodes)
+    except ValueError:
+        return False  # onnxruntime says what is wrong with it
 
 
 def open_session(
@@ -149,7 +180,8 @@ def _require_fit(session: Any, card: Card, folder: Path) -> None:  # noqa: ANN40
         (INPUT, "tensor(uint8)", (side, side, 4)),
         (OUTPUT, "tensor(float)", (card.dimension,)),
     )
-    actual = (session.get_inputs(), session.get_outputs())
+    given = [port for port in session.get_outputs() if port.name != CLASSES]
+    actual = (session.get_inputs(), given)
     for (name, type_, shape), ports in zip(expected, actual, strict=True):
         described = [(port.name, port.type, port.shape) for port in ports]
         if (

@@ -251,6 +251,27 @@ namespace HapticVLM.Wire
         }
     }
 
+    public enum NeutralCause { Other, Guess, Living }
+
+    internal static class NeutralCauseWire
+    {
+        static readonly byte[][] Texts =
+        {
+            MsgPackWriter.Encoded("guess"),
+            MsgPackWriter.Encoded("living"),
+        };
+
+        public static NeutralCause Read(ref MsgPackReader r)
+        {
+            return (NeutralCause)Choice.Read(ref r, Texts);
+        }
+
+        public static void Write(MsgPackWriter w, NeutralCause value)
+        {
+            Choice.Write(w, Texts, (int)value, "NeutralCause");
+        }
+    }
+
     public enum Phase { Other, Approach, Contact, Release, Slide }
 
     internal static class PhaseWire

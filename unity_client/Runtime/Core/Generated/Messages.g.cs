@@ -88,6 +88,7 @@ namespace HapticVLM.Wire
         public Limit? LimitedBy;
         public string Pattern;
         public Basis? Basis;
+        public NeutralCause? NeutralBecause;
         public string Felt;
         public Dictionary<string, double> StagesMs = new Dictionary<string, double>();
         public double? FrameAgeMs;
@@ -105,6 +106,7 @@ namespace HapticVLM.Wire
             if (LimitedBy != null) count++;
             if (Pattern != null) count++;
             if (Basis != null) count++;
+            if (NeutralBecause != null) count++;
             if (Felt != null) count++;
             if (StagesMs != null && StagesMs.Count > 0) count++;
             if (FrameAgeMs != null) count++;
@@ -190,6 +192,11 @@ namespace HapticVLM.Wire
             {
                 w.Raw(DecisionKeys.Basis);
                 BasisWire.Write(w, Basis.Value);
+            }
+            if (NeutralBecause != null)
+            {
+                w.Raw(DecisionKeys.NeutralBecause);
+                NeutralCauseWire.Write(w, NeutralBecause.Value);
             }
             if (Felt != null)
             {
@@ -379,6 +386,13 @@ namespace HapticVLM.Wire
                         Basis = BasisWire.Read(ref r);
                     }
                 }
+                else if (r.TryKey(DecisionKeys.NeutralBecause))
+                {
+                    if (!r.TryNil())
+                    {
+                        NeutralBecause = NeutralCauseWire.Read(ref r);
+                    }
+                }
                 else if (r.TryKey(DecisionKeys.Felt))
                 {
                     if (!r.TryNil())
@@ -454,6 +468,7 @@ namespace HapticVLM.Wire
             LimitedBy = default(Limit?);
             Pattern = default(string);
             Basis = default(Basis?);
+            NeutralBecause = default(NeutralCause?);
             Felt = default(string);
             StagesMs.Clear();
             FrameAgeMs = default(double?);
@@ -491,6 +506,7 @@ namespace HapticVLM.Wire
         public static readonly byte[] LimitedBy = MsgPackWriter.Encoded("limited_by");
         public static readonly byte[] Pattern = MsgPackWriter.Encoded("pattern");
         public static readonly byte[] Basis = MsgPackWriter.Encoded("basis");
+        public static readonly byte[] NeutralBecause = MsgPackWriter.Encoded("neutral_because");
         public static readonly byte[] Felt = MsgPackWriter.Encoded("felt");
         public static readonly byte[] StagesMs = MsgPackWriter.Encoded("stages_ms");
         public static readonly byte[] FrameAgeMs = MsgPackWriter.Encoded("frame_age_ms");

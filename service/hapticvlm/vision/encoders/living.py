@@ -1,0 +1,64 @@
+"""Tells people and animals by the scores of ImageNet's 1,000 classes, which the shipped graph has.
+
+ImageNet has 398 classes of animals. It has none of a person, but classes that a face is taken for:
+what is worn or held at a face (a wig, lipstick, a flute), and persons of a trade. Their
+probabilities are summed, and a ramp turns each sum into a belief, since a few per cent of them
+appear in pictures of anything. A person from behind, a hand and clothes do not count.
+
+Classes and ramps were chosen on halves of Caltech 101 (animals, and faces split by person) and of
+photographs of materials; hapticvlm_lab/training/LOG.md has the figures of the other halves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from hapticvlm.evidence.ladder import SURE, Evidence, ranked
+from hapticvlm.materials import LIVING
+from hapticvlm.vision.encoders.encoder import Encoder, Floats
+from hapticvlm.vision.encoders.onnx_encoder import OnnxEncoder
+from hapticvlm.vision.pictures import Crop
+
+# Left out of the animals: jellyfish, coral and trilobite, which are materials in imagenet.csv, and
+# 30 whose pictures look like weave, bark, gravel or tiles (snakes, insects, a shell, a shark).
+_AS_MATTER = (
+    *(5, 26, 32, 47, 51, 62, 63, 65, 66, 68, 69, 73, 80, 107, 109, 111, 116, 126, 147, 148, 149),
+    *(210, 228, 302, 309, 310, 325, 335, 350, 357, 371, 384, 392),
+)
+_ANIMALS = np.setdiff1d(np.arange(398), _AS_MATTER)
+# face powder, flute, hair slide, lipstick, mask, neck brace, baby's teat, oboe, ocarina, oxygen
+# mask, panpipe, shower cap, sunscreen, wig, Windsor tie, bow tie; ball player, groom, scuba diver
+_AT_A_FACE = (
+    *(551, 558, 584, 629, 643, 678, 680, 683, 684, 691, 699, 793, 838, 903, 906, 457),
+    *(981, 982, 667),
+)
+_ANIMAL_RAMP = (0.5, 0.9)  # sums of probability with belief 0 and 1
+_FACE_RAMP = (0.25, 0.45)
+
+
+def embed(encoder: Encoder, crops: Sequence[Crop]) -> tuple[Floats, Floats]:
+    """Return embeddings (N, D) and the beliefs (N,) that crops show a person or an animal.
+
+    An encoder that is not of ours has the beliefs 0. Raises EncoderError.
+    """
+    if not isinstance(encoder, OnnxEncoder) or not encoder.has_classes:
+        return encoder.embed(crops), np.zeros(len(crops), np.float32)
+    embeddings, classes = encoder.embed_and_classify(crops)
+    return embeddings, belief(classes)
+
+
+def belief(classes: Floats) -> Floats:
+    """Turn probabilities of classes (N, 1000) into beliefs in people and animals (N,)."""
+    animal = np.interp(classes[:, _ANIMALS].sum(axis=1), _ANIMAL_RAMP, (0.0, 1.0))
+    face = np.interp(classes[:, _AT_A_FACE].sum(axis=1), _FACE_RAMP, (0.0, 1.0))
+    return np.asarray(np.maximum(animal, face), np.float32)
+
+
+def with_living(evidence: Evidence, belief: float) -> Evidence:
+    """Give this belief to LIVING, at the expense of all materials, unless one of them is sure."""
+    if belief <= 0.0 or evidence.confidence >= SURE:
+        return evidence
+    beliefs = {name: (1.0 - belief) * p for name, p in evidence.beliefs}
+    return ranked(evidence.rung, {**beliefs, LIVING: belief})
