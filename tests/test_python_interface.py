@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import ast
+import base64
 import inspect
+import io
 import json
+import re
 import subprocess
 import sys
 import wave
@@ -234,7 +237,35 @@ def test_a_touch_is_saved_in_every_format_and_drawn_whole(tmp_path):
     names = "".join(root.itertext())
     assert "metal at 5 degC" in names
     assert "limited by slew" in names
-    assert touch._repr_html_() == drawing.svg
+
+
+def test_a_notebook_draws_a_touch_and_plays_it_for_ears(tmp_path):
+    touch = hapticvlm.feel("wood", "tap", seconds=0.5)
+    drawing, player = touch._repr_html_().split("<br>")
+    assert drawing == touch.plot().svg
+    heard = base64.b64decode(re.search(r'src="data:audio/wav;base64,([^"]+)"', player)[1])
+    with wave.open(io.BytesIO(heard)) as file:
+        assert file.getnframes() / file.getframerate() == pytest.approx(0.5)
+    true, sound = tmp_path / "true.wav", tmp_path / "sound.wav"
+    touch.save(true)
+    touch.save(sound, voice="sound")
+    assert _centre_hz(sound) > 3 * _centre_hz(true)
+    with pytest.raises(HapticVLMError, match="voice"):
+        touch.save(tmp_path / "x.haptic", voice="sound")
+
+
+def _centre_hz(path):
+    with wave.open(str(path)) as file:
+        samples = np.frombuffer(file.readframes(file.getnframes()), "<i2")
+        power = np.abs(np.fft.rfft(samples)) ** 2
+        return np.average(np.fft.rfftfreq(samples.size, 1 / file.getframerate()), weights=power)
+
+
+def test_a_result_is_printed_in_three_lines():
+    picture = hapticvlm.recognise(np.full((64, 64, 3), 120, np.uint8))
+    for result in (hapticvlm.feel("wood", seconds=0.1), picture):
+        assert len(str(result).splitlines()) == 3
+    assert picture.material in str(picture)
 
 
 @pytest.mark.parametrize(("name", "scale"), [("x.mp3", "palm"), ("x", "palm"), ("x.wav", "loud")])

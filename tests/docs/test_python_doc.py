@@ -1,4 +1,4 @@
-"""Every snippet of docs/python.md, and the notebook, run as they stand."""
+"""Every snippet of docs/python.md and of the notebook tutorial, and the notebook, run."""
 
 import ast
 import json
@@ -16,8 +16,12 @@ from hapticvlm.demo import CAPTURE
 
 pytestmark = [pytest.mark.process, pytest.mark.slow]
 ROOT = Path(__file__).parents[2]
-PAGE = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
-SNIPPETS = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+PAGES = (ROOT / "docs" / "python.md", ROOT / "docs" / "tutorials" / "notebook.md")
+SNIPPETS = [
+    snippet
+    for page in PAGES
+    for snippet in re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
+]
 NOTEBOOK = ROOT / "examples" / "notebook" / "first_touch.ipynb"
 MOST_LINES = 5  # from a picture to the drawing of its touch
 
@@ -42,11 +46,11 @@ def folder(tmp_path_factory):
 )
 def test_every_snippet_runs_as_it_stands(snippet, folder, monkeypatch):
     monkeypatch.chdir(folder)
-    exec(compile(snippet, "docs/python.md", "exec"), {"__name__": "__main__"})
+    exec(compile(snippet, "docs", "exec"), {"__name__": "__main__"})
 
 
-def test_the_page_has_its_snippets_and_each_imports_what_it_uses():
-    assert len(SNIPPETS) == 7
+def test_the_pages_have_their_snippets_and_each_imports_what_it_uses():
+    assert len(SNIPPETS) == 10
     assert all("import hapticvlm" in snippet for snippet in SNIPPETS)
 
 
@@ -64,9 +68,11 @@ async def test_the_notebook_goes_from_a_picture_to_its_touch_in_few_lines(monkey
         assert isinstance(last, ast.Expr)
         exec(compile(ast.Module(before, []), "cell", "exec"), space)
         shown.append(eval(compile(ast.Expression(last.value), "cell", "eval"), space))
-    result, drawing, (material, contact_c) = shown
+    result, touch, (material, contact_c) = shown
     assert result.felt_as in result._repr_html_()
-    ElementTree.fromstring(drawing._repr_svg_())
+    drawing, player = touch._repr_html_().split("<br>")
+    ElementTree.fromstring(drawing)
+    assert "<audio controls" in player
     assert material == result.felt_as
     assert contact_c < 32.0
     lines = [line for source in sources[:2] for line in source.splitlines() if line]

@@ -7,7 +7,7 @@ import json
 import math
 import sys
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -181,19 +181,14 @@ def _touch(
 
 def _save(touch: FeltTouch, path: Path, options: argparse.Namespace, table: Table) -> list[str]:
     """Write the touch to a file; return a line for each file written."""
-    from hapticvlm.rendering.vibration.sound_voice import as_sound
-    from hapticvlm.touches.felt import save_clip
-
     ending = path.suffix.lower()
     if ending == PAGE:
         return [_save_page(path, [touch.sound.material], options, table)]
     if ending == DRAWING:
         touch.plot().save(path)
         return [str(path)]
-    clip = touch.clip(options.scale)
-    if options.voice == "sound":  # only a WAV file has the wave itself
-        clip = replace(clip, wave=as_sound(clip.wave))
-    return [str(written) for written in save_clip(clip, ending.removeprefix("."), path)]
+    voice = (options.voice if ending == ".wav" else None) or "true"
+    return [str(written) for written in touch.save(path, scale=options.scale, voice=voice)]
 
 
 def _save_page(

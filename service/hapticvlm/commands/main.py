@@ -66,6 +66,7 @@ PARTS = {
         "measure": "measure stops, faults and marks of this service",
     },
 }
+FOR_DEVELOPERS = {"evaluate", *PARTS["hapticvlm_recogniser_app"], *PARTS["hapticvlm_lab"]}
 WHERE = {
     "hapticvlm_studio": "is not installed: install the whole package hapticvlm again",
     "hapticvlm_recogniser_app": "is not installed: install the whole package hapticvlm again",
@@ -155,6 +156,10 @@ def command_line(named: str | None = None) -> argparse.ArgumentParser:
             _add_module(commands, module)
         for package in PARTS:
             _add_package(commands, package)
+    developers = parser.add_argument_group("commands for developers")
+    listed = commands._choices_actions  # what --help shows; argparse has no groups of commands
+    developers._group_actions += [each for each in listed if each.dest in FOR_DEVELOPERS]
+    listed[:] = [each for each in listed if each.dest not in FOR_DEVELOPERS]
     return parser
 
 

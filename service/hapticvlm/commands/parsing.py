@@ -1,4 +1,4 @@
-"""The parser of every command: suggests the nearest name for a wrong one, checks numbers."""
+"""The parser of every command: one line for each wrong use, with the nearest name, if any."""
 
 from __future__ import annotations
 
@@ -19,10 +19,19 @@ else:
     Commands = argparse._SubParsersAction
 
 _EXAMPLES = "examples:"
-_CHOICE = re.compile(r"invalid choice: '(?P<word>[^']*)' \(choose from (?P<choices>.*)\)")
+SIMILARITY = 0.7  # of a word and a suggestion, 0..1 (difflib): "token" is none for "no-open"
+# What argparse says.
+_ARGUMENT = re.compile(r"^argument (?P<name>[^:]*): ")
+_CHOICE = re.compile(
+    r"^(?P<name>[^:]*): invalid choice: '(?P<word>[^']*)' \(choose from (?P<choices>.*)\)"
+)
+_VALUE = re.compile(r"^(?P<name>[^:]*): invalid (?P<type>\w+) value: '(?P<value>[^']*)'")
+_MISSING = re.compile(r"^the following arguments are required: (?P<names>.*)")
+_TYPES = {"int": "a whole number", "float": "a number", "number": "a number"}
 _OTHER_NAMES = {
     "run": "serve",
     "start": "serve",
+    "export": "feel",
     "calibration": "calibrate",
 }
 
@@ -48,35 +57,56 @@ class Parser(argparse.ArgumentParser):
     def parse_known_args(  # type: ignore[override]  # argparse's own has overloads for namespaces
         self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
     ) -> tuple[argparse.Namespace, list[str]]:
-        """Refuse an unknown option in the name of this command, and suggest the nearest one."""
+        """Refuse an unknown option or a superfluous word in the name of this command."""
+        if self._subparsers is not None:
+            return super().parse_known_args(args, namespace)
+        self._refuse_unknown(args or ())  # before its value is taken for another argument
         parsed, unknown = super().parse_known_args(args, namespace)
-        options = [word for word in unknown if word.startswith("-")]
-        if options and self._subparsers is None:
-            self.exit(2, f"{self.prog}: {self._no_such(options[0])}\n")
+        if unknown:
+            self.error(f"{unknown[0]}: one word too many")
         return parsed, unknown
 
-    def _no_such(self, option: str) -> str:
-        name = option.partition("=")[0]
+    def _refuse_unknown(self, words: Sequence[str]) -> None:
         flags = [flag for action in self._actions for flag in action.option_strings]
-        near = get_close_matches(name, flags, 1)
-        cure = f"did you mean {near[0]}?" if near else f"`{self.prog} --help` lists all options"
-        return f"{name}: no such option; {cure}"
+        if any(action.nargs == argparse.REMAINDER for action in self._actions):
+            return
+        for word in words:
+            name = word.partition("=")[0]
+            if word == "--":
+                return
+            if word.startswith("--") and not any(flag.startswith(name) for flag in flags):
+                self.error(f"{name}: no such option{_nearest(name, flags)}")
 
     def error(self, message: str) -> NoReturn:
-        """Print the usage and a suggestion, and exit with 2."""
-        super().error(suggest(message))
+        """Print one line that says what is wrong and what to do, and exit with 2."""
+        plain = reworded(message)
+        cure = "" if "did you mean" in plain else f"; `{self.prog} --help` explains it"
+        self.exit(2, f"{self.prog}: {plain}{cure}\n")
 
 
-def suggest(message: str) -> str:
-    """Add the nearest choice to argparse's message of an invalid one."""
-    match = _CHOICE.search(message)
-    if match is None:
-        return message
-    word = match["word"]
-    choices = [choice.strip(" '") for choice in match["choices"].split(",")]
+def reworded(message: str) -> str:
+    """Return argparse's message as what the user wrote, what was wrong, and the nearest choice."""
+    message = _ARGUMENT.sub(r"\g<name>: ", message)
+    if match := _CHOICE.search(message):
+        name, word = match["name"], match["word"]
+        choices = [choice.strip(" '") for choice in match["choices"].split(",")]
+        near = _nearest(word, choices)
+        if name == "COMMAND":
+            return f"{word}: no such command{near}"
+        return f"{name} `{word}`: choose one of {', '.join(choices)}{near}"
+    if match := _VALUE.search(message):
+        return f"{match['name']} {match['value']}: must be {_TYPES.get(match['type'], 'valid')}"
+    if match := _MISSING.search(message):
+        return f"{match['names']} is missing"
+    return message.replace("expected one argument", "needs a value")
+
+
+def _nearest(word: str, choices: Sequence[str]) -> str:
+    """Return a suggestion if one choice is similar enough that it can be what was meant."""
+    bare = {choice.strip("-"): choice for choice in choices}
     near = [name for name in [_OTHER_NAMES.get(word, "")] if name in choices]
-    near = near or get_close_matches(word, choices, n=1)
-    return f"{message}; did you mean {near[0]}?" if near else message
+    near = near or get_close_matches(word.strip("-"), bare, 1, cutoff=SIMILARITY)
+    return f"; did you mean {bare.get(near[0], near[0])}?" if near else ""
 
 
 def add_outline(parser: argparse.ArgumentParser) -> None:

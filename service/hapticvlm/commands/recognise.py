@@ -103,9 +103,9 @@ def _recognise(options: argparse.Namespace) -> int:
     _check_texture(options)
     paths = _find(options.paths)
     if not any(path.is_file() for path in paths):
-        first = "" if options.paths[0].exists() else f"{options.paths[0]}: no such file; "
+        what = "no picture found" if options.paths[0].exists() else "no such file"
         raise UsageError(
-            f"{first}no picture found; give JPEG, PNG or WebP files, or folders of them"
+            f"{options.paths[0]}: {what}; give JPEG, PNG or WebP files, or folders of them"
         )
     recogniser = PictureRecogniser.load(options.encoder, options.gallery)
     for stream in (sys.stdout, sys.stderr):

@@ -27,14 +27,17 @@ def add(commands: Commands) -> None:
         description="Run a recorded session again, without hardware, and report whether every "
         "output is the same bit for bit. Exit code 1: an output differs, or lines are missing.",
         examples=(
-            "hapticvlm replay sessions/2026-01-31-120000-1",
+            "hapticvlm replay demo-output    the session of `hapticvlm demo`",
             "hapticvlm replay sessions/2026-01-31-120000-1 --recognise",
             "hapticvlm replay sessions/2026-01-31-120000-1 --share --out felt.html",
         ),
     )
     replay.set_defaults(run=_replay)
     replay.add_argument(
-        "folder", type=Path, metavar="SESSION", help="folder of one recorded session"
+        "folder",
+        type=Path,
+        metavar="SESSION",
+        help="folder of a session, or of several: the newest",
     )
     replay.add_argument(
         "--gallery",
@@ -77,6 +80,9 @@ def add(commands: Commands) -> None:
 
 
 def _replay(options: argparse.Namespace) -> int:
+    from hapticvlm.recordings.session_log import newest_session
+
+    options.folder = newest_session(options.folder)
     if options.view or options.share:
         return _view(options)
     from hapticvlm.recordings import replay

@@ -197,6 +197,8 @@ def _models(options: ServeOptions) -> Iterator[str]:
 
 def _heard(options: ServeOptions) -> str:
     """Say in which voice an output plays that may be heard and not felt; empty for others."""
+    if options.speaker is None:
+        return "to hear it: --speaker default, or the page above"
     if options.voice == "sound":
         return "plays as sound, for ears; --voice true is for a palm speaker"
     if options.speaker == "default":

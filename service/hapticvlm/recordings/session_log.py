@@ -28,6 +28,17 @@ def not_a_line(place: str, error: Exception) -> SessionLogError:
     return SessionLogError(f"{place}: not a line of a session log ({documents.reason(error)})")
 
 
+def newest_session(folder: Path) -> Path:
+    """Return the folder of a session: this one, or the newest below it.
+
+    `serve --record` writes FOLDER/TIME and `demo` FOLDER/session/TIME; both print FOLDER.
+    """
+    if (folder / SESSION_LOG).exists():
+        return folder
+    below = [*folder.glob(f"*/{SESSION_LOG}"), *folder.glob(f"session/*/{SESSION_LOG}")]
+    return max(below).parent if below else folder
+
+
 def read_session_log(folder: Path) -> Iterator[Line]:
     """Yield the lines of a session's log, the head first. Raises SessionLogError."""
     path = folder / SESSION_LOG

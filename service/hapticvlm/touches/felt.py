@@ -6,9 +6,10 @@ the thermal half, sound.py the vibration.
 
 from __future__ import annotations
 
+import base64
 import json
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,19 +20,21 @@ from hapticvlm.errors import UsageError
 from hapticvlm.materials import Material, find, nearest
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering import touch_ranges
-from hapticvlm.rendering.vibration.vibration import INTERACTIONS, RATE_HZ, Motion
+from hapticvlm.rendering.vibration.sound_voice import as_sound, in_voice
+from hapticvlm.rendering.vibration.vibration import INTERACTIONS, RATE_HZ, VOICES, Motion
 from hapticvlm.rendering.vibration.voices import Voices
 from hapticvlm.touches import ahap, haptic, hjif
 from hapticvlm.touches.clip import Clip, clip, for_controllers
 from hapticvlm.touches.drawing import Drawing, draw
 from hapticvlm.touches.heat import Heat, ThermalInputs, heat
-from hapticvlm.touches.sound import Sound, sound, write_wav
+from hapticvlm.touches.sound import Sound, sound, wav, write_wav
 
 AMBIENT_C = 22.0
 SPEED_MPS = 0.3
 SWING_MPS = 5.0
 KINDS = ("wav", "haptic", "ahap", "hjif")
 SCALES = ("palm", "controller")
+HEARD_EVERY = 4  # sample of the sound voice, whose band ends below 5 kHz
 HEAT_SUFFIX = ".heat.json"
 
 
@@ -42,7 +45,7 @@ class FeltTouch:
     - `heat`: the temperatures, what they follow from, and the limits that acted.
     - `sound`: the vibration with its material and motion; `sound.describe()` has its spectrum.
 
-    A notebook shows its drawing.
+    A notebook shows its drawing and plays its sound; `print` says it in three lines.
     """
 
     heat: Heat
@@ -87,16 +90,18 @@ class FeltTouch:
         whole = clip(self.sound, self.heat)
         return for_controllers(whole) if scale == "controller" else whole
 
-    def save(self, path: str | Path, *, scale: str = "palm") -> list[Path]:
+    def save(self, path: str | Path, *, scale: str = "palm", voice: str = "true") -> list[Path]:
         """Write the touch as a file for other tools; its ending is the format.
 
         - `path`: .wav (16 bit, 48 kHz, mono), .haptic (Meta Haptics SDK), .ahap (Apple Core
           Haptics) or .hjif (MPEG, ISO/IEC 23090-31).
         - `scale`: `palm` (as the palm speaker plays it) or `controller` (raises what controllers
           and phones would hardly play; a .wav does not change).
+        - `voice`: of a .wav: `true` (for a palm speaker) or `sound` (the same for ears).
 
         Returns the paths written: only .hjif holds temperatures, so any other format gets a second
-        file, PATH.heat.json. Raises `HapticVLMError` for another ending or scale, and OSError.
+        file, PATH.heat.json. Raises OSError, and `HapticVLMError` for another ending, scale or
+        voice.
 
             hapticvlm.feel("glass", "tap").save("glass.haptic", scale="controller")
         """
@@ -105,10 +110,27 @@ class FeltTouch:
         if kind not in KINDS:
             endings = ", ".join(f".{known}" for known in KINDS)
             raise UsageError(f"{path}: `{path.suffix}` is not one of {endings}; choose one of them")
-        return save_clip(self.clip(scale), kind, path)
+        if voice not in VOICES or (voice != VOICES[0] and kind != "wav"):
+            raise UsageError(f"voice: `{voice}` is not one of {', '.join(VOICES)} of a .wav")
+        whole = self.clip(scale)
+        return save_clip(replace(whole, wave=in_voice(whole.wave, voice)), kind, path)
+
+    def __str__(self) -> str:
+        heat, felt = self.heat, self.sound.describe()
+        levels = felt["spectrum"]["level_db"]
+        loudest_hz = felt["spectrum"]["frequency_hz"][levels.index(max(levels))]
+        return (
+            f"{heat.material} at {heat.surface_c:g} degC, {felt['interaction']}, "
+            f"{felt['seconds']:g} s\n"
+            f"skin from {heat.skin_c[0]:.1f} to {heat.skin_c[-1]:.1f} degC, "
+            f"plate at {heat.setpoint_c[-1]:.1f} degC\n"
+            f"vibration strongest near {loudest_hz:.0f} Hz, peak {felt['peak']:.2f} of full scale"
+        )
 
     def _repr_html_(self) -> str:
-        return self.plot().svg
+        heard = wav(as_sound(self.vibration)[::HEARD_EVERY], RATE_HZ // HEARD_EVERY)
+        address = f"data:audio/wav;base64,{base64.b64encode(heard).decode()}"
+        return f'{self.plot().svg}<br><audio controls src="{address}"></audio>'
 
 
 def feel(

@@ -6,6 +6,7 @@ a scene would. Rubbing, carving and swinging go to and fro (rendering/vibration/
 
 from __future__ import annotations
 
+import io
 import math
 import wave
 from dataclasses import asdict, dataclass
@@ -151,11 +152,18 @@ def threshold_shape_db() -> list[float]:
 
 def write_wav(path: Path, samples: NDArray[np.float32]) -> None:
     """Write (N,) float32 as 16-bit mono at RATE_HZ. Raises OSError."""
-    with path.open("wb") as raw, wave.open(raw, "wb") as file:
+    path.write_bytes(wav(samples))
+
+
+def wav(samples: NDArray[np.float32], rate_hz: int = RATE_HZ) -> bytes:
+    """Return (N,) float32 in [-1, 1] as a WAV file, 16-bit mono."""
+    raw = io.BytesIO()
+    with wave.open(raw, "wb") as file:
         file.setnchannels(1)
         file.setsampwidth(2)
-        file.setframerate(RATE_HZ)
+        file.setframerate(rate_hz)
         file.writeframes((np.clip(samples, -1.0, 1.0) * 32767.0).astype("<i2").tobytes())
+    return raw.getvalue()
 
 
 def _command(material: str, interaction: str, motion: Motion, thickness_m: float | None) -> Command:

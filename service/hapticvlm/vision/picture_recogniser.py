@@ -57,6 +57,15 @@ class RecognisedPicture:
     source: str
     is_outlined: bool
 
+    def __str__(self) -> str:
+        beliefs = [f"{name} {belief:.0%}" for name, belief in list(self.beliefs.items())[:SHOWN]]
+        how = ", of the thing on its plain ground" if self.is_outlined else ""
+        return (
+            f"{self.material}, {self.confidence:.0%} sure, by {self.source}{how}\n"
+            f"beliefs: {', '.join(beliefs) or 'none'}\n"
+            f"felt as {self.felt_as or 'nothing'}"
+        )
+
     def _repr_html_(self) -> str:
         rows = "".join(
             f"<tr><td>{html.escape(name)}</td><td>{belief:.0%}</td>"
