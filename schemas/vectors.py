@@ -83,6 +83,7 @@ def client_messages() -> Iterator[tuple[str, Json]]:
             "metallic": 1.0,
             "roughness": 0.35,
             "transmission": 0.0,
+            "opacity": 0.3,
             "base_color": [0.5, 0.5, 0.25],
         },
         "thickness_m": 0.001,

@@ -155,6 +155,9 @@ class Shader(Wire, frozen=True):
     """0 is a mirror."""
     transmission: Share | None = None
     """1 is as clear as glass."""
+    opacity: Share | None = None
+    """Share of the colour that blending draws over what lies behind, 1 of all; absent: not blended,
+    as with an alpha mask. Since 1.2."""
     base_color: tuple[Share, Share, Share] | None = None
     """Red, green and blue, linear or sRGB."""
 

@@ -66,11 +66,14 @@ function many(count) {
   return {length: surfaces.length, told, largest: at(count - 1), smallest: at(0)};
 }
 
-const room = {object_id: 'room', surfaces: [{name: 'Oak', shader: {metallic: 0}}, {name: 'Glass'}, {name: 'Steel'}]};
+const opacityOf = (fields) => surfacesOf(plane(1, material('m', {opacity: 0.25, ...fields})))[0].shader.opacity ?? null;
+
+const room = {object_id: 'room', surfaces: [{name: 'Oak', shader: {metallic: 0, opacity: 0.4}}, {name: 'Glass'}, {name: 'Steel'}]};
 console.log(JSON.stringify({
   1: await sent(1, room),
   2: await sent(2, room),
   shared: shared(),
+  opacity: {blended: opacityOf({transparent: true}), masked: opacityOf({alphaTest: 0.5})},
   mapped: mapped(),
   many: many(70),
 }));

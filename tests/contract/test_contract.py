@@ -185,12 +185,14 @@ def test_surfaces_are_stated_largest_first_and_to_an_older_service_one_alone(run
     assert said["1"] == {"objects": [oak], "touch": None, "frame": None}
     (room,) = said["2"]["objects"]
     assert [surface["name"] for surface in room["surfaces"]] == ["Oak", "Glass", "Steel"]
+    assert room["surfaces"][0]["shader"]["opacity"] == 0.4
     assert (said["2"]["touch"], said["2"]["frame"]) == (2, 2)
 
     assert said["shared"]["names"] == ["Steel", "Oak", "Glass"]
     assert said["shared"]["hit"] == 0
     steel = said["shared"]["shader"]
     assert (steel["metallic"], steel["roughness"]) == (1, 0.25)
+    assert [said["opacity"][each] for each in ("blended", "masked")] == [0.25, None]
     assert said["mapped"] == {"name": "T_Planks_D.png/mat3", "shader": {}}
     assert said["many"]["length"] == 64
     assert (said["many"]["largest"], said["many"]["smallest"]) == (0, 0)

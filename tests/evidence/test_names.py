@@ -463,6 +463,18 @@ def test_a_transmissive_shader_means_glass() -> None:
     assert KNOWN < frosted.confidence < clear.confidence
 
 
+def test_a_thin_blended_surface_may_be_glass_and_an_opaque_or_metallic_one_is_not() -> None:
+    for opacity, metallic, material in ((0.3, 0.0, "glass"), (0.3, 1.0, "metal")):
+        evidence = from_shader(metallic, 0.1, None, None, opacity)
+        assert evidence is not None
+        assert evidence.material == material
+    pane = from_shader(None, None, 0.0, None, 0.3)
+    assert pane is not None
+    assert KNOWN <= pane.confidence < SURE
+    for opacity in (None, 0.0, 1.0):
+        assert from_shader(None, None, None, None, opacity) is None
+
+
 def test_a_bare_metal_shader_means_metal() -> None:
     steel = from_shader(1.0, 0.3, 0.0, (0.6, 0.6, 0.6))
     assert steel is not None

@@ -94,6 +94,18 @@ def test_a_surface_has_the_shader_and_texture_of_its_material(ending: str, tmp_p
             assert surface.texture.read().startswith(b"\x89PNG")
 
 
+@pytest.mark.parametrize(("mode", "opacity"), [("BLEND", 0.25), ("MASK", None), ("OPAQUE", None)])
+def test_only_alpha_that_is_blended_is_an_opacity(
+    mode: str, opacity: float | None, tmp_path: Path
+) -> None:
+    pane = {"alphaMode": mode, "pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 0.25]}}
+    mesh = {"primitives": [{"material": 0}]}
+    scene = scene_of(tmp_path, {"nodes": [{"mesh": 0}], "meshes": [mesh], "materials": [pane]})
+    (surface,) = scene.objects[0].surfaces
+    assert surface.shader is not None
+    assert surface.shader.opacity == opacity
+
+
 def test_an_object_is_named_behind_its_parents_and_a_nameless_one_by_its_mesh(
     tmp_path: Path,
 ) -> None:

@@ -74,6 +74,7 @@ shaders = st.none() | st.builds(
     metallic=st.none() | shares,
     roughness=st.none() | shares,
     transmission=st.none() | shares,
+    opacity=st.none() | shares,
     base_color=st.none() | st.tuples(shares, shares, shares),
 )
 stated = st.builds(

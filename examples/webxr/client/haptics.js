@@ -362,7 +362,9 @@ function withoutSurfaces({surface, objects, ...fields}) {
 
 function asLargest({surfaces, ...object}) {
   const [largest] = surfaces ?? [];
-  return largest ? {name: largest.name, material: largest.material, shader: largest.shader, ...object} : object;
+  if (!largest) return object;
+  const {opacity, ...shader} = largest.shader ?? {};
+  return {name: largest.name, material: largest.material, shader: largest.shader && shader, ...object};
 }
 
 /** Returns the first surface that states this texture, as {object_id, surface}; null: none does. */

@@ -165,6 +165,10 @@ export interface Shader {
    */
   'transmission'?: number | null;
   /**
+   * Share of the colour that blending draws over what lies behind, 1 of all; absent: not blended, as with an alpha mask. Since 1.2.
+   */
+  'opacity'?: number | null;
+  /**
    * Red, green and blue, linear or sRGB.
    */
   'base_color'?: [number, number, number] | null;
@@ -733,6 +737,10 @@ export interface Decision {
    */
   'basis'?: Basis | null;
   /**
+   * Reason why nothing is rendered, where `basis` is neutral. Since 1.2.
+   */
+  'neutral_because'?: NeutralCause | null;
+  /**
    * Material that is rendered, in heat and vibration; absent: a mean, or nothing. Since 1.2.
    */
   'felt'?: string | null;
@@ -768,11 +776,11 @@ export interface EvidenceItem {
    */
   'rung': Rung;
   /**
-   * Most probable material.
+   * Most probable material, or living: a person or an animal (since 1.2).
    */
   'material': string;
   /**
-   * Probability of that material.
+   * Its probability.
    */
   'confidence': number;
 }
@@ -796,6 +804,11 @@ export type Limit = "current" | "dose" | "setpoint" | "sink" | "slew";
  * `material`: the decided material is rendered; `least_error`: none is probable enough, and the one that errs least on average is rendered (`felt`); `expectation`: the mean over all probable materials, if the service was started with `--feel graded`; `neutral`: nothing.
  */
 export type Basis = "expectation" | "least_error" | "material" | "neutral";
+
+/**
+ * `living`: the picture shows a person or an animal, which has no material; `guess`: no material is believed enough, so that any would be a guess.
+ */
+export type NeutralCause = "guess" | "living";
 
 /**
  * State of the outputs, sent to every connection ten times a second.

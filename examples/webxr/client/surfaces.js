@@ -74,12 +74,14 @@ function describe(material, textures) {
 }
 
 /** Returns the parameters that hold for the whole surface: where a map gives one, its factor says nothing. */
-function shaderOf({isMeshStandardMaterial, metalness, metalnessMap, roughness, roughnessMap, transmission, color, map}) {
-  if (!isMeshStandardMaterial) return undefined;
+function shaderOf(material) {
+  const {metalness, metalnessMap, roughness, roughnessMap, transmission, transparent, opacity, color, map} = material;
+  if (!material.isMeshStandardMaterial) return undefined;
   return {
     metallic: metalnessMap ? undefined : share(metalness),
     roughness: roughnessMap ? undefined : share(roughness),
     transmission: share(transmission),
+    opacity: transparent ? share(opacity) : undefined, // else it has no effect
     base_color: map || !color ? undefined : [color.r, color.g, color.b].map(share),
   };
 }

@@ -14,6 +14,7 @@ METALLIC = 0.9  # from this value on it is bare metal, through which no light pa
 DEGREES = ((0.4, 0.5), (0.5, 0.6), (0.7, 0.8), (0.9, 0.9), (1.0, 0.9))
 DARK = 2 / 3  # of the belief where the base colour is darker than that of any bare metal
 DIELECTRIC = 0.1  # up to this value it is not bare metal
+BLENDED = (0.02, 0.7)  # opacity of panes; less is not seen, more is often a label or soft edges
 TRANSMISSIVE = 0.5  # from this value on light passes through the object
 
 
@@ -22,6 +23,7 @@ def from_shader(
     roughness: float | None,
     transmission: float | None,
     base_color: tuple[float, float, float] | None,
+    opacity: float | None = None,
 ) -> Evidence | None:
     """Return the evidence of parameters (0..1, or None: not stated); None if they imply nothing.
 
@@ -32,6 +34,9 @@ def from_shader(
         clear = {"glass": 0.75, "plastic": 0.15}  # not sure by itself: acrylic and water are clear
         frosted = {"glass": 0.55, "plastic": 0.3}
         return ranked("shader", frosted if (roughness or 0.0) > 0.3 else clear)
+    if opacity is not None and BLENDED[0] <= opacity <= BLENDED[1] and (metallic or 0.0) < METALLIC:
+        # Smoke, water and plastic are blended too.
+        return ranked("shader", {"glass": 0.6, "plastic": 0.15})
     if metallic is None or (metallic == 1.0 and roughness in (None, 1.0)):
         return None
     if metallic > DEGREES[0][0]:

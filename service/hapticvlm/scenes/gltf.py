@@ -73,6 +73,7 @@ class Material(_Part, frozen=True, rename="camel"):
 
     name: str | None = None
     pbr_metallic_roughness: Pbr = Pbr()
+    alpha_mode: str = "OPAQUE"
     extensions: MaterialExtensions = MaterialExtensions()
 
 

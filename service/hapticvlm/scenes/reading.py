@@ -268,11 +268,13 @@ def _shader(material: gltf.Material) -> Shader:
     through = extensions.transmission
     transmission = None if through is None else _share(through.transmission_factor)
     older = extensions.glossiness
+    is_blended = material.alpha_mode == "BLEND"
     if older is not None:
         return Shader(
             roughness=_share(1.0 - older.glossiness_factor),
             transmission=transmission,
             base_color=_color(older.diffuse_factor),
+            opacity=_share(older.diffuse_factor[3]) if is_blended else None,
         )
     is_mapped = pbr.metallic_roughness_texture is not None
     metallic, roughness = _share(pbr.metallic_factor), _share(pbr.roughness_factor)
@@ -281,6 +283,7 @@ def _shader(material: gltf.Material) -> Shader:
         roughness=None if is_mapped and roughness else roughness,
         transmission=transmission,
         base_color=_color(pbr.base_color_factor),
+        opacity=_share(pbr.base_color_factor[3]) if is_blended else None,
     )
 
 

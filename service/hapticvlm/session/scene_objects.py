@@ -60,7 +60,11 @@ def from_declaration(
     if facts and facts.shader and not ladder.is_sure(found):
         stated = facts.shader
         shaded = shader.from_shader(
-            stated.metallic, stated.roughness, stated.transmission, stated.base_color
+            stated.metallic,
+            stated.roughness,
+            stated.transmission,
+            stated.base_color,
+            stated.opacity,
         )
         if shaded:
             found.append(shaded)

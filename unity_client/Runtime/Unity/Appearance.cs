@@ -98,7 +98,7 @@ namespace HapticVLM
         {
             Color color = material.GetColor(key);
             shader.BaseColor = new List<double> { Clamped(color.r), Clamped(color.g), Clamped(color.b) };
-            if (material.renderQueue >= TransparentQueue) shader.Transmission = 1.0 - Clamped(color.a);
+            if (material.renderQueue >= TransparentQueue) shader.Opacity = Clamped(color.a);
         }
 
         static double? Share(Material material, int key)

@@ -362,4 +362,7 @@ func _send_texture(texture: String, frame: Dictionary) -> void:
 static func _without_surfaces(object: Dictionary) -> Dictionary:
 	var without := object.duplicate()
 	without.erase("surfaces")
+	if without.has("shader"):
+		without["shader"] = without["shader"].duplicate()
+		without["shader"].erase("opacity")
 	return without

@@ -123,6 +123,8 @@ static func _described(key: Variant, name: String) -> Dictionary:
 			"roughness": clampf(drawn.roughness, 0.0, 1.0),
 			"base_color": [color.r, color.g, color.b],
 		}
+		if drawn.transparency == BaseMaterial3D.TRANSPARENCY_ALPHA:
+			surface["shader"]["opacity"] = color.a
 	var texture := TextureMaps.name_of(_base_map(key as Material))
 	if not texture.is_empty():
 		surface["texture"] = texture

@@ -2339,6 +2339,8 @@ namespace HapticVLM.Wire
         public const double RoughnessMax = 1.0;
         public double? Transmission;
         public const double TransmissionMax = 1.0;
+        public double? Opacity;
+        public const double OpacityMax = 1.0;
         public List<double> BaseColor;
 
         /// <summary>Appends this one; throws WireException if a field is missing.</summary>
@@ -2348,6 +2350,7 @@ namespace HapticVLM.Wire
             if (Metallic != null) count++;
             if (Roughness != null) count++;
             if (Transmission != null) count++;
+            if (Opacity != null) count++;
             if (BaseColor != null) count++;
             w.MapHeader(count);
             if (Metallic != null)
@@ -2364,6 +2367,11 @@ namespace HapticVLM.Wire
             {
                 w.Raw(ShaderKeys.Transmission);
                 w.Double(Transmission.Value);
+            }
+            if (Opacity != null)
+            {
+                w.Raw(ShaderKeys.Opacity);
+                w.Double(Opacity.Value);
             }
             if (BaseColor != null)
             {
@@ -2400,6 +2408,13 @@ namespace HapticVLM.Wire
                         it.Transmission = r.Double();
                     }
                 }
+                else if (r.TryKey(ShaderKeys.Opacity))
+                {
+                    if (!r.TryNil())
+                    {
+                        it.Opacity = r.Double();
+                    }
+                }
                 else if (r.TryKey(ShaderKeys.BaseColor))
                 {
                     if (!r.TryNil())
@@ -2424,6 +2439,7 @@ namespace HapticVLM.Wire
         public static readonly byte[] Metallic = MsgPackWriter.Encoded("metallic");
         public static readonly byte[] Roughness = MsgPackWriter.Encoded("roughness");
         public static readonly byte[] Transmission = MsgPackWriter.Encoded("transmission");
+        public static readonly byte[] Opacity = MsgPackWriter.Encoded("opacity");
         public static readonly byte[] BaseColor = MsgPackWriter.Encoded("base_color");
     }
 

@@ -226,11 +226,17 @@ namespace HapticVLM
             return within;
         }
 
-        /// <summary>Puts the name of the largest surface before that of the object, for a service that knows no surfaces.</summary>
+        /// <summary>Puts the name of the largest surface before that of the object, for a service that knows no surfaces and no opacity.</summary>
         static SceneObject WithoutSurfaces(SceneObject sceneObject)
         {
             List<ObjectSurface> surfaces = sceneObject.Surfaces;
             sceneObject.Surfaces = null;
+            if (sceneObject.Shader != null)
+            {
+                var shader = sceneObject.Shader.Value;
+                shader.Opacity = null;
+                sceneObject.Shader = shader;
+            }
             if (surfaces == null || surfaces.Count == 0 || surfaces[0].Name == null || sceneObject.Name == null) return sceneObject;
             int leaf = sceneObject.Name.LastIndexOf('/') + 1;
             string name = sceneObject.Name.Insert(leaf, surfaces[0].Name + " ");
