@@ -251,6 +251,28 @@ def test_the_owners_pictures_come_first_and_the_others_take_turns():
     assert names == ["owner", "guest", "other"] * 2
 
 
+def test_a_frame_is_answered_when_the_recogniser_does_not_come_back():
+    gateway = new_gateway()  # its recogniser was never started
+    peer = Peer()
+    queue, client = gateway.recognition, join(gateway, peer=peer)
+    kinds = [
+        look("x", id=2),
+        look("x", "enrol", id=3),
+        replace(texture("x"), reply_to=RequestId(4)),
+    ]
+    for request in kinds:
+        queue.put(client, request)
+    queue.answer_without(100.0)
+    queue.answer_without(104.0)
+    peer.read()
+    assert peer.sent == []
+    queue.answer_without(105.1)
+    queue.answer_without(106.0)
+    peer.read()
+    answers = sorted((each["id"], each["code"]) for each in peer.sent)
+    assert answers == [(number, "model") for number in (2, 3, 4)]
+
+
 def texture(name):
     request = look(name, "texture")
     return replace(request, target=TextureTarget(name))

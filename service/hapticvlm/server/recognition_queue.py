@@ -39,6 +39,7 @@ MAX_ENROL_BYTES = 32 * 1024 * 1024
 SCENE_SLOT = "scene"  # beside those of the hands: the newest view of the surroundings waits there
 VIEW_S = 0.5
 MAX_VIEWED = 256
+PATIENCE_S = 5.0  # that a frame waits for a recogniser that is being started again
 SHOWN_BYTES = 256 * 1024  # text observers get a third more, and all of it in one go
 
 T = TypeVar("T")
@@ -103,6 +104,13 @@ class Mailbox(Generic[T]):
         self.texture_bytes -= size_bytes
         return item
 
+    def waiting(self) -> list[T]:
+        """Return everything that waits."""
+        live = [] if self._live is None else [self._live]
+        enrol = [item for item, _, _ in self._enrol]
+        textures = [item for item, _ in self._textures]
+        return [*self._touched.values(), *live, *enrol, *textures]
+
     def take(self, is_due: Callable[[T], bool]) -> T | None:
         """Remove and return what is to be recognised next; a live frame only where `is_due`."""
         if self._touched:
@@ -158,6 +166,7 @@ class RecognitionQueue:
         self._shown_at: dict[tuple[Connection, str | None], float] = {}  # by object
         self._rates: dict[Connection, TokenBucket] = {}
         self._is_feed_due = False
+        self._away_since: float | None = None
 
     def join(self, connection: Connection) -> None:
         """Give a connection its place, behind all others."""
@@ -237,6 +246,21 @@ class RecognitionQueue:
             if reply_to is not None:
                 under_way.connection.post(Error(id=reply_to.value, code="model", text=text))
         self.feed()
+
+    def answer_without(self, now: float) -> None:
+        """Answer all that waits by an error, once the recogniser was away for PATIENCE_S."""
+        if self._recogniser.worker.is_ready:
+            self._away_since = None
+            return
+        self._away_since = now if self._away_since is None else self._away_since
+        if now - self._away_since < PATIENCE_S:
+            return
+        for connection, mailbox in self._mailboxes.items():
+            self._mailboxes[connection] = Mailbox()
+            for request in mailbox.waiting():
+                if request.reply_to is not None:
+                    text = "the recogniser is being started again: send this frame later"
+                    connection.post(Error(id=request.reply_to.value, code="model", text=text))
 
     def _feed_soon(self) -> None:
         """Give the recogniser the next frame in a turn of its own."""

@@ -161,6 +161,7 @@ class Supervision:
         if trouble is not None:
             self._gateway.recognition.fail(trouble)
             self._report(Error(id=0, code="model", text=trouble))
+        self._gateway.recognition.answer_without(now)
         trouble = None if self._gateway.vlm is None else self._gateway.vlm.supervise(now)
         if trouble is not None:
             self._report(Error(id=0, code="model", text=trouble))
