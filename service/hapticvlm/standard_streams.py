@@ -12,6 +12,9 @@ from __future__ import annotations
 import os
 import sys
 
+# In the environment of a service: it ends when its input does, that is, when its owner has ended.
+ENDS_WITH_INPUT = "HAPTICVLM_ENDS_WITH_INPUT"
+
 
 def open_missing() -> None:
     """Open every standard stream that is closed; call it before any other file is opened."""

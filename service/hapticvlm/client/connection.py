@@ -83,6 +83,10 @@ class Refused(HapticVLMError):
         self.path: str | None = answer.get("path")
 
 
+class Disconnected(HapticVLMError, ConnectionError):
+    """Raised where there is no connection to a service, or no longer; the text says what to do."""
+
+
 class TouchEnded(HapticVLMError):
     """Raised when a touch reached its longest time before its block ended."""
 
@@ -102,9 +106,8 @@ class Client:
     - `events`: messages that answer no request, such as `decision`, `telemetry` and `error`.
     - `events_lost`: how many events were dropped because `events` held MAX_EVENTS of them.
 
-    Its methods may be called from several tasks at a time. After the connection has ended, `send`
-    raises `websockets.exceptions.ConnectionClosed`, and a request that still waits raises
-    `ConnectionError`.
+    Its methods may be called from several tasks at a time. After the connection has ended they
+    raise `Disconnected`, also a request that still waits.
     """
 
     def __init__(self, socket: ClientConnection, welcome: Message) -> None:
@@ -135,9 +138,9 @@ class Client:
         present = {name: value for name, value in fields.items() if value is not None}
         try:
             await self._socket.send(_encode({"type": type, "id": id, **present}))
-        except ConnectionClosed:
-            del self._waiting[id]
-            raise
+        except ConnectionClosed as error:
+            self._waiting.pop(id, None)
+            raise ended(error) from None
         return answer
 
     async def request(self, type: str, **fields: Any) -> Message:
@@ -239,7 +242,7 @@ class Client:
 
         Raises `Refused` at the contact. At the end of the block it raises what ended the touch
         early: `Refused` (`unsafe` after a stop: the touch does not begin again by itself),
-        `TouchEnded` after `longest_s`, or `ConnectionError`.
+        `TouchEnded` after `longest_s`, or `Disconnected`.
 
             async with client.touching("cup", speed_mps=0.2) as hand:
                 await asyncio.sleep(1.0)
@@ -257,7 +260,7 @@ class Client:
         finally:
             renewing.cancel()
             await asyncio.wait({renewing})
-            with suppress(ConnectionClosed, ConnectionError, Refused):
+            with suppress(Disconnected, Refused):
                 await self._release(fields)
         if not renewing.cancelled():
             renewing.result()
@@ -334,17 +337,23 @@ class Client:
         """Wait until the connection has ended, by either side."""
         await self._socket.wait_closed()
 
+    @property
+    def has_ended(self) -> bool:
+        """Whether the connection has ended, by either side."""
+        return self._socket.close_code is not None
+
     async def listen(self) -> None:
         """Deliver answers and events until the connection ends; `connect` runs it as a task."""
+        end = ended(None)
         try:
             async for data in self._socket:
                 self._deliver(_decode(data))
-        except ConnectionClosed:
-            pass
+        except ConnectionClosed as error:
+            end = ended(error)
         finally:
             for answer in self._waiting.values():
                 if not answer.done():
-                    answer.set_exception(ConnectionError("the service closed the connection"))
+                    answer.set_exception(end)
                     answer.exception()
             self._waiting.clear()
             await self._socket.close()  # else a task that still sends would wait for ever
@@ -359,6 +368,14 @@ class Client:
             self.events.get_nowait()
             self.events_lost += 1
         self.events.put_nowait(message)
+
+
+def ended(error: ConnectionClosed | None) -> Disconnected:
+    """Return the error of a connection that has ended, with the service's own reason if any."""
+    reason = "" if error is None or error.rcvd is None else error.rcvd.reason
+    said = f" ({reason})" if reason else ""
+    cure = "connect again; if it has stopped, start it by `hapticvlm serve` or hapticvlm.serve()"
+    return Disconnected(f"the connection to the service has ended{said}: {cure}")
 
 
 def trusting(ca: Path) -> ssl.SSLContext:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-import ctypes
+import os
 import re
 import signal
 import subprocess
@@ -14,88 +14,104 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Self
 
 from hapticvlm.errors import HapticVLMError
+from hapticvlm.standard_streams import ENDS_WITH_INPUT
 
 READY_S = 120.0  # loading a transformers network on a busy machine takes most of a minute
-_PR_SET_PDEATHSIG = 1  # prctl(2)
+_alive: list[Service] = []  # a service that nobody refers to any more lives until it is stopped
 
 
 class ServiceError(HapticVLMError):
     """Raised when the service did not start; the text is its own output."""
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class Service:
-    """A running service."""
+    """A running service; in a `with` statement it is stopped at the end of the block."""
 
     process: subprocess.Popen[str]
     url: str
     seconds_to_ready: float
     printed: list[str] = field(default_factory=list)
+    _reader: threading.Thread = field(default_factory=threading.Thread, repr=False)
 
     @property
     def page(self) -> str:
         """The address of the dashboard."""
         return self.url.replace("ws", "http", 1)
 
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.stop()
+
     def stop(self, seconds: float = 10.0) -> int:
         """Ask the service to stop, kill it after `seconds`, and return its exit code."""
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGTERM)
         try:
-            return self.process.wait(seconds)
+            code = self.process.wait(seconds)
         except subprocess.TimeoutExpired:
             self.process.kill()
-            return self.process.wait()
+            code = self.process.wait()
+        if self in _alive:
+            _alive.remove(self)
+            self._reader.join(5.0)
+            assert self.process.stdin is not None
+            self.process.stdin.close()
+        return code
 
 
-@contextmanager
-def running(
-    arguments: Sequence[str] = (),
-    *,
-    ends_with_us: bool = False,
-    log: int = subprocess.STDOUT,
-) -> Iterator[Service]:
-    """Start a service on a free port, and stop it when the context ends. Raises ServiceError.
+def running(arguments: Sequence[str] = (), *, log: int = subprocess.STDOUT) -> Service:
+    """Start a service on a free port and wait until it is ready. Raises ServiceError.
 
-    With `ends_with_us` it also stops, on Linux, when this thread is killed. Its log goes to the
-    descriptor `log`; by default it is kept in `printed`.
+    It ends when it is stopped, at the end of its `with` statement, and when this process ends,
+    however that happens. Its log goes to the descriptor `log`; by default it is kept in `printed`.
     """
     command = [sys.executable, "-m", "hapticvlm", "serve", "--port", "0", *arguments]
     started = time.monotonic()
+    # A notebook's "Interrupt" and a terminal's Ctrl-C signal the whole group of processes, and the
+    # service is not what they mean: it gets a session of its own. The end of its owner it learns
+    # from the pipe that is its input: the system closes this end of it, whatever ended the owner.
     process = subprocess.Popen(
         command,
+        stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=log,
         text=True,
         bufsize=1,
-        preexec_fn=_stop_when_parent_ends if ends_with_us and sys.platform == "linux" else None,
+        env={**os.environ, ENDS_WITH_INPUT: "1"},
+        start_new_session=True,
+        creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
     )
     service = Service(process, "", 0.0)
     ready = threading.Event()
-    reader = threading.Thread(target=_read, args=(service, ready), daemon=True)
-    reader.start()
+    service._reader = threading.Thread(target=_read, args=(service, ready), daemon=True)
+    service._reader.start()
+    _alive.append(service)
     try:
         if not ready.wait(READY_S) or not service.url:
             raise ServiceError("".join(service.printed) or "the service printed nothing")
-        service.seconds_to_ready = time.monotonic() - started
-        yield service
-    finally:
+    except BaseException:
         service.stop()
-        reader.join(5.0)
+        raise
+    service.seconds_to_ready = time.monotonic() - started
+    return service
 
 
-@contextmanager
-def serve(**options: str | float | Path | None) -> Iterator[Service]:
-    """Run a service in a process of its own, and stop it when the context ends.
+def serve(**options: str | float | Path | None) -> Service:
+    """Run a service in a process of its own until it is stopped or this process ends.
 
     - `options`: those of `hapticvlm serve`, with _ for -, such as `speaker="default"` or
       `record="folder"`; True gives an option that has no value, None and False leave one out. The
       port is a free one, unless `port` is one of them. Without a device the outputs are simulated.
 
-    The `Service` has the address for `hapticvlm.connect` (`url`) and the dashboard's (`page`). On
-    Linux the service also stops when this process is killed.
+    The `Service` has the address for `hapticvlm.connect` (`url`) and the dashboard's (`page`). It
+    serves beyond the cell, the thread or the Ctrl-C in which it was begun; `stop` ends it, and so
+    does the end of a `with` statement.
 
     Raises `ServiceError`, a `HapticVLMError` with the service's own words, if it does not start.
 
@@ -107,8 +123,7 @@ def serve(**options: str | float | Path | None) -> Iterator[Service]:
         if value is not None and value is not False:
             flag = "--" + name.replace("_", "-")
             words.append(flag if value is True else f"{flag}={value}")
-    with running(words, ends_with_us=True) as service:
-        yield service
+    return running(words)
 
 
 @contextmanager
@@ -123,11 +138,6 @@ def ending_on_sigterm() -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGTERM, before)
-
-
-def _stop_when_parent_ends() -> None:
-    """Ask Linux to send SIGTERM when the thread that started this process ends."""
-    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
 
 
 def _read(service: Service, ready: threading.Event) -> None:

@@ -13,6 +13,7 @@ import logging
 import os
 import signal
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -32,6 +33,7 @@ from hapticvlm.server.supervision import Supervision
 from hapticvlm.server.web import lan, scene_files
 from hapticvlm.server.web.lan_pages import own_address
 from hapticvlm.server.websocket import WebSocketServer
+from hapticvlm.standard_streams import ENDS_WITH_INPUT
 
 GATEWAY_PRIORITY = 10
 COLLECT_AFTER = (50_000, 20, 100)  # new objects, then collections of the younger generation
@@ -58,6 +60,9 @@ async def _run(
     options: ServeOptions, where: Address, parts: ServiceParts, stopping: asyncio.Event
 ) -> None:
     _on_signals(asyncio.get_running_loop(), stopping)
+    if os.environ.pop(ENDS_WITH_INPUT, None) is not None:
+        loop = asyncio.get_running_loop()
+        threading.Thread(target=_end_with_input, args=(loop, stopping), daemon=True).start()
     asyncio.get_running_loop().set_exception_handler(report_error)
     gateway = Gateway(
         parts.speaker,
@@ -149,6 +154,15 @@ def _on_signals(loop: asyncio.AbstractEventLoop, stopping: asyncio.Event) -> Non
             loop.add_signal_handler(number, stop)
         except NotImplementedError:
             signal.signal(number, lambda *_: loop.call_soon_threadsafe(stop))
+
+
+def _end_with_input(loop: asyncio.AbstractEventLoop, stopping: asyncio.Event) -> None:
+    """Wait for the end of the input, which means that the owner of this service has ended."""
+    with contextlib.suppress(OSError):
+        while os.read(0, 4096):
+            pass
+    with contextlib.suppress(RuntimeError):  # the loop has closed
+        loop.call_soon_threadsafe(stopping.set)
 
 
 def _raise_priority() -> bool:

@@ -211,7 +211,7 @@ def _browse() -> int:
         print(f"three.js is not installed (`{CURE}` in a checkout), so the page /try opens instead")
     folder = ["--scene", str(examples)] if has_scene else []
     try:
-        with ending_on_sigterm(), running(folder, ends_with_us=True) as service:
+        with ending_on_sigterm(), running(folder) as service:
             page = service.page + ("scene/webxr/" if has_scene else "try")
             print(f"scene        {page}\ndashboard    {service.page}\nCtrl+C ends both", flush=True)
             if not webbrowser.open(page):

@@ -16,7 +16,6 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from rich.console import Console
-from websockets.exceptions import ConnectionClosed
 
 from hapticvlm.captures import Capture, Line, Recorder, read
 from hapticvlm.captures.contacts import contacts
@@ -84,7 +83,7 @@ def _performed(capture: Capture, service: Service, console: Console) -> tuple[Ou
     """Perform the session. Raises HapticVLMError if the service ends in the middle of it."""
     try:
         return asyncio.run(_perform(capture, service, console))
-    except (ConnectionClosed, ConnectionError) as error:
+    except ConnectionError as error:
         said = f"; it said: {service.printed[-1].strip()}" if service.printed else ""
         raise HapticVLMError(
             f"the service ended before the demo did{said}; run the demo again"

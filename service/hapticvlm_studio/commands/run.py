@@ -92,7 +92,7 @@ def _service(options: argparse.Namespace) -> Iterator[str]:
     from hapticvlm.client.local_service import running
 
     arguments = ["--speaker", options.speaker, "--peltier", options.peltier]
-    with running(arguments, ends_with_us=True) as service:
+    with running(arguments) as service:
         yield service.url
 
 

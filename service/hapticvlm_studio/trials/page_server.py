@@ -23,7 +23,6 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
-from websockets.exceptions import ConnectionClosed
 from websockets.frames import CloseCode
 from websockets.http11 import Response
 
@@ -125,7 +124,7 @@ class StudyServer:
                 raise StudyError("not a command")
             async with self._turn:
                 await self._conductor.do(command)
-        except (StudyError, ConnectionError, ConnectionClosed, ValueError) as error:
+        except (StudyError, ConnectionError, ValueError) as error:
             await socket.send(json.dumps({"refused": str(error)}))
             return False
         return True

@@ -19,8 +19,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from websockets.exceptions import ConnectionClosed
-
 from hapticvlm.client import Client, Refused
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.vibration.vibration import Motion
@@ -35,7 +33,6 @@ TELEMETRY_S = 2.0
 # so the words are part of the file format.
 SILENT = "the speaker played nothing: see to it and to its level, then go on"
 _STILL = Motion(0.0, 0.0)
-_DISCONNECTED = (ConnectionError, ConnectionClosed)
 
 
 class PresentationError(Exception):
@@ -119,7 +116,7 @@ class Player:
                     raise PresentationError(reason)
                 await self._touch("slide", _NEUTRAL)
                 await asyncio.sleep(TOUCH_S)
-        except (Refused, *_DISCONNECTED) as error:
+        except (Refused, ConnectionError) as error:
             raise PresentationError(_cause(error)) from None
 
     def _unrest(self) -> str | None:
@@ -149,7 +146,7 @@ class Player:
             plate_c, setpoint_c = (self._telemetry.get(k) for k in ("plate_c", "setpoint_c"))
             await self.release()
             await self._wait_for_telemetry()
-        except (Refused, *_DISCONNECTED) as error:
+        except (Refused, ConnectionError) as error:
             raise PresentationError(_cause(error)) from None
         finally:
             await self.release()
@@ -208,7 +205,7 @@ class Player:
         """Release the hand. After `stop`, this lets the next pattern play."""
         try:
             await self._client.send("touch", **_TOUCH, phase="release", captured_at=_now())
-        except _DISCONNECTED:
+        except ConnectionError:
             return  # without a connection the service has brought the outputs to rest already
 
     async def _hold(self, part: Part, stimulus: Stimulus) -> None:
