@@ -1,15 +1,18 @@
 """Checks docs/physics.md: cited sections exist, and its figures equal those of the code."""
 
 import re
+import tomllib
 from pathlib import Path
 
 import pytest
 
 from hapticvlm.materials import MATERIALS
+from hapticvlm.messages import LEASE_MS
 from hapticvlm.perception import threshold_db
 from hapticvlm.rendering.heat import limits as plate_limits
 
 ROOT = Path(__file__).parents[2]
+FAULTS = ROOT / "service/hapticvlm/devices/faults.toml"
 TEXT = (ROOT / "docs/physics.md").read_text(encoding="utf-8")
 HEADINGS = frozenset(re.findall(r"^#{2,3} ([0-9](?:\.[0-9])?)[. ]", TEXT, re.MULTILINE))
 KINDS = frozenset({".py", ".cpp", ".h", ".toml", ".md"})
@@ -70,3 +73,18 @@ def test_its_limits_are_those_of_the_plate():
     assert limits["heat in a session"].startswith(f"{plate_limits.HEAT_LIMIT_S:g} s,")
     assert limits["sink, derating and trip"].endswith(f"; {plate_limits.SINK_TRIP_C:g} degC")
     assert f"Limit of a session: {plate_limits.DOSE_LIMIT_CEM43:g} CEM43." in TEXT
+
+
+def test_the_limits_of_the_page_on_safety_are_those_of_the_code():
+    text = (ROOT / "docs/safety.md").read_text(encoding="utf-8")
+    limits = plate_limits
+    latched = tomllib.loads(FAULTS.read_text(encoding="utf-8"))["firmware"]
+    for shown in (
+        f"{limits.SETPOINT_MIN_C:g} to {limits.SETPOINT_MAX_C:g} degC; cools by at most "
+        f"{limits.COOL_SLEW_C_PER_S:g} and heats by at most {limits.HEAT_SLEW_C_PER_S:g} degC/s",
+        f"{limits.PLATE_TRIP_HIGH_C:g} and {limits.PLATE_TRIP_LOW_C:g} degC; dose of "
+        f"{limits.DOSE_LIMIT_CEM43:g} CEM43; {limits.HEAT_LIMIT_S:g} s of heat",
+        f"{LEASE_MS} ms after the last touch",
+        f"{len(latched)} latched faults",
+    ):
+        assert shown in text

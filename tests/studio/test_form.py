@@ -65,7 +65,7 @@ def test_a_pilot_plays_every_pattern_once_in_training_and_once_as_a_trial(tmp_pa
     )
     assert whole["repeats"] > 1
     assert whole["renderings"] > 1
-    assert pilot == whole | {"repeats": 1, "renderings": 1}
+    assert pilot == whole | {"participants": 1, "repeats": 1, "renderings": 1}
 
 
 def test_the_file_of_a_new_study_is_not_written_over(tmp_path: Path) -> None:
@@ -93,7 +93,24 @@ def test_every_text_that_the_participants_page_asks_for_is_in_the_language() -> 
     }
     assert len(asked) > 15
     assert asked | phases | {f"phases.{name}" for name in get_args(Phase)} <= english.keys()
-    assert {key for key in english if not key.startswith("phases.")} - asked == {"language"}
+    others = {key for key in english if not key.startswith(("phases.", "heard."))}
+    assert others - asked == {"language"}
+
+
+def test_in_a_pilot_by_ear_no_text_speaks_of_a_palm_a_device_or_of_feeling() -> None:
+    unfit = {"en": r"\bpalm|\bdevice|\bfe(?:el|lt)|\bplate", "de": r"Hand|Gerät|[Ss]pür|Platte"}
+    for language, words in unfit.items():
+        texts = languages.texts(language, Path("nowhere"))
+        assert texts["heard"].keys() <= texts["phases"].keys()
+        shown = {**texts["phases"], **texts["heard"]}
+        # The consent says that the study's own text is for a device; trouble is the experimenter's.
+        named = {name for name, text in shown.items() if re.search(words, " ".join(text))}
+        assert named <= {"consent", "trouble"}, language
+
+
+def test_no_text_has_a_number_before_a_plural_that_may_be_one() -> None:
+    for text in leaves(languages.texts("en", Path("nowhere"))).values():
+        assert not re.search(r"\{(?:trials|renderings)\} (?:times|trials remain)", text), text
 
 
 class Nobody(Conductor):

@@ -53,5 +53,7 @@ def _new(options: argparse.Namespace) -> int:
 
 
 def _shortened(text: str) -> str:
-    """Return the file of a study (TOML) with every pattern played once for each purpose."""
-    return re.sub(r"^(repeats|renderings) = \d+ ", r"\1 = 1 ", text, flags=re.MULTILINE)
+    """Return the file of a study (TOML) for one, with each pattern played once for each purpose."""
+    return re.sub(
+        r"^(participants|repeats|renderings) = \d+ ", r"\1 = 1 ", text, flags=re.MULTILINE
+    )

@@ -66,7 +66,7 @@ function now() {
     pattern(),
     ["presented", `${view.attempt} time${view.attempt === 1 ? "" : "s"}`],
     ["correct so far", view.answered ? `${view.correct} of ${view.answered}, ${percent(view.correct / view.answered)}` : "no answer yet"],
-    ["felt in training", `${rendered} of ${view.patterns.length * view.renderings_wanted}`],
+    ["played in training", `${rendered}, planned ${view.patterns.length * view.renderings_wanted}`],
     ["language", view.language],
   ];
 }
@@ -85,7 +85,7 @@ function outputs() {
     ["plate temperature", degrees(plate)],
     ["plate setpoint", degrees(setpoint)],
     ["speaker level", level == null ? "no reading" : percent(level)],
-    ["underruns", underruns ?? "no reading"],
+    ["underruns", view.devices.speaker.simulated ? "not counted: simulated" : underruns ?? "no reading"],
     ["faults", faults?.length ? faults.join(", ") : "none"],
     ["sound for the participant", view.hear ? "the vibration (pilot)" : view.masking_noise ? "masking noise" : "none"],
   ];

@@ -66,7 +66,8 @@ function isQuiet() {
 }
 
 function words() {
-  return { renderings: view.renderings_wanted, trials: view.trials - view.answered, pattern: view.feeling && patternName(view.feeling) };
+  const count = view.renderings_wanted;
+  return { renderings: count === 1 ? text("page.once") : text("page.times", { count }), trials: view.trials - view.answered, pattern: view.feeling && patternName(view.feeling) };
 }
 
 // The participant who took part here before the study or the page was restarted, or null. The page's
@@ -78,9 +79,9 @@ function rememberedCode() {
 
 function prompt() {
   if (rememberedCode()) return phase("resuming", { participant: rememberedCode() });
-  if (view.phase !== "training") return phase(view.phase, words());
-  if (view.feeling) return phase("feeling", words());
-  return phase(view.next_to_feel ? "training" : "trained", words());
+  if (view.phase !== "training") return phase(view.phase, words(), view.hear);
+  if (view.feeling) return phase("feeling", words(), view.hear);
+  return phase(view.next_to_feel ? "training" : "trained", words(), view.hear);
 }
 
 function show() {
@@ -169,7 +170,7 @@ function showForm() {
   if (wanted && wanted !== drawn) draw(form, view.phase, view, study, send);
   drawn = wanted;
   const instructions = byId("instructions");
-  instructions.hidden = !["training", "ready"].includes(view.phase) || !own(study.instructions);
+  instructions.hidden = view.hear || !["training", "ready"].includes(view.phase) || !own(study.instructions);
   if (!instructions.hidden) instructions.replaceChildren(...paragraphs(own(study.instructions)));
 }
 

@@ -25,9 +25,10 @@ export function text(path, words = {}) {
   return filled(languages[language]?.[table]?.[key] ?? "", words);
 }
 
-// Returns the heading of a phase and the line below it.
-export function phase(name, words = {}) {
-  return (languages[language]?.phases[name] ?? ["", ""]).map((each) => filled(each, words));
+// Returns the heading of a phase and the line below it; in a pilot by ear (`heard`) that of hearing.
+export function phase(name, words = {}, heard = false) {
+  const { phases = {}, heard: instead = {} } = languages[language] ?? {};
+  return ((heard && instead[name]) || phases[name] || ["", ""]).map((each) => filled(each, words));
 }
 
 // Returns the name of a vibration or temperature: the study's own, else that of the language file.
@@ -36,7 +37,7 @@ export function word(name, form) {
 }
 
 // Returns one of the study's own texts, which are given by language.
-export const own = (texts) => texts?.[language] ?? "";
+export const own = (texts, words = {}) => filled(texts?.[language] ?? "", words);
 
 function fill() {
   document.documentElement.lang = language;

@@ -33,6 +33,9 @@ def text_of(document: Document, pictures: Path | None = None) -> str:
         _shown(pictures, "ratings.png"),
         _people(document),
         _notes(document),
+        f"No other pictures: {document['pictures_missing']}."
+        if "pictures_missing" in document
+        else "",
     ]
     return "\n\n".join(part for part in parts if part)
 
@@ -64,8 +67,6 @@ def _head(document: Document) -> str:
         lines.append(
             "The interval assumes independent trials, which the trials of one person are not."
         )
-    if "pictures_missing" in document:
-        lines += ["", f"No other pictures: {document['pictures_missing']}."]
     return "\n".join(lines)
 
 

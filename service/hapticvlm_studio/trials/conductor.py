@@ -23,6 +23,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import math
 import secrets
 from collections.abc import Callable, Coroutine
 from dataclasses import asdict
@@ -71,6 +72,7 @@ class Conductor:
             "masking_noise": self._pace.masking_noise,
             "hear": self._pace.hear,
             "renderings_wanted": self._design.renderings,
+            "minutes": math.ceil(self._whole_s() / 60),
             "trouble": self._trouble,
             "busy": self._work is not None,
         }
@@ -80,6 +82,13 @@ class Conductor:
             shown |= {**self._record.view(), "feeling": feeling}
             shown["seconds_left"] = self._seconds_left(self._record.progress)
         return shown
+
+    def _whole_s(self) -> float:
+        """Return about how long a participant's training and trials take together, s."""
+        times = self._design.renderings + self._design.repeats
+        each_s = (times * (s.lead_s + s.seconds + self._pace.rest_s) for s in self._design.stimuli)
+        answers = self._design.repeats * len(self._design.stimuli)
+        return sum(each_s) + answers * ANSWER_S
 
     def _seconds_left(self, progress: ParticipantProgress) -> float:
         """Return about how long the training still takes, and after it the remaining trials, s."""
