@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 from gltf_room import OBJECT, SURFACES, glb, write_room
+from PIL import Image
 
 from hapticvlm.scenes import files, gltf, reading
 from hapticvlm.scenes.reading import read_scene
@@ -106,6 +107,30 @@ def test_only_alpha_that_is_blended_is_an_opacity(
     assert surface.shader.opacity == opacity
 
 
+def mapped(name: str) -> Document:
+    """A document with one material that has a metallic-roughness map, orm.png."""
+    pbr = {"metallicRoughnessTexture": {"index": 0}, "roughnessFactor": 0.5}
+    material = {"name": name, "pbrMetallicRoughness": pbr}
+    maps = {"textures": [{"source": 0}], "images": [{"uri": "orm.png"}]}
+    return chairs(1, meshes=[{"primitives": [{"material": 0}]}], materials=[material], **maps)
+
+
+@pytest.mark.parametrize(("name", "metallic"), [("mat7", 0.8), ("Oak_Planks", None)])
+def test_a_metallic_map_gives_its_mean_where_the_name_is_not_sure(
+    name: str, metallic: float | None, tmp_path: Path
+) -> None:
+    Image.new("RGB", (128, 64), (255, 51, 204)).save(tmp_path / "orm.png")
+    (surface,) = scene_of(tmp_path, mapped(name)).objects[0].surfaces
+    assert surface.shader is not None
+    assert surface.shader.metallic == pytest.approx(metallic, abs=0.01)
+    assert surface.shader.roughness == pytest.approx(metallic and 0.1, abs=0.01)
+
+
+def test_a_metallic_map_that_cannot_be_read_is_a_note(tmp_path: Path) -> None:
+    (note,) = scene_of(tmp_path, mapped("mat7")).notes
+    assert "orm.png" in note
+
+
 def test_an_object_is_named_behind_its_parents_and_a_nameless_one_by_its_mesh(
     tmp_path: Path,
 ) -> None:
@@ -159,7 +184,7 @@ def test_a_factor_below_a_map_says_nothing_unless_it_is_0(
 ) -> None:
     pbr: Document = {"metallicRoughnessTexture": {"index": 0}}
     pbr |= {"metallicFactor": factor, "roughnessFactor": factor}
-    document = chairs(1, materials=[{"pbrMetallicRoughness": pbr}])
+    document = chairs(1, materials=[{"pbrMetallicRoughness": pbr}], textures=[{}])
     document["meshes"] = [{"primitives": [{"material": 0}]}]
     shader = scene_of(tmp_path, document).objects[0].surfaces[0].shader
     assert shader is not None

@@ -17,20 +17,26 @@ from pathlib import Path
 from typing import Any, TypeVar
 from urllib.parse import unquote
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.errors import printable
+from hapticvlm.evidence import names
+from hapticvlm.evidence.ladder import is_sure
 from hapticvlm.evidence.names import MAX_PARENTS
-from hapticvlm.messages import Shader
+from hapticvlm.messages import WHOLE, Shader
 from hapticvlm.scenes import gltf
 from hapticvlm.scenes.files import SceneFiles
 from hapticvlm.scenes.scene import Scene, SceneError, SceneNode, Surface, Texture
+from hapticvlm.vision.files import FileError, decode_frame
+from hapticvlm.vision.pictures import PictureError, cut_region
 
 MAX_OBJECTS = 8192  # as many as the service knows of one scene
 MAX_SURFACES = 64  # of one object, as in the protocol
 MAX_IN_ALL = 32_768  # surfaces of all objects together
 MAX_ID = 128  # characters, as in the protocol
+MAP_PX = 64  # side to which a metallic-roughness map is shrunk before its mean is taken
 MAX_NAME = 200  # characters of one name that are kept
 
 T = TypeVar("T")
@@ -148,9 +154,38 @@ class _Reader:
             material = _at(self._document.materials, index, "material")
             reference = _base_color_map(material)
             texture = None if reference is None else self._texture(reference.index)
-            known = _clean(material.name) or None, _shader(material), texture
+            name = _clean(material.name) or None
+            shader = self._with_map(material, _shader(material), name)
+            known = name, shader, texture
             self._materials[index] = known
         return known
+
+    def _with_map(self, material: gltf.Material, shader: Shader, name: str | None) -> Shader:
+        """Return the shader with the means of its metallic-roughness map, unless the name is sure.
+
+        Roughness is green and metallic blue; the map multiplies the factors.
+        """
+        pbr = material.pbr_metallic_roughness
+        reference = pbr.metallic_roughness_texture
+        if reference is None or not pbr.metallic_factor or material.extensions.glossiness:
+            return shader
+        named = names.from_name("", surface=name)
+        texture = None if named and is_sure([named]) else self._texture(reference.index)
+        if texture is None:
+            return shader
+        label = texture.name or "a metallic-roughness map"
+        try:
+            frame = decode_frame(texture.read(), Path(label))
+            pixels = cut_region(frame, WHOLE, MAP_PX)
+        except (SceneError, FileError, PictureError) as error:
+            self._notes.append(f"{label}: {error}")
+            return shader
+        _, roughness, metallic = pixels.reshape(-1, 3).mean(axis=0) / 255.0
+        return msgspec.structs.replace(
+            shader,
+            metallic=_share(float(metallic) * pbr.metallic_factor),
+            roughness=_share(float(roughness) * pbr.roughness_factor),
+        )
 
     def _texture(self, index: int) -> Texture | None:
         texture = _at(self._document.textures, index, "texture")
