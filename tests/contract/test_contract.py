@@ -123,6 +123,7 @@ def test_it_holds_the_client_its_types_its_licence_and_nothing_else(packed: Path
         names = {name.removeprefix("package/") for name in archive.getnames()}
     code = {
         "index.js",
+        "bake.js",
         "feel.js",
         "feel.json",
         "felt.js",

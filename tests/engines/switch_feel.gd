@@ -51,6 +51,7 @@ func cases() -> Dictionary[String, Callable]:
 		"heard of a stop": _heard.bind("frozen", true),
 		"unknown": _unknown,
 		"materials": _materials,
+		"identity": _identity,
 	}
 
 
@@ -64,7 +65,7 @@ func _begin(mode: String, has_service := true) -> void:
 	_motor = HapticPulses.Plan.new()
 	_felt = Felt.new()
 	_felt.forms = {"right": "amplitude"}
-	_felt.material_of = func(id: String) -> String: return "" if id == "thing" else id
+	_felt.stated_of = func(id: String) -> Dictionary: return {} if id == "thing" else {"material": id}
 	_felt.on_vibration = func(vibration: Dictionary) -> void: _motor.receive(vibration, 0.001 * _now)
 	_felt.open(_feel, {})
 	_felt.select(mode, 0.001 * _now)
@@ -229,7 +230,7 @@ func _unknown() -> String:
 func _materials() -> Array:
 	_begin("baked", false)
 	var surfaces := [{"material": "wood"}, {"material": "glass", "hum": null}]
-	_felt.open(_feel, {"objects": {"thing": {"surfaces": surfaces}}})
+	_felt.open(_feel, {"version": 2, "objects": {"thing": {"surfaces": surfaces}}})
 	_felt.decide({"object_id": "thing", "surface": 1, "material": "metal"})
 	return range(3).map(
 		func(at: int) -> String: return _felt.surface_of({"object_id": "thing", "surface": at})["material"]
@@ -254,3 +255,15 @@ func _strongest(since: int) -> float:
 		if told.x >= since:
 			strongest = maxf(strongest, told.y)
 	return strongest
+
+
+## Answers the shared cases of finding a thing in a bake.
+func _identity() -> Array:
+	var file: Dictionary = JSON.parse_string(FileAccess.get_file_as_string("res://identity_cases.json"))
+	var bake := HapticBake.new(file)
+	var answers := []
+	for each: Dictionary in file["queries"]:
+		var found := bake.find(each["ask"])
+		var near := bake.nearest(each["ask"].get("object_id", ""))
+		answers.append(near if found.is_empty() else [found["object_id"], found["surface"], found["by"]])
+	return answers

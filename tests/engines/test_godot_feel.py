@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import identity
 import numpy as np
 import pytest
 from feel_parity import GOLDEN, deviations
@@ -176,7 +177,11 @@ def test_a_strike_that_the_service_swallowed_is_heard_but_not_after_a_stop(
 
 
 def test_a_thing_that_no_bake_knows_is_named(gdscript: Played) -> None:
-    assert "does not know `thing`: bake the scene" in gdscript.switched["unknown"]
+    assert "`thing` is not in the bake" in gdscript.switched["unknown"]
+
+
+def test_things_are_found_in_a_bake_as_the_shared_cases_say(gdscript: Played) -> None:
+    assert identity.differences(gdscript.switched["identity"]) == []
 
 
 def test_a_surface_is_felt_as_decided_before_else_as_baked(gdscript: Played) -> None:
@@ -241,6 +246,7 @@ def exported(folder: Path, cases: list[dict[str, Any]]) -> Path:
     files["addons/hapticvlm/feel.json"] = (ADDON / "feel.json").read_bytes()
     asked = [true_voice(*touch) for touch in TOUCHES]
     files["heard.json"] = json.dumps(asked).encode()
+    files["identity_cases.json"] = identity.FILE.read_bytes()
     files["cases.json"] = json.dumps(cases).encode()
     for name in ENGINE:
         os.link(TEMPLATE / name, folder / name)

@@ -136,6 +136,57 @@ def test_each_surface_of_an_object_is_baked_and_corrected_by_itself() -> None:
     assert list(again.feel.materials) == ["plastic", "wood"]
 
 
+def test_a_correction_stays_with_its_material_when_the_order_changes() -> None:
+    parts = [ObjectSurface(name="oak_planks"), ObjectSurface(name="steel_frame")]
+    first = baked([SceneObject(object_id="bench", surfaces=parts)]).materials
+    edited = corrected(first, "bench", material="rubber", by="hand")
+    again = baked([SceneObject(object_id="bench", surfaces=parts[::-1])], edited)
+    felt = {each.name: each.material for each in again.materials.objects["bench"].surfaces}
+    assert felt == {"steel_frame": "metal", "oak_planks": "rubber"}
+    gone = baked([SceneObject(object_id="bench", surfaces=parts[1:])], edited)
+    assert gone.lost == ("bench (oak_planks)",)
+
+
+def test_a_correction_follows_a_thing_that_has_another_id_and_its_old_names() -> None:
+    edited = corrected(baked(OBJECTS).materials, "thing", material="stone", by="hand")
+    renamed = [SceneObject(object_id="thing2", name="Room/Thing"), *OBJECTS[1:]]
+    assert surface(baked(renamed, edited).materials, "thing2").material == "stone"
+
+
+def test_corrections_by_a_pattern_of_names_stay_and_end_with_the_pattern() -> None:
+    shades = [
+        SceneObject(object_id=f"thing{at}", surfaces=[ObjectSurface(name=f"shade{at}")])
+        for at in range(3)
+    ]
+    first = baked(shades).materials
+    edited = msgspec.structs.replace(first, corrections={"shade[01]": "stone", "gone*": "wood"})
+    again = baked(shades, bake.decode(bake.encode(edited)))
+    felt = [surface(again.materials, f"thing{at}") for at in range(3)]
+    assert [each.material for each in felt] == ["stone", "stone", None]
+    assert again.materials.corrections == edited.corrections
+    assert again.lost == ("corrections.gone*",)
+    withdrawn = msgspec.structs.replace(again.materials, corrections={})
+    assert surface(baked(shades, withdrawn).materials, "thing0").material is None
+    wrong = msgspec.structs.replace(first, corrections={"shade*": "ston"})
+    with pytest.raises(UsageError, match=r"corrections\.shade\*: .*nearest is `stone`"):
+        baked(shades, wrong)
+
+
+def test_things_of_which_nothing_is_known_are_felt_as_chosen_or_listed_by_material() -> None:
+    shades = [
+        SceneObject(object_id=f"thing{at}", surfaces=[ObjectSurface(name="shadeBrown")])
+        for at in range(9)
+    ]
+    listed = baked(shades).materials.not_baked[-1]
+    assert "9 surfaces" in listed
+    assert listed.count("shadeBrown") == 1
+    model = bake.model_of([Scene(id=1, objects=shades, replace=True)], MATERIALS)
+    chosen = bake.bake(model, MATERIALS, unknown="leather")
+    felt = surface(chosen.materials, "thing3")
+    assert (felt.material, felt.belief, felt.by) == ("leather", 0.0, "unknown")
+    assert list(chosen.feel.materials) == ["leather"]
+
+
 def test_each_texture_is_read_once_and_only_where_names_leave_the_surface_open() -> None:
     maps = [Texture(f"map_{index}", bytes) for index in range(MOST + 3)]
     open_ones = [

@@ -43,7 +43,7 @@ def write_large(path: Path) -> Path:
 
     for _ in range(MESHES):
         primitives = []
-        for _ in range(SURFACES):
+        for material in rng.permutation(60)[:SURFACES]:
             points, normals = rng.normal(0.0, 1.0, (2, SIDE * SIDE, 3)).astype("<f4")
             attributes = {
                 "POSITION": accessor(points, "VEC3", 5126),
@@ -51,8 +51,9 @@ def write_large(path: Path) -> Path:
                 "TANGENT": accessor(normals, "VEC3", 5126),
             }
             indices = accessor(triangles, "SCALAR", 5123)
-            material = int(rng.integers(60))
-            primitives.append({"attributes": attributes, "indices": indices, "material": material})
+            primitives.append(
+                {"attributes": attributes, "indices": indices, "material": int(material)}
+            )
         lists["meshes"].append({"primitives": primitives})
     document = {
         "asset": {"version": "2.0"},

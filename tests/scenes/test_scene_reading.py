@@ -434,12 +434,70 @@ def test_of_too_many_surfaces_the_largest_are_kept(tmp_path: Path) -> None:
     document = chairs(1)
     count = reading.MAX_SURFACES + 5
     accessors = [{"componentType": 5126, "count": 3 * n, "type": "VEC3"} for n in range(count)]
-    primitives = [{"attributes": {"POSITION": n}} for n in range(count)]
+    primitives = [{"attributes": {"POSITION": n}, "material": n} for n in range(count)]
     document |= {"meshes": [{"primitives": primitives}], "accessors": accessors}
+    document["materials"] = [{"name": f"m{n}"} for n in range(count)]
     scene = scene_of(tmp_path, document)
     triangles = [surface.triangles for surface in scene.objects[0].surfaces]
     assert triangles == list(range(count - 1, 4, -1))
     assert any(f"{count} surfaces" in note for note in scene.notes)
+
+
+def test_all_primitives_of_one_material_are_one_surface(tmp_path: Path) -> None:
+    sizes = (30, 60, 45)
+    accessors = [{"componentType": 5126, "count": size, "type": "VEC3"} for size in sizes]
+    primitives = [
+        {"attributes": {"POSITION": at}, "material": material}
+        for at, material in enumerate((0, 1, 0))
+    ]
+    document = chairs(
+        1,
+        meshes=[{"primitives": primitives}],
+        accessors=accessors,
+        materials=[{"name": "Oak"}, {"name": "Steel"}],
+    )
+    (chair,) = scene_of(tmp_path, document).objects
+    assert [(each.name, each.primitives, each.triangles) for each in chair.surfaces] == [
+        ("Oak", (0, 2), 25),
+        ("Steel", (1,), 20),
+    ]
+
+
+def test_whole_numbers_may_be_written_with_a_point(tmp_path: Path) -> None:
+    document = chairs(0, nodes=[{"name": "Cup", "mesh": 0.0}], scene=0.0, scenes=[{"nodes": [0.0]}])
+    assert [each.object_id for each in scene_of(tmp_path, document).objects] == ["Cup"]
+
+
+def test_what_a_file_has_beside_the_default_is_told(tmp_path: Path) -> None:
+    document = chairs(
+        1,
+        scenes=[{"nodes": [0]}, {"nodes": []}],
+        extensionsUsed=["KHR_materials_variants"],
+        materials=[{}],
+    )
+    notes = " ".join(scene_of(tmp_path, document).notes)
+    assert all(word in notes for word in ("2 scenes", "variants", "1 materials have no name"))
+
+
+def test_a_file_may_state_materials_and_an_unknown_one_is_told_and_ignored(
+    tmp_path: Path,
+) -> None:
+    document = chairs(
+        2,
+        materials=[
+            {"name": "M", "extras": {"haptic_material": "leather"}},
+            {"name": "N", "extras": {"haptic_material": "lether"}},
+            {"name": "O", "extras": 7},
+        ],
+    )
+    document["meshes"] = [{"primitives": [{"material": at} for at in range(3)]}]
+    document["nodes"][1]["extras"] = {"haptic_material": "wood"}
+    scene = scene_of(tmp_path, document)
+    stated = {each.name: each.material for each in scene.objects[0].surfaces}
+    assert stated == {"M": "leather", "N": None, "O": None}
+    assert [node.material for node in scene.objects] == [None, "wood"]
+    (note,) = [note for note in scene.notes if "haptic_material" in note]
+    assert "nearest is `leather`" in note
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no fifo")

@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+import identity
 import mono
 import numpy as np
 import pytest
@@ -28,6 +29,11 @@ def test_it_plans_every_golden_touch_as_the_service_does(build: mono.Build) -> N
     printed = build.run("baked.exe", str(FEEL), text=json.dumps(GOLDEN), timeout=120.0 * PACE)
     table = deviations(GOLDEN, json.loads(printed))
     assert [each for each in table if not each.is_small] == []
+
+
+def test_it_finds_things_in_a_bake_as_the_shared_cases_say(build: mono.Build) -> None:
+    printed = build.run("baked.exe", str(identity.FILE), "identity", timeout=60.0 * PACE)
+    assert identity.differences(json.loads(printed)) == []
 
 
 @pytest.mark.parametrize(

@@ -5,22 +5,27 @@
  * a stroke: when the connection ends, or when a touch is unanswered for BRIDGE_MS, which is before the service's last
  * plan (100 ms) has ended. It hands a hand back when the service sends that hand its next plan.
  */
+import {Bake} from './bake.js';
 import {FeelPlayer} from './feel.js';
 
 const BRIDGE_MS = 60;
 const PLAN_EVERY_MS = 35; // with a plan of 100 ms, two are there for each moment
 const HAND_BACK_MS = 1000; // after which a service that stays silent means silence
 const FORWARDED = ['welcome', 'decision', 'telemetry', 'ownership', 'skipped', 'refused', 'state'];
+const MOST_WARNINGS = 100;
 const HANDS = ['left', 'right'];
 const MODES = ['auto', 'service', 'baked'];
 
 export class Felt extends EventTarget {
   #haptics;
   #player;
-  #objects; // of materials.json
-  #declared = new Map(); // materials that the scene states, by object id
+  #bake; // null: no materials.json
+  #declared = new Map(); // objects of the scene, by id
+  #baked = new Map(); // what the bake has of a touched surface, by object id and surface
+  #missing = null; // the touched object that the bake does not have, or has no material of
   #decided = new Map(); // materials that the service rendered, by object id and surface
   #mode;
+  #warned = new Set(); // ids of what is not felt
   #forms = {};
   #hands = Object.fromEntries(HANDS.map((name) => [name, {served: false, touches: false, vibrates: false, plannedAt: -Infinity, missed: null}]));
   #connectedAt = -Infinity;
@@ -29,12 +34,12 @@ export class Felt extends EventTarget {
 
   /**
    * `haptics` is a `Haptics`, or null for a page that has no service; `feel` is opened by `openFeel`. `materials` is the
-   * contents of `materials.json`; without it objects are felt as the scene or the service said.
+   * contents of `materials.json`, or a `Bake`; without it objects are felt as the scene or the service said.
    */
   constructor(haptics, feel, {materials, mode = 'auto'} = {}) {
     super();
     this.#haptics = haptics;
-    this.#objects = materials?.objects ?? {};
+    this.#bake = materials instanceof Bake || !materials ? (materials ?? null) : new Bake(materials);
     this.#player = new FeelPlayer(feel, (touch) => this.surfaceOf(touch));
     this.mode = mode;
     for (const name of FORWARDED) haptics?.addEventListener(name, ({detail}) => this.#forward(name, detail));
@@ -65,12 +70,14 @@ export class Felt extends EventTarget {
   /** The reason why nothing is felt, in one sentence; empty if there is none. */
   get silence() {
     if (this.by === 'service') return this.#haptics?.silence ?? 'this page has no service: choose `auto` or `baked`';
-    return HANDS.some((name) => this.#hands[name].touches && this.#player.isHeld(name)) ? 'outputs stopped: release and touch again' : '';
+    if (HANDS.some((name) => this.#hands[name].touches && this.#player.isHeld(name))) return 'outputs stopped: release and touch again';
+    return this.#missing ?? '';
   }
 
   /** Describes all objects of the scene, as `Haptics.scene`. */
   scene(objects, fields = {}) {
-    this.#declared = new Map(objects.filter(({material}) => material).map(({object_id: id, material}) => [id, material]));
+    this.#declared = new Map(objects.map((object) => [object.object_id, object]));
+    this.#baked.clear();
     this.#haptics?.scene(objects, fields);
   }
 
@@ -91,6 +98,7 @@ export class Felt extends EventTarget {
     const now = performance.now();
     const hand = this.#hands[touch.hand];
     hand.touches = touch.phase !== 'release';
+    if (hand.touches) this.#miss(touch, this.surfaceOf(touch).material);
     if (this.#haptics?.isConnected && this.#mode !== 'baked') {
       const isAnswered = this.#askedAt === null || this.#haptics.receivedAt >= this.#askedAt;
       if (this.#haptics.isOwner && isAnswered) this.#askedAt = now;
@@ -104,12 +112,21 @@ export class Felt extends EventTarget {
     else if (touch.phase === 'release') this.#send(touch.hand, now);
   }
 
+  /**
+   * Returns {object_id, surface} of an object of the page for a touch, as the bake has it; `hit` is the intersection of a
+   * Raycaster. An object that the bake does not have keeps its name as its id, and `silence` says so when it is touched.
+   */
+  bakedOf(object, hit) {
+    return this.#bake?.bakedOf(object, hit) ?? {object_id: object.userData?.name || object.name};
+  }
+
   /** Returns what is felt of a touched object without the service: a surface of `materials.json`. */
   surfaceOf({object_id: id, surface = 0}) {
-    const baked = this.#objects[id]?.surfaces;
-    const material = this.#decided.get(`${id} ${surface}`);
-    if (material !== undefined) return {...baked?.[surface], material};
-    return baked?.[surface] ?? baked?.[0] ?? {material: this.#declared.get(id)};
+    const key = `${id} ${surface}`;
+    if (!this.#baked.has(key)) this.#baked.set(key, this.#find(id, surface));
+    const baked = this.#baked.get(key);
+    const material = this.#decided.get(key) ?? baked?.material ?? this.#declared.get(id)?.material;
+    return {...baked, material};
   }
 
   /** Stops outputs at once. */
@@ -125,6 +142,24 @@ export class Felt extends EventTarget {
   close() {
     clearInterval(this.#timer);
     this.#haptics?.close();
+  }
+
+  /** Finds a surface by its object's id, else by the names that the scene states. */
+  #find(id, surface) {
+    const {name, surfaces} = this.#declared.get(id) ?? {};
+    const found = this.#bake?.find({object_id: id, paths: [name, id].filter(Boolean), engine: 'three', material: surfaces?.[surface]?.name, surface});
+    return found && this.#bake.surface(found);
+  }
+
+  /** Notes why a touched surface is not felt; says it once in the console. */
+  #miss({object_id: id, surface = 0}, material) {
+    this.#missing = null;
+    if (material || id === undefined) return;
+    if (this.#baked.get(`${id} ${surface}`)) this.#missing = `the material of \`${id}\` is unknown: correct it in materials.json, or bake with --unknown`;
+    else this.#missing = `\`${id}\` is not in the bake; ${this.#bake ? `nearest is \`${this.#bake.nearest(id)}\`` : 'there is no materials.json'}: bake the scene again, or state its material`;
+    if (this.#warned.has(id) || this.#warned.size >= MOST_WARNINGS) return;
+    this.#warned.add(id);
+    if (this.by === 'baked') console.warn(`hapticvlm: ${this.#missing}`);
   }
 
   /** Whether the bake is felt by this hand. */

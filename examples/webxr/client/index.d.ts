@@ -195,12 +195,42 @@ export class FeelPlayer {
   render(count: number, now: number): Float64Array;
 }
 
+/** An object and a surface of it, as a bake has them. */
+export interface BakedPart {
+  object_id: string;
+  surface?: number;
+}
+
+/** What is known of a touched thing; `paths` are its names behind its parents' as `engine` spells them, the best first. */
+export interface BakeQuery {
+  object_id?: string;
+  paths?: string[];
+  material?: string;
+  primitive?: number;
+  surface?: number;
+  /** `three`, `godot`, or `scene` for an engine that keeps names. */
+  engine?: string;
+}
+
+/** The contents of `materials.json`, and the rule by which things are found in it. */
+export class Bake {
+  /** Throws where the version of the file is another. */
+  constructor(file: unknown);
+  /** Returns the part of the bake that an object of three.js, A-Frame or Babylon.js is; `hit` tells the surface. */
+  bakedOf(object: {name: string; parent: any}, hit?: Hit): BakedPart | undefined;
+  /** Finds a thing by its id, else the path of its names, else its material's name. */
+  find(query: BakeQuery): (Required<BakedPart> & {by: 'id' | 'path' | 'material'}) | undefined;
+  surface(part: Required<BakedPart>): FeltSurface | undefined;
+  /** Returns the id that is most like a name. */
+  nearest(name: string): string | undefined;
+}
+
 /** The service where it answers, else a bake. */
 export type FeltMode = 'auto' | 'service' | 'baked';
 
 /** One switch for what is felt: the service, or a bake in this page. */
 export class Felt extends EventTarget {
-  /** `haptics` is null for a page without a service; `materials` is the contents of `materials.json`. */
+  /** `haptics` is null for a page without a service; `materials` is the contents of `materials.json`, or a `Bake`. */
   constructor(haptics: Haptics | null, feel: OpenFeel, options?: {materials?: unknown; mode?: FeltMode});
   mode: FeltMode;
   /** Which of the two is felt now. */
@@ -210,6 +240,8 @@ export class Felt extends EventTarget {
   scene(objects: SceneObject[], fields?: Pick<Scene, 'ambient_c' | 'materials'>): void;
   feel(hands: Feel): void;
   gains(gains: {vibration_gain?: number; thermal_gain?: number}): void;
+  /** Returns `object_id` and `surface` of an object of the page for a touch, as the bake has it; `hit` tells the surface. */
+  bakedOf(object: {name: string; parent: any}, hit?: Hit): BakedPart;
   /** Returns what is felt of a touched object without the service. */
   surfaceOf(touch: PlayedTouch): FeltSurface;
   /** Sends a touch; send it at 30 Hz or more, so that a change to the bake leaves no gap above 50 ms. */

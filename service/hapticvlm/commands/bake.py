@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from hapticvlm.messages import Scene
     from hapticvlm.rendering.vibration.feel_tables import Feel
     from hapticvlm.scenes.bake import Bake, Materials
+    from hapticvlm.scenes.scene import SceneNode
     from hapticvlm.session.scene_model import SceneModel
 
 FEEL = "feel.json"
@@ -34,8 +35,9 @@ file of `scene` messages (a list, or a message a line), or a folder that `haptic
 FOLDER` wrote. Any other folder stands for the glTF scenes in it, each baked to a folder of its own.
 The surfaces of a glTF scene are decided as by `hapticvlm scan`, and open ones by their textures.
 --materials writes the built-in materials instead. A surface of materials.json whose `by` is `hand`
-keeps its material in the next bake. docs/bake.md has both files. Exit code 1: a scene of a folder
-could not be read.
+keeps its material in the next bake, as do those that a pattern of its `corrections` names. Without
+--unknown, surfaces of which nothing is known are listed and not felt. docs/bake.md has both files.
+Exit code 1: a scene of a folder could not be read.
 """
 
 
@@ -66,6 +68,11 @@ def add(commands: Commands) -> None:
         action="store_true",
         help="also write a strike and a slide of each material (wav, haptic, ahap) to clips/",
     )
+    bake.add_argument(
+        "--unknown",
+        metavar="MATERIAL",
+        help="what surfaces are felt as of which nothing is known, such as leather",
+    )
     touch_options.add_gallery(bake)
 
 
@@ -84,20 +91,27 @@ def _bake(options: argparse.Namespace) -> int:
         for sentence in feel_tables.left_out(table):
             print(f"  {sentence}")
         return 0
+    _require_known(options.unknown, table)
     scenes = _scenes_in(options.source)
     if scenes is None:
-        _bake_one(_model(options.source, table), table, options.out, with_clips=options.clips)
+        _bake_one(*_model(options.source, table), table, options.out, options)
         return 0
     failed = False
     for scene in scenes:
         out = options.out / scene.relative_to(options.source)
         try:
-            model = _model_of_gltf(scene, table, options.source)
-            _bake_one(model, table, out, with_clips=options.clips)
+            _bake_one(*_model_of_gltf(scene, table, options.source), table, out, options)
         except UsageError as error:
             failed = True
             print(f"hapticvlm bake: {printable(str(error))}", file=sys.stderr)
     return 1 if failed else 0
+
+
+def _require_known(unknown: str | None, table: Mapping[str, Material]) -> None:
+    from hapticvlm.materials import no_material
+
+    if unknown is not None and unknown not in table:
+        raise UsageError(f"--unknown: {no_material(unknown, table)}")
 
 
 def _scenes_in(source: Path) -> list[Path] | None:
@@ -111,16 +125,21 @@ def _scenes_in(source: Path) -> list[Path] | None:
 
 
 def _bake_one(
-    model: SceneModel, table: Mapping[str, Material], out: Path, *, with_clips: bool
+    model: SceneModel,
+    nodes: Iterable[SceneNode],
+    table: Mapping[str, Material],
+    out: Path,
+    options: argparse.Namespace,
 ) -> None:
     """Write the bake of one scene to a folder. Raises UsageError, OSError."""
     from hapticvlm.scenes import bake
 
-    baked = bake.bake(model, table, _before(out / MATERIALS))
+    before = _before(out / MATERIALS)
+    baked = bake.bake(model, table, before, nodes=nodes, unknown=options.unknown)
     out.mkdir(parents=True, exist_ok=True)
     _write(out / MATERIALS, bake.encode(baked.materials))
     _report(baked, out)
-    _write_feel(baked.feel, table, out, with_clips=with_clips)
+    _write_feel(baked.feel, table, out, with_clips=options.clips)
 
 
 def _write_feel(
@@ -145,12 +164,13 @@ def _write(path: Path, content: bytes) -> None:
 
 def _report(baked: Bake, folder: Path) -> None:
     objects = baked.materials.objects.values()
-    by_hand = sum(surface.by == "hand" for each in objects for surface in each.surfaces)
+    corrected = ("hand", "pattern")
+    by_hand = sum(surface.by in corrected for each in objects for surface in each.surfaces)
     print(f"{folder / MATERIALS}: {len(objects)} objects, {by_hand} corrected by hand; not baked:")
     for sentence in baked.materials.not_baked:
         print(f"  {sentence}")
     if baked.lost:
-        print(f"  corrections of objects that the scene no longer has: {', '.join(baked.lost)}")
+        print(f"  corrections of surfaces that the scene no longer has: {', '.join(baked.lost)}")
 
 
 def _before(path: Path) -> Materials | None:
@@ -159,25 +179,30 @@ def _before(path: Path) -> Materials | None:
     return decode(documents.read_bytes(path)) if path.exists() else None
 
 
-def _model(source: Path, table: Mapping[str, Material]) -> SceneModel:
-    """Return the model of the scene in this file or recording. Raises UsageError."""
+def _model(source: Path, table: Mapping[str, Material]) -> tuple[SceneModel, tuple[SceneNode, ...]]:
+    """Return the model of the scene in this file or recording, and its nodes if it is glTF.
+
+    Raises UsageError.
+    """
     from hapticvlm.messages import MessageError
     from hapticvlm.recordings.replay import replay
     from hapticvlm.scenes.bake import model_of
     from hapticvlm.scenes.files import ENDINGS
 
     if source.is_dir():
-        return replay(source, table).model
+        return replay(source, table).model, ()
     if source.name.lower().endswith(ENDINGS):
         return _model_of_gltf(source, table, source.parent)
     try:
-        return model_of(_scenes(source), table)
+        return model_of(_scenes(source), table), ()
     except MessageError as error:
         raise UsageError(f"{source}: {error}") from None
 
 
-def _model_of_gltf(source: Path, table: Mapping[str, Material], root: Path) -> SceneModel:
-    """Return the model of a glTF scene, its textures read; its files are below `root`.
+def _model_of_gltf(
+    source: Path, table: Mapping[str, Material], root: Path
+) -> tuple[SceneModel, tuple[SceneNode, ...]]:
+    """Return the model of a glTF scene, its textures read, and its nodes; files are below `root`.
 
     Raises UsageError.
     """
@@ -191,7 +216,7 @@ def _model_of_gltf(source: Path, table: Mapping[str, Material], root: Path) -> S
 
     try:
         with working(f"reading {source.name}"):
-            scene = read_scene(source, root)
+            scene = read_scene(source, root, table)
     except SceneError as error:
         raise UsageError(str(error)) from None
     model = bake.model_of(messages_of(scene, read_lexicon(table)), table)
@@ -199,7 +224,7 @@ def _model_of_gltf(source: Path, table: Mapping[str, Material], root: Path) -> S
     bake.read_textures(model, track(surfaces_of(scene), f"baking {source.name}"), look)
     for note in (*scene.notes, *look.problems):
         print(f"hapticvlm bake: {source}: {printable(note)}", file=sys.stderr)
-    return model
+    return model, scene.objects
 
 
 def _scenes(source: Path) -> Iterator[Scene]:

@@ -1,13 +1,16 @@
 """Bakes a scene: what each surface is, as `materials.json`, for players that have no service.
 
 The verdicts are those of the session. What a person corrected in the file stays: a surface whose
-`by` is `hand` keeps its material in the next bake. Pure.
+`by` is `hand` keeps its material in the next bake, found again as a client finds it, and so does
+every surface whose material's name fits a pattern of `corrections`. Pure.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
 
 import msgspec
 
@@ -19,6 +22,8 @@ from hapticvlm.rendering.heat.limits import AT_REST, limits_of
 from hapticvlm.rendering.vibration import feel_tables
 from hapticvlm.rendering.vibration.feel_tables import Feel
 from hapticvlm.rendering.vibration.hum import Hum
+from hapticvlm.scenes import lookup
+from hapticvlm.scenes.lookup import Found, Lookup, Query
 from hapticvlm.scenes.scan import Look
 from hapticvlm.scenes.scene import SceneNode
 from hapticvlm.session.scene_model import SceneModel
@@ -26,14 +31,15 @@ from hapticvlm.session.settings import SessionSettings
 from hapticvlm.session.targets import ObjectTarget
 from hapticvlm.session.textures import MOST_SURFACES, Textures
 
-VERSION = 1
+VERSION = 2
 BY_HAND = "hand"
+BY_PATTERN = "pattern"
 NEEDS_SERVICE = (
     "heat: a plate needs its service; surface_c is what the service would render",
     "pictures: a surface whose picture changes keeps the material of the bake",
     "studies: `hapticvlm study` runs with the service only",
 )
-_NAMED = 8  # objects of one sentence; the others are counted
+_NAMED = 20  # names of one sentence; the others are counted
 
 
 class BakedHum(msgspec.Struct, frozen=True):
@@ -44,11 +50,12 @@ class BakedHum(msgspec.Struct, frozen=True):
     drives: tuple[float, ...]
 
 
-class BakedSurface(msgspec.Struct, frozen=True, omit_defaults=True):
+class BakedSurface(lookup.Surface, frozen=True, omit_defaults=True, kw_only=True):
     """One surface as it is felt; `material` is null where nothing is.
 
-    `belief` (0..1) is in this material. `by` is the source of the verdict, or `hand`. `impact_gain`
-    is below 1 where the material is doubtful. `thickness_m` is that of a swung object, if stated.
+    `name` is that of its material in the scene. `belief` (0..1) is in this material. `by` is the
+    source of the verdict, `hand` or `pattern`. `impact_gain` is below 1 where the material is
+    doubtful. `thickness_m` is that of a swung object, if stated.
     """
 
     material: str | None
@@ -61,24 +68,28 @@ class BakedSurface(msgspec.Struct, frozen=True, omit_defaults=True):
     hum: BakedHum | None = None
 
 
-class BakedObject(msgspec.Struct, frozen=True, omit_defaults=True):
-    """One object: its surfaces, the largest first, and its name if the scene gave one."""
+class BakedObject(lookup.Thing, frozen=True, omit_defaults=True, kw_only=True):
+    """One object: its surfaces, the largest first; `node` is its index in a glTF file."""
 
+    node: int | None = None
     surfaces: tuple[BakedSurface, ...]
-    name: str | None = None
 
 
 class Materials(msgspec.Struct, frozen=True):
-    """The file `materials.json`. `not_baked` has a sentence for each thing that is not in it."""
+    """The file `materials.json`. `not_baked` has a sentence for each thing that is not in it.
+
+    `corrections` are by patterns of materials' names, such as `shade*`; a person writes them.
+    """
 
     version: int
     objects: dict[str, BakedObject]
     not_baked: tuple[str, ...]
+    corrections: dict[str, str] = {}
 
 
 @dataclass(frozen=True, slots=True)
 class Bake:
-    """Both files of a bake, and the ids of corrected objects that the scene no longer has."""
+    """Both files of a bake, and the corrections whose surfaces the scene no longer has."""
 
     materials: Materials
     feel: Feel
@@ -116,25 +127,41 @@ def read_textures(model: SceneModel, surfaces: Iterable[tuple[SceneNode, int]], 
             model.objects.add_texture(str(key), evidence)
 
 
-def bake(model: SceneModel, table: Mapping[str, Material], before: Materials | None = None) -> Bake:
+def bake(
+    model: SceneModel,
+    table: Mapping[str, Material],
+    before: Materials | None = None,
+    *,
+    nodes: Iterable[SceneNode] = (),
+    unknown: str | None = None,
+) -> Bake:
     """Bake the scene of this model; corrections of `before` are kept.
+
+    `nodes` are the objects as their glTF file has them, for clients that know them by its names.
+    `unknown` is the material of surfaces of which nothing is known; None: they are not felt.
 
     Raises UsageError for a correction whose material is not in the table.
     """
     known = {target.object_id for target in model.objects.known if isinstance(target, ObjectTarget)}
-    corrections = {} if before is None else _corrections(before, table)
+    of_file = {node.object_id: node for node in nodes}
     objects = {
-        object_id: _baked_object(model, object_id, corrections) for object_id in sorted(known)
+        object_id: _baked_object(model, object_id, of_file.get(object_id))
+        for object_id in sorted(known)
     }
+    patterns = {} if before is None else before.corrections
+    lost = [] if before is None else [*_correct(objects, before, table)]
+    not_felt = _unknown(objects)
+    if unknown is not None:
+        objects = {object_id: _defaulted(each, unknown) for object_id, each in objects.items()}
     felt = {one.material for each in objects.values() for one in each.surfaces}
     used = {name: table[name] for name in felt if name is not None}
-    sentences = (*NEEDS_SERVICE, *feel_tables.left_out(used), *_unknown(objects))
-    lost = tuple(
-        object_id
-        for object_id, index in corrections
-        if object_id not in objects or index >= len(objects[object_id].surfaces)
+    sentences = (
+        *NEEDS_SERVICE,
+        *feel_tables.left_out(used),
+        *(not_felt if unknown is None else ()),
     )
-    return Bake(Materials(VERSION, objects, sentences), feel_tables.feel(used), lost)
+    materials = Materials(VERSION, objects, sentences, patterns)
+    return Bake(materials, feel_tables.feel(used), tuple(lost))
 
 
 def encode(materials: Materials) -> bytes:
@@ -158,23 +185,74 @@ def decode(content: bytes) -> Materials:
     return materials
 
 
-def _corrections(
-    before: Materials, table: Mapping[str, Material]
-) -> dict[tuple[str, int], str | None]:
-    """Return the material of each surface that a person corrected, by object and index."""
-    corrections = {
-        (object_id, index): surface.material
-        for object_id, each in before.objects.items()
-        for index, surface in enumerate(each.surfaces)
-        if surface.by == BY_HAND
-    }
-    for (object_id, _), material in corrections.items():
-        if material is not None and material not in table:
-            raise UsageError(f"materials.json: objects.{object_id}: {no_material(material, table)}")
-    return corrections
+def _correct(
+    objects: dict[str, BakedObject], before: Materials, table: Mapping[str, Material]
+) -> Iterator[str]:
+    """Correct these objects as a person corrected the file; yield what is not found again."""
+    yield from _correct_by_pattern(objects, before, table)
+    yield from _correct_by_hand(objects, before, table)
 
 
-def _surface(model: SceneModel, target: ObjectTarget) -> BakedSurface:
+def _correct_by_pattern(
+    objects: dict[str, BakedObject], before: Materials, table: Mapping[str, Material]
+) -> Iterator[str]:
+    for pattern, material in before.corrections.items():
+        _require(f"corrections.{pattern}", material, table)
+        fits = [
+            (object_id, index)
+            for object_id, each in objects.items()
+            for index, surface in enumerate(each.surfaces)
+            if any(fnmatchcase(name, pattern) for name in lookup.names_of(surface.name))
+        ]
+        for object_id, index in fits:
+            objects[object_id] = _corrected(objects[object_id], index, material, BY_PATTERN)
+        if not fits:
+            yield f"corrections.{pattern}"
+
+
+def _correct_by_hand(
+    objects: dict[str, BakedObject], before: Materials, table: Mapping[str, Material]
+) -> Iterator[str]:
+    things = Lookup(objects)
+    for object_id, each in before.objects.items():
+        for index, surface in enumerate(each.surfaces):
+            if surface.by != BY_HAND:
+                continue
+            if surface.material is not None:
+                _require(f"objects.{object_id}", surface.material, table)
+            found = _again(things, object_id, each, index)
+            if found is None:
+                yield object_id if surface.name is None else f"{object_id} ({surface.name})"
+                continue
+            objects[found.object_id] = _corrected(
+                objects[found.object_id], found.surface, surface.material, BY_HAND
+            )
+
+
+def _require(field: str, material: str, table: Mapping[str, Material]) -> None:
+    if material not in table:
+        raise UsageError(f"materials.json: {field}: {no_material(material, table)}")
+
+
+def _again(things: Lookup, object_id: str, each: BakedObject, index: int) -> Found | None:
+    """Return the surface of the new bake that this one is; None: it is gone."""
+    surface = each.surfaces[index]
+    primitive = surface.primitives[0] if surface.primitives else None
+    found = things.find(
+        Query(object_id, each.paths.get(lookup.AS_THE_SCENE, ()), surface.name, primitive, index)
+    )
+    if found is None or found.by == "material":
+        return None
+    surfaces = things.objects[found.object_id].surfaces
+    is_counted = surface.name is None and primitive is None  # known by its index only
+    if surfaces[found.surface].name != surface.name or (is_counted and found.surface != index):
+        return None
+    return found
+
+
+def _surface(
+    model: SceneModel, target: ObjectTarget, name: str | None, primitives: tuple[int, ...]
+) -> BakedSurface:
     decision = model.decision(target, 1.0, limits_of(AT_REST))
     material, impact_gain = model.rendition(target).impact
     verdict = model.objects.state(target).verdict
@@ -183,14 +261,16 @@ def _surface(model: SceneModel, target: ObjectTarget) -> BakedSurface:
     belief = decision.confidence if is_named else beliefs.get(material or "", 0.0)
     hum = model.hum(target)
     return BakedSurface(
-        material,
-        round(belief, 3),
-        decision.source,
-        round(decision.surface_c, 2),
-        decision.surface_source,
-        impact_gain,
-        model.swung_m(target),
-        None if hum is None else _hum(hum),
+        name=name,
+        primitives=primitives,
+        material=material,
+        belief=round(belief, 3),
+        by=decision.source,
+        surface_c=round(decision.surface_c, 2),
+        surface_by=decision.surface_source,
+        impact_gain=impact_gain,
+        thickness_m=model.swung_m(target),
+        hum=None if hum is None else _hum(hum),
     )
 
 
@@ -198,32 +278,56 @@ def _hum(hum: Hum) -> BakedHum:
     return BakedHum(hum.frequency_hz, round(hum.level, 4), feel_tables.hum_drives(hum))
 
 
-def _baked_object(
-    model: SceneModel, object_id: str, corrections: Mapping[tuple[str, int], str | None]
-) -> BakedObject:
+def _baked_object(model: SceneModel, object_id: str, node: SceneNode | None) -> BakedObject:
     facts = model.objects.facts(ObjectTarget(object_id))
-    count = max(1, len(facts.surfaces or ()) if facts else 1)
-    surfaces = [_surface(model, ObjectTarget(object_id, index)) for index in range(count)]
-    for index, surface in enumerate(surfaces):
-        if (object_id, index) in corrections:
-            surfaces[index] = _corrected(surface, corrections[object_id, index])
-    return BakedObject(tuple(surfaces), facts.name if facts else None)
-
-
-def _corrected(surface: BakedSurface, material: str | None) -> BakedSurface:
-    return msgspec.structs.replace(
-        surface, material=material, belief=1.0, by=BY_HAND, impact_gain=1.0
+    declared = (facts.surfaces if facts else None) or ()
+    parts: list[tuple[str | None, tuple[int, ...]]] = [(each.name, ()) for each in declared]
+    if node is not None:
+        parts = [(each.name, each.primitives) for each in node.surfaces]
+    surfaces = tuple(
+        _surface(model, ObjectTarget(object_id, index), name, primitives)
+        for index, (name, primitives) in enumerate(parts or [(None, ())])
     )
+    if node is not None:
+        return BakedObject(paths=dict(node.spelled), node=node.index, surfaces=surfaces)
+    name = facts.name if facts else None
+    return BakedObject(paths={lookup.AS_THE_SCENE: (name,)} if name else {}, surfaces=surfaces)
+
+
+def _corrected(each: BakedObject, index: int, material: str | None, by: str) -> BakedObject:
+    surfaces = list(each.surfaces)
+    surfaces[index] = msgspec.structs.replace(
+        surfaces[index], material=material, belief=1.0, by=by, impact_gain=1.0
+    )
+    return msgspec.structs.replace(each, surfaces=tuple(surfaces))
+
+
+def _is_unknown(surface: BakedSurface) -> bool:
+    return surface.material is None and surface.by != BY_HAND
+
+
+def _defaulted(each: BakedObject, material: str) -> BakedObject:
+    surfaces = tuple(
+        msgspec.structs.replace(surface, material=material) if _is_unknown(surface) else surface
+        for surface in each.surfaces
+    )
+    return msgspec.structs.replace(each, surfaces=surfaces)
 
 
 def _unknown(objects: Mapping[str, BakedObject]) -> list[str]:
-    """Return the sentence that names the objects on which nothing is felt."""
-    ids = [
-        object_id
+    """Return the sentence that names the surfaces on which nothing is felt, by their materials."""
+    names = Counter(
+        surface.name or object_id
         for object_id, each in objects.items()
-        if all(surface.material is None and surface.by != BY_HAND for surface in each.surfaces)
-    ]
-    if not ids:
+        for surface in each.surfaces
+        if _is_unknown(surface)
+    )
+    if not names:
         return []
-    named = ", ".join(ids[:_NAMED]) + (f" and {len(ids) - _NAMED} more" * (len(ids) > _NAMED))
-    return [f'materials: unknown of {named}; write one and "by": "{BY_HAND}", then bake again']
+    named = ", ".join(name for name, _ in names.most_common(_NAMED))
+    more = f" and {len(names) - _NAMED} more" * (len(names) > _NAMED)
+    return [
+        f"materials: unknown of {names.total()} surfaces, which are not felt: {named}{more}; "
+        f'write a `material` and "by": "{BY_HAND}", or a pattern of names under `corrections`, '
+        "then bake again, or choose one for all with --unknown"
+    ]

@@ -41,8 +41,12 @@ def object_of(node: SceneNode, lexicon: Lexicon, surface: int | None = None) -> 
     return SceneObject(
         object_id=node.object_id,
         name=node.name[-MAX_LABEL:],
+        material=node.material,
         surfaces=[
-            ObjectSurface(name=surface_name(each, lexicon), shader=each.shader) for each in surfaces
+            ObjectSurface(
+                name=surface_name(each, lexicon), shader=each.shader, material=each.material
+            )
+            for each in surfaces
         ],
     )
 

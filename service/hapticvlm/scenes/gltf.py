@@ -75,6 +75,7 @@ class Material(_Part, frozen=True, rename="camel"):
     pbr_metallic_roughness: Pbr = Pbr()
     alpha_mode: str = "OPAQUE"
     extensions: MaterialExtensions = MaterialExtensions()
+    extras: msgspec.Raw = msgspec.Raw()
 
 
 class Source(_Part, frozen=True):
@@ -148,12 +149,14 @@ class Node(_Part, frozen=True):
     name: str | None = None
     mesh: Index | None = None
     children: list[Index] = []
+    extras: msgspec.Raw = msgspec.Raw()
 
 
 class Roots(_Part, frozen=True):
     """A scene of the document: the indices of its root nodes."""
 
     nodes: list[Index] = []
+    name: str | None = None
 
 
 class Accessor(_Part, frozen=True, rename="camel"):
@@ -207,6 +210,11 @@ class Document(_Part, frozen=True, rename="camel"):
     accessors: list[Accessor] = []
     buffer_views: list[BufferView] = []
     buffers: list[Buffer] = []
+    extensions_used: list[str] = []
+
+
+class _Stated(_Part, frozen=True):
+    haptic_material: str | None = None
 
 
 class _Asset(_Part, frozen=True):
@@ -215,6 +223,15 @@ class _Asset(_Part, frozen=True):
 
 class _Versioned(_Part, frozen=True):
     asset: _Asset
+
+
+def stated_material(extras: msgspec.Raw) -> str | None:
+    """Return the material that extras state as `haptic_material`; extras may be any JSON."""
+    try:
+        stated = msgspec.json.decode(extras, type=_Stated).haptic_material
+    except msgspec.DecodeError:  # none, or of another shape
+        return None
+    return stated or None
 
 
 def parse(content: bytes) -> Document:
@@ -228,7 +245,8 @@ def parse(content: bytes) -> Document:
             raise SceneError(
                 f"glTF version `{version[:20]}`, and only 2 is read; export it again as glTF 2.0"
             )
-        return msgspec.json.decode(content, type=Document)
+        # Not strict: exporters write whole numbers as 1.0, which is valid JSON for an index.
+        return msgspec.json.decode(content, type=Document, strict=False)
     except msgspec.ValidationError as error:
         raise SceneError(f"not a valid glTF 2.0 file: {error}; export it again") from None
     except (msgspec.DecodeError, ValueError, RecursionError) as error:

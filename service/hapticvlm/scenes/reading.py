@@ -3,7 +3,8 @@
 What is broken raises SceneError. What is valid but cannot be read (compressed geometry, missing
 buffers) is said in a note of the scene: names and shaders are still there.
 
-Surfaces are ordered by area, because a touch that names no surface feels the largest. The area is
+All primitives of a mesh that have the same material are one surface, as in engines. Surfaces are
+ordered by area, because a touch that names no surface feels the largest. The area is
 that of the mesh, without the node's scale, and is only computed where a mesh has several surfaces;
 where its data cannot be read, the count of triangles stands for it.
 """
@@ -11,7 +12,7 @@ where its data cannot be read, the count of triangles stands for it.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
@@ -25,10 +26,12 @@ from hapticvlm.errors import printable
 from hapticvlm.evidence import names
 from hapticvlm.evidence.ladder import is_sure
 from hapticvlm.evidence.names import MAX_PARENTS
+from hapticvlm.materials import MATERIALS, Material, no_material
 from hapticvlm.messages import WHOLE, Shader
 from hapticvlm.scenes import gltf
 from hapticvlm.scenes.files import SceneFiles
 from hapticvlm.scenes.scene import Scene, SceneError, SceneNode, Surface, Texture
+from hapticvlm.scenes.spellings import spellings
 from hapticvlm.vision.files import FileError, decode_frame
 from hapticvlm.vision.pictures import PictureError, cut_region
 
@@ -40,6 +43,7 @@ MAP_PX = 64  # side to which a metallic-roughness map is shrunk before its mean 
 MAX_NAME = 200  # characters of one name that are kept
 
 T = TypeVar("T")
+Look = tuple[str | None, Shader | None, Texture | None, str | None]
 
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 _AT_ONCE = 1 << 18  # triangles whose area is computed together: 30 MB
@@ -48,13 +52,16 @@ _WIDTHS = {"SCALAR": 1, "VEC3": 3}
 _UNREADABLE = {"image/ktx2": "KTX2", "image/vnd-ms.dds": "DDS", "image/avif": "AVIF"}
 
 
-def read_scene(path: Path, root: Path | None = None) -> Scene:
+def read_scene(
+    path: Path, root: Path | None = None, table: Mapping[str, Material] = MATERIALS
+) -> Scene:
     """Read a .gltf or .glb file. Raises SceneError, which names the file.
 
-    Buffers and textures are only read below `root`; default: the folder of the file.
+    Buffers and textures are only read below `root`; default: the folder of the file. `table` has
+    the materials that `extras.haptic_material` may state.
     """
     try:
-        return _Reader(SceneFiles(path, root or path.parent)).scene()
+        return _Reader(SceneFiles(path, root or path.parent), table).scene()
     except SceneError as error:
         raise SceneError(f"{path}: {error}") from None
 
@@ -62,11 +69,14 @@ def read_scene(path: Path, root: Path | None = None) -> Scene:
 class _Reader:
     """The state of reading one file; every mesh, material and texture is read once."""
 
-    def __init__(self, files: SceneFiles) -> None:
+    def __init__(self, files: SceneFiles, table: Mapping[str, Material]) -> None:
         self._files = files
+        self._table = table
         self._document = files.document()
+        self._spelled = spellings(self._document)
         self._surfaces: dict[int, tuple[Surface, ...]] = {}
-        self._materials: dict[int, tuple[str | None, Shader | None, Texture | None]] = {}
+        self._materials: dict[int, Look] = {}
+        self._unstated: dict[str, None] = {}  # materials that the file states and nobody knows
         self._unordered: Counter[str] = Counter()  # meshes by the reason why areas are not known
         self._notes: list[str] = []
 
@@ -91,7 +101,11 @@ class _Reader:
                 left_out += bool(surfaces)
             elif surfaces:
                 path = (*parents, own or self._mesh_name(node, index))
-                objects.append(SceneNode(_unique(path, ids), path, surfaces))
+                spelled = self._spelled.paths(index)
+                stated = self._stated(node.extras)
+                objects.append(
+                    SceneNode(_unique(path, ids), path, surfaces, spelled, index, stated)
+                )
                 in_all += len(surfaces)
             below = (*parents, own)[-MAX_PARENTS:] if own else parents
             waiting += [(child, below) for child in reversed(node.children)]
@@ -107,7 +121,23 @@ class _Reader:
                 f"{MAX_IN_ALL} surfaces"
             )
         for reason, count in self._unordered.items():
-            yield f"the surfaces of {count} of the meshes are ordered by triangles: {reason}"
+            yield (
+                f"the surfaces of {count} of the meshes are ordered by triangles, not by area: "
+                f"{reason}; clients find them by their materials' names"
+            )
+        scenes = len(self._document.scenes)
+        if scenes > 1:
+            yield f"{scenes} scenes, of which the default one is read; save the others as files"
+        if "KHR_materials_variants" in self._document.extensions_used:
+            yield "variants of materials are not read: each surface has its default material"
+        nameless = sum(material.name is None for material in self._document.materials)
+        if nameless:
+            yield (
+                f"{nameless} materials have no name, by which clients find surfaces; name them, or "
+                "keep names when the file is compressed (gltfpack -km -kn)"
+            )
+        for stated in self._unstated:
+            yield f"extras.haptic_material: {no_material(stated, self._table)}; it is ignored"
 
     def _roots(self) -> Sequence[int]:
         document = self._document
@@ -129,26 +159,30 @@ class _Reader:
         if known is not None:
             return known
         mesh = _at(self._document.meshes, index, "mesh")
-        primitives = [each for each in mesh.primitives if each.mode >= _TRIANGLES]
-        counts = [self._triangles(each) for each in primitives]
-        sizes = self._areas(primitives) or counts
-        order = sorted(range(len(primitives)), key=lambda at: -sizes[at])
+        primitives = [at for at, each in enumerate(mesh.primitives) if each.mode >= _TRIANGLES]
+        counts = {at: self._triangles(mesh.primitives[at]) for at in primitives}
+        alike: dict[int | None, list[int]] = {}  # primitives by their material
+        for at in primitives:
+            alike.setdefault(mesh.primitives[at].material, []).append(at)
+        sizes = counts if len(alike) < 2 else self._areas(mesh.primitives, primitives) or counts
+        order = sorted(alike.items(), key=lambda item: -sum(sizes[at] for at in item[1]))
         if len(order) > MAX_SURFACES:
             name = printable(mesh.name or f"#{index}", 60)
             self._notes.append(
                 f"mesh {name}: {len(order)} surfaces, of which the {MAX_SURFACES} largest count"
             )
         surfaces = tuple(
-            Surface(*self._of_material(primitives[at].material), counts[at])
-            for at in order[:MAX_SURFACES]
+            Surface(name, shader, texture, sum(counts[at] for at in parts), tuple(parts), stated)
+            for material, parts in order[:MAX_SURFACES]
+            for name, shader, texture, stated in [self._of_material(material)]
         )
         self._surfaces[index] = surfaces
         return surfaces
 
-    def _of_material(self, index: int | None) -> tuple[str | None, Shader | None, Texture | None]:
-        """Return a material's name, shader parameters and base-colour map."""
+    def _of_material(self, index: int | None) -> Look:
+        """Return a material's name, shader parameters, base-colour map, and what it states."""
         if index is None:
-            return None, None, None
+            return None, None, None, None
         known = self._materials.get(index)
         if known is None:
             material = _at(self._document.materials, index, "material")
@@ -156,9 +190,17 @@ class _Reader:
             texture = None if reference is None else self._texture(reference.index)
             name = _clean(material.name) or None
             shader = self._with_map(material, _shader(material), name)
-            known = name, shader, texture
+            known = name, shader, texture, self._stated(material.extras)
             self._materials[index] = known
         return known
+
+    def _stated(self, extras: msgspec.Raw) -> str | None:
+        """Return the material that extras state; one that the table does not have is told."""
+        stated = gltf.stated_material(extras)
+        if stated is None or stated in self._table:
+            return stated
+        self._unstated[stated] = None
+        return None
 
     def _with_map(self, material: gltf.Material, shader: Shader, name: str | None) -> Shader:
         """Return the shader with the means of its metallic-roughness map, unless the name is sure.
@@ -218,12 +260,12 @@ class _Reader:
         count = _at(self._document.accessors, index, "accessor").count
         return count // 3 if primitive.mode == _TRIANGLES else max(0, count - 2)
 
-    def _areas(self, primitives: Sequence[gltf.Primitive]) -> list[float] | None:
+    def _areas(
+        self, primitives: Sequence[gltf.Primitive], indices: Sequence[int]
+    ) -> dict[int, float] | None:
         """Return the area of each primitive in square metres of the mesh; None if not known."""
-        if len(primitives) < 2:
-            return None
         try:
-            return [self._area(primitive) for primitive in primitives]
+            return {at: self._area(primitives[at]) for at in indices}
         except SceneError as error:
             self._unordered[str(error)] += 1
             return None

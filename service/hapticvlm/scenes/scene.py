@@ -6,7 +6,7 @@ the file, unchanged, because they are evidence. Missing is None.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from hapticvlm.errors import HapticVLMError
@@ -33,13 +33,16 @@ class Texture:
 class Surface:
     """A part of an object with one material. `name` is the material's; None: it has none.
 
-    `triangles` is their count. Several objects of the same mesh share their surfaces.
+    `triangles` is their count. Several objects of the same mesh share their surfaces. `primitives`
+    are those of the mesh that have this material, and `material` the one that the file states.
     """
 
     name: str | None
     shader: Shader | None
     texture: Texture | None
     triangles: int
+    primitives: tuple[int, ...] = ()
+    material: str | None = None
 
     @property
     def label(self) -> str | None:
@@ -53,12 +56,16 @@ class SceneNode:
 
     `object_id` is unique in its scene and has at most 128 characters, as the protocol demands.
     `path` has the names of its nearest parents, outermost first, and its own last. `surfaces` are
-    ordered by area, the largest first; there is at least one.
+    ordered by area, the largest first; there is at least one. `spelled` are the paths of its names
+    as engines spell them, `index` its node in the file, and `material` what the file states.
     """
 
     object_id: str
     path: tuple[str, ...]
     surfaces: tuple[Surface, ...]
+    spelled: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    index: int | None = None
+    material: str | None = None
 
     @property
     def name(self) -> str:

@@ -1,5 +1,5 @@
-// Plays golden cases with the C# player: `baked.exe FEEL` reads cases and prints them with its plans. `baked.exe FEEL heard`
-// reads {rate, voice, block, touches: [{block, touch}], blocks} and prints the samples.
+// Plays golden cases with the C# player: `baked.exe FEEL` reads cases and prints them with its plans. `baked.exe FILE identity`
+// answers the queries of a file; `baked.exe FEEL heard` reads {rate, voice, block, touches: [{block, touch}], blocks} and prints the samples.
 using System;
 using System.Collections.Generic;
 using System.Globalization;
@@ -12,6 +12,11 @@ public static class PlayFeel
 {
     public static int Main(string[] arguments)
     {
+        if (arguments[arguments.Length - 1] == "identity")
+        {
+            Console.WriteLine("[" + string.Join(",", Identified(File.ReadAllText(arguments[0]))) + "]");
+            return 0;
+        }
         Feel feel = Feel.Open(File.ReadAllText(arguments[0]));
         if (arguments.Length > 1)
         {
@@ -21,6 +26,23 @@ public static class PlayFeel
         var cases = (List<object>)Json.Parse(Console.In.ReadToEnd());
         Console.WriteLine("[" + string.Join(",", cases.Select(one => Played(feel, (Map)one))) + "]");
         return 0;
+    }
+
+    // Answers the queries of tests/identity_cases.json: [id, surface, by], or the nearest id.
+    private static IEnumerable<string> Identified(string file)
+    {
+        BakedScene bake = BakedScene.Open(file);
+        foreach (Map each in ((List<object>)((Map)Json.Parse(file))["queries"]).Cast<Map>().Select(one => (Map)one["ask"]))
+        {
+            Func<string, object> value = name => each.ContainsKey(name) ? each[name] : null;
+            var query = new BakeQuery { ObjectId = (string)value("object_id"), Material = (string)value("material") };
+            query.Paths = ((List<object>)value("paths") ?? new List<object>()).Cast<string>().ToArray();
+            query.Primitive = (int?)(double?)value("primitive");
+            query.Surface = (int?)(double?)value("surface") ?? 0;
+            query.Engine = (string)value("engine") ?? query.Engine;
+            BakeFound found = bake.Find(query);
+            yield return found == null ? "\"" + bake.Nearest(query.ObjectId) + "\"" : "[\"" + found.ObjectId + "\"," + found.Surface + ",\"" + found.By + "\"]";
+        }
     }
 
     private static string Played(Feel feel, Map one)

@@ -86,20 +86,32 @@ public static class FeltRooms
     {
         HapticObject box = Moves.Box("Xyzzy", new Vector3(0f, 0f, 0f), new Vector3(8f, 1f, 0.1f));
         string surface = "{\"material\": \"stone\", \"belief\": 0.9, \"by\": \"name\", \"surface_c\": 22.0, \"surface_by\": \"ambient\", \"impact_gain\": 0.8}";
-        HapticClient client = Client("{\"version\": 1, \"objects\": {\"" + box.ObjectId + "\": {\"surfaces\": [" + surface + "]}}, \"not_baked\": []}");
+        HapticClient client = Client("{\"version\": 2, \"objects\": {\"" + box.ObjectId + "\": {\"surfaces\": [" + surface + "]}}, \"not_baked\": []}");
         HapticHand hand = Moves.Hand(new Vector3(-2f, 0f, 0.06f));
         var haptics = hand.gameObject.AddComponent<ControllerHaptics>();
         Stroke(hand, () => haptics.Amplitude > 0f, "the bake is not felt");
+        Components.Say("copy " + Copied(box));
         box.State("unobtainium");
         Stroke(hand, () => haptics.Amplitude == 0f, "a script does not override the bake");
         Components.Say("overridden, errors " + Debug.Errors);
         Object.Destroy(client.gameObject);
         Components.RunFor(2);
-        client = Client("{\"version\": 2, \"objects\": {}}");
+        client = Client("{\"version\": 9, \"objects\": {}}");
         Components.Run(() => Debug.Errors > 0, "a bake of another version is taken");
         Components.RunFor(5);
         foreach (string line in Debug.Lines) Components.Say(line);
         Object.Destroy(client.gameObject);
+    }
+
+    // A copy as Unity makes one at run time: the serialised id is that of its original.
+    static string Copied(HapticObject original)
+    {
+        HapticObject copy = Moves.Box("Another", new Vector3(0f, 9f, 0f), new Vector3(1f, 1f, 0.1f));
+        copy.enabled = false;
+        typeof(HapticObject).GetField("objectId", BindingFlags.NonPublic | BindingFlags.Instance).SetValue(copy, original.ObjectId);
+        copy.enabled = true;
+        FeltSurface felt = BakedFeel.Find(copy.gameObject);
+        return (copy.ObjectId != original.ObjectId) + " " + (felt == null ? "nothing" : felt.Material);
     }
 
     // A speaker beside the hand: what it plays follows the mode, stops and gains; its audio thread takes no memory.

@@ -3,13 +3,67 @@ using System.Collections.Generic;
 
 namespace HapticVLM.Baked
 {
-    /// <summary>The surfaces of `materials.json`, by object id.</summary>
+    /// <summary>What is known of a touched thing. Paths are its names behind its parents', the best first.</summary>
+    public sealed class BakeQuery
+    {
+        public string ObjectId;
+        public string[] Paths = new string[0];
+
+        /// <summary>Name of the touched material.</summary>
+        public string Material;
+
+        /// <summary>Index of the primitive in its glTF mesh; null: not known.</summary>
+        public int? Primitive;
+
+        public int Surface;
+
+        /// <summary>Who spelled the paths: `three`, `godot`, or `scene` for an engine that keeps names.</summary>
+        public string Engine = BakedScene.AsTheScene;
+    }
+
+    /// <summary>An object of a bake and a surface in it, found by `id`, `path` or `material`.</summary>
+    public sealed class BakeFound
+    {
+        public string ObjectId;
+        public int Surface;
+        public string By;
+    }
+
+    /// <summary>
+    /// The surfaces of `materials.json`. A thing is found by its id, else by the path of its names, else by its material's
+    /// name; an index decides only between surfaces of which nothing else is known.
+    /// </summary>
     public sealed class BakedScene
     {
-        private const double Version = 1;
-        private readonly Dictionary<string, FeltSurface[]> objects = new Dictionary<string, FeltSurface[]>();
+        internal const string AsTheScene = "scene";
+        const double Version = 2;
 
-        private BakedScene(Table file)
+        sealed class Part
+        {
+            public FeltSurface Felt;
+            public string[] Names;
+            public double[] Primitives;
+        }
+
+        sealed class Spelling
+        {
+            public string[] Names;
+            public string ObjectId;
+            public string Engine;
+            public HashSet<string> Others; // engines that spell it otherwise
+
+            public bool IsOf(string engine)
+            {
+                return engine == Engine || Engine == AsTheScene && !Others.Contains(engine);
+            }
+        }
+
+        readonly Dictionary<string, Part[]> objects = new Dictionary<string, Part[]>();
+        readonly List<string> ids = new List<string>(); // in the order of the file
+        readonly Dictionary<string, List<Spelling>> named = new Dictionary<string, List<Spelling>>(); // by an object's own name
+        readonly Dictionary<string, BakeFound> ofMaterial = new Dictionary<string, BakeFound>();
+
+        BakedScene(Table file)
         {
             if (file.Number("version") != Version)
             {
@@ -19,7 +73,16 @@ namespace HapticVLM.Baked
             foreach (string id in all.Names)
             {
                 Table each = all.Part(id);
-                objects[id] = each.List("surfaces").ConvertAll(surface => Surface(new Table("materials.json." + id, surface))).ToArray();
+                ids.Add(id);
+                objects[id] = each.List("surfaces").ConvertAll(surface => PartOf(new Table("materials.json." + id, surface))).ToArray();
+                if (each.Has("paths")) AddPaths(id, each.Part("paths"));
+                for (int i = 0; i < objects[id].Length; i++)
+                {
+                    foreach (string name in objects[id][i].Names)
+                    {
+                        if (!ofMaterial.ContainsKey(name)) ofMaterial[name] = new BakeFound { ObjectId = id, Surface = i, By = "material" };
+                    }
+                }
             }
         }
 
@@ -29,15 +92,157 @@ namespace HapticVLM.Baked
             return new BakedScene(new Table("materials.json", Json.Parse(json)));
         }
 
-        /// <summary>Returns a surface of an object; its largest where it has no such surface, null for an unknown object.</summary>
-        public FeltSurface Find(string objectId, int surface)
+        /// <summary>Returns what this is in the bake; null: nothing of it is known.</summary>
+        public BakeFound Find(BakeQuery query)
         {
-            FeltSurface[] surfaces;
-            if (objectId == null || !objects.TryGetValue(objectId, out surfaces) || surfaces.Length == 0) return null;
-            return surfaces[surface < surfaces.Length ? surface : 0];
+            string id = ById(query.ObjectId);
+            string by = id == null ? "path" : "id";
+            if (id == null) id = ByPath(query);
+            if (id != null && objects[id].Length > 0) return new BakeFound { ObjectId = id, Surface = SurfaceOf(objects[id], query), By = by };
+            foreach (string name in NamesOf(query.Material))
+            {
+                BakeFound found;
+                if (ofMaterial.TryGetValue(name, out found)) return found;
+            }
+            return null;
         }
 
-        private static FeltSurface Surface(Table table)
+        /// <summary>Returns how a surface feels.</summary>
+        public FeltSurface SurfaceOf(BakeFound found)
+        {
+            return objects[found.ObjectId][found.Surface].Felt;
+        }
+
+        /// <summary>Returns the id that shares most pairs of letters with a name; null: there is none.</summary>
+        public string Nearest(string name)
+        {
+            HashSet<string> pairs = PairsOf(name ?? "");
+            string best = null;
+            double most = -1.0;
+            foreach (string id in ids)
+            {
+                HashSet<string> others = PairsOf(id);
+                int all = pairs.Count + others.Count;
+                others.IntersectWith(pairs);
+                double share = 2.0 * others.Count / Math.Max(1, all);
+                if (share <= most) continue;
+                most = share;
+                best = id;
+            }
+            return best;
+        }
+
+        /// <summary>Returns the object with this id, or the one that an id `original~copy` is a copy of.</summary>
+        string ById(string id)
+        {
+            if (id == null) return null;
+            if (objects.ContainsKey(id)) return id;
+            int at = id.LastIndexOf('~');
+            string original = at < 0 ? "" : id.Substring(0, at);
+            return objects.ContainsKey(original) ? original : null;
+        }
+
+        /// <summary>Returns the object whose names agree farthest, from its own up to its parents'.</summary>
+        string ByPath(BakeQuery query)
+        {
+            foreach (string path in query.Paths)
+            {
+                string[] names = path.Split('/');
+                List<Spelling> candidates;
+                if (!named.TryGetValue(names[names.Length - 1], out candidates)) continue;
+                int most = -1;
+                string best = null;
+                bool bestHas = false;
+                foreach (Spelling each in candidates)
+                {
+                    int rank = 2 * Shared(names, each.Names) + (each.IsOf(query.Engine) ? 1 : 0);
+                    bool has = Has(each.ObjectId, query.Material);
+                    if (rank < most || rank == most && (bestHas || !has)) continue;
+                    most = rank;
+                    best = each.ObjectId;
+                    bestHas = has;
+                }
+                return best;
+            }
+            return null;
+        }
+
+        bool Has(string id, string material)
+        {
+            string[] wanted = NamesOf(material);
+            return Array.Exists(objects[id], part => Array.Exists(part.Names, name => Array.IndexOf(wanted, name) >= 0));
+        }
+
+        void AddPaths(string id, Table paths)
+        {
+            var spellers = new HashSet<string>(paths.Names);
+            foreach (string engine in spellers)
+            {
+                foreach (object path in paths.List(engine))
+                {
+                    string[] names = ((string)path).Split('/');
+                    List<Spelling> others;
+                    if (!named.TryGetValue(names[names.Length - 1], out others)) named[names[names.Length - 1]] = others = new List<Spelling>();
+                    others.Add(new Spelling { Names = names, ObjectId = id, Engine = engine, Others = spellers });
+                }
+            }
+        }
+
+        /// <summary>Returns the surface with this material's name, else this primitive, else this index, else 0.</summary>
+        static int SurfaceOf(Part[] surfaces, BakeQuery query)
+        {
+            var candidates = new List<int>();
+            foreach (string wanted in NamesOf(query.Material))
+            {
+                for (int i = 0; i < surfaces.Length; i++)
+                {
+                    if (Array.IndexOf(surfaces[i].Names, wanted) >= 0) candidates.Add(i);
+                }
+                if (candidates.Count > 0) break;
+            }
+            bool isNamed = candidates.Count > 0;
+            for (int i = 0; !isNamed && i < surfaces.Length; i++) candidates.Add(i);
+            foreach (int i in candidates)
+            {
+                if (query.Primitive != null && Array.IndexOf(surfaces[i].Primitives, (double)query.Primitive) >= 0) return i;
+            }
+            return candidates.Contains(query.Surface) ? query.Surface : candidates[0];
+        }
+
+        /// <summary>Returns a material's name as a whole, and without that of its texture's file before it.</summary>
+        static string[] NamesOf(string name)
+        {
+            if (string.IsNullOrEmpty(name)) return new string[0];
+            string last = name.Substring(name.LastIndexOf('/') + 1);
+            return last.Length == 0 || last == name ? new[] { name } : new[] { name, last };
+        }
+
+        static int Shared(string[] names, string[] others)
+        {
+            int count = 0;
+            while (count < names.Length && count < others.Length && names[names.Length - 1 - count] == others[others.Length - 1 - count]) count++;
+            return count;
+        }
+
+        static HashSet<string> PairsOf(string text)
+        {
+            string low = text.ToLowerInvariant();
+            var pairs = new HashSet<string>();
+            for (int i = 0; i + 1 < low.Length; i++) pairs.Add(low.Substring(i, 2));
+            return pairs;
+        }
+
+        static Part PartOf(Table table)
+        {
+            return new Part
+            {
+                Felt = Surface(table),
+                Names = NamesOf(table.Has("name") ? table.Text("name") : null),
+                Primitives = table.Has("primitives") ? table.Numbers("primitives") : new double[0],
+            };
+        }
+
+        static FeltSurface Surface(Table table)
         {
             return new FeltSurface
             {
@@ -48,7 +253,7 @@ namespace HapticVLM.Baked
             };
         }
 
-        private static FeltHum Hum(Table table)
+        static FeltHum Hum(Table table)
         {
             return new FeltHum { FrequencyHz = table.Number("frequency_hz"), Level = table.Number("level"), Drives = table.Numbers("drives") };
         }

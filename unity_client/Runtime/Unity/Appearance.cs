@@ -45,7 +45,7 @@ namespace HapticVLM
         }
 
         /// <summary>Joins the names of collider material and object, which is the noun, behind those of its parents.</summary>
-        static string Name(GameObject of)
+        public static string Name(GameObject of)
         {
             string name = of.name;
             var collider = of.GetComponentInChildren<Collider>();
@@ -61,7 +61,7 @@ namespace HapticVLM
         }
 
         /// <summary>Returns the name of a material behind that of its base colour map, which is read if the material's says nothing.</summary>
-        static string NameOf(Material material)
+        public static string NameOf(Material material)
         {
             Texture map = MapOf(material);
             string name = map == null ? material.name : map.name + "/" + material.name;

@@ -26,6 +26,7 @@ namespace HapticVLM
         /// <summary>The surfaces of a bake; null for none.</summary>
         public BakedScene Baked
         {
+            get { return baked; }
             set
             {
                 baked = value;
@@ -78,7 +79,7 @@ namespace HapticVLM
         FeltSurface Find(Thing thing, string objectId, long surface)
         {
             HapticObject target = HapticObject.ById(objectId);
-            FeltSurface whole = baked == null ? null : baked.Find(objectId, (int)surface);
+            FeltSurface whole = baked == null || target == null ? null : BakedFeel.Find(baked, target, (int)surface);
             string material;
             if (target != null && target.IsStatedByScript) material = target.StatedMaterial;
             else if (!thing.Decided.TryGetValue(surface, out material))

@@ -51,6 +51,9 @@ namespace HapticVLM
 
         internal Felt Felt { get { return felt; } }
 
+        /// <summary>The surfaces of the bake that is felt; null: none.</summary>
+        internal BakedScene Baked { get { return surfaces.Baked; } }
+
         /// <summary>The reason why nothing of the bake is felt, with the remedy; null if there is none.</summary>
         internal string BakedSilence
         {

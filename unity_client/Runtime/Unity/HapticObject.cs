@@ -32,6 +32,8 @@ namespace HapticVLM
     [DisallowMultipleComponent, AddComponentMenu("HapticVLM/Haptic Object")]
     public sealed class HapticObject : MonoBehaviour
     {
+        const string CopyMark = "~"; // between the id of an original and what tells its copy from it
+
         [SerializeField, Tooltip("Permanent id of this object for the service; generated when empty.")]
         string objectId = "";
 
@@ -184,6 +186,12 @@ namespace HapticVLM
             return surfaces == null || surfaces.Count < 2 || surface >= surfaces.Count ? null : surfaces.MaterialOf(surface).name;
         }
 
+        /// <summary>Returns the name of the material of a surface as it is stated, or null.</summary>
+        internal string MaterialName(int surface)
+        {
+            return surfaces == null || surface >= surfaces.Count ? null : Appearance.NameOf(surfaces.MaterialOf(surface));
+        }
+
         /// <summary>States the hash of this map for each surface that has it.</summary>
         internal void StateTexture(TextureMap map, SceneRegistry scene)
         {
@@ -251,12 +259,14 @@ namespace HapticVLM
             surfaces = null;
         }
 
-        /// <summary>Generates a new id for a copy, which starts with the id of its original.</summary>
+        /// <summary>Gives a copy a new id, which starts with the id of its original, so that a bake finds the original.</summary>
         void MakeIdUnique()
         {
             if (string.IsNullOrEmpty(objectId)) objectId = NewId();
             objectId = WireText.Within(objectId, SceneObject.ObjectIdMaxLength);
-            if (Ids.ContainsKey(objectId)) objectId = NewId();
+            if (!Ids.ContainsKey(objectId)) return;
+            string mark = CopyMark + NewId();
+            objectId = WireText.Within(objectId.Split('~')[0], SceneObject.ObjectIdMaxLength - mark.Length) + mark;
         }
 
         static string NewId()

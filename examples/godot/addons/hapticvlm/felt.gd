@@ -19,8 +19,8 @@ const MODES: Array[String] = ["auto", "service", "baked"]
 
 ## Called with each plan of the bake: the fields of a `vibration` event.
 var on_vibration: Callable
-## Returns the material that the scene states of an object id; empty: none.
-var material_of: Callable
+## Returns what the scene states of an object id; empty: nothing.
+var stated_of: Callable
 ## Forms of the hands that are felt, as {"left": "amplitude"}.
 var forms := {}
 ## Whether this scene owns the outputs of the service.
@@ -29,16 +29,18 @@ var is_owner := false
 var mode := "auto"
 ## The opened `feel.json`; empty: there is none.
 var feel := {}
+## The opened `materials.json`; null: there is none.
+var bake: HapticBake
 
 var _player: FeelPlayer  # null: no feel.json
-var _objects := {}  # of materials.json
+var _baked := {}  # [object id, surface] -> what the bake has of it
 var _decided := {}  # [object id, surface] -> the material that the service renders
 var _hands := {"left": Hand.new(), "right": Hand.new()}
 var _is_open := false
 var _connected_at := -INF
 var _received_at := -INF
 var _asked_at := -INF  # time of the first touch that the service has not answered
-var _unknown := ""  # the touched object whose material nobody knows
+var _missing := ""  # why the touched object is not felt
 
 
 class Hand:
@@ -54,7 +56,8 @@ class Hand:
 ## Takes the contents of `feel.json`, opened, and of `materials.json`; empty dictionaries: there is none.
 func open(tables: Dictionary, materials: Dictionary) -> void:
 	feel = tables
-	_objects = materials.get("objects", {})
+	bake = null if materials.is_empty() else HapticBake.new(materials)
+	_baked.clear()
 	_player = null if feel.is_empty() else FeelPlayer.new(feel, surface_of)
 
 
@@ -96,9 +99,7 @@ func silence() -> String:
 		return "no feel.json: add *.json to the export's filter of files that are not resources"
 	if _hands.keys().any(func(name: String) -> bool: return _hands[name].touches and is_held(name)):
 		return "stopped: release and touch again"
-	if not _unknown.is_empty():
-		return "the bake does not know `%s`: bake the scene, or state a material" % _unknown
-	return ""
+	return _missing
 
 
 ## Notes that the connection opened or ended.
@@ -200,15 +201,41 @@ func step(now: float) -> void:
 ## Returns what is felt of a touched object without the service: a surface of `materials.json`.
 func surface_of(fields: Dictionary) -> Dictionary:
 	var id := str(fields.get("object_id", ""))
-	var index := int(fields.get("surface", 0))
-	var surfaces: Array = _objects.get(id, {}).get("surfaces", [])
-	var surface: Dictionary = {} if surfaces.is_empty() else surfaces[index if index < surfaces.size() else 0]
-	if _decided.has([id, index]):
-		surface = surface.merged({"material": _decided[[id, index]]}, true)
-	elif surface.is_empty() and not material_of.call(id).is_empty():
-		surface = {"material": material_of.call(id)}
-	_unknown = id if surface.get("material") == null else ""
+	var key := [id, int(fields.get("surface", 0))]
+	var stated: Dictionary = stated_of.call(id)
+	if not _baked.has(key):
+		_baked[key] = _find(id, key[1], stated)
+	var surface: Dictionary = _baked[key]
+	if _decided.has(key):
+		surface = surface.merged({"material": _decided[key]}, true)
+	elif surface.get("material") == null and not stated.get("material", "unknown") == "unknown":
+		surface = surface.merged({"material": stated["material"]}, true)
+	_missing = "" if surface.get("material") != null or id.is_empty() else _miss(id, _baked[key])
 	return surface
+
+
+## Forgets where an object is in the bake, because it states something else.
+func restate(object_id: String) -> void:
+	for key: Array in _baked.keys():
+		if key[0] == object_id:
+			_baked.erase(key)
+
+
+func _find(id: String, surface: int, stated: Dictionary) -> Dictionary:
+	if bake == null:
+		return {}
+	var query := {"object_id": id, "paths": [stated.get("name", id)], "surface": surface, "engine": "godot"}
+	var surfaces: Array = stated.get("surfaces", [])
+	if surface < surfaces.size():
+		query["material"] = surfaces[surface].get("name", "")
+	return bake.surface_of(bake.find(query))
+
+
+func _miss(id: String, found: Dictionary) -> String:
+	if not found.is_empty():
+		return "the material of `%s` is unknown: correct it in materials.json, or bake with --unknown" % id
+	var near := "there is no materials.json" if bake == null else "nearest is `%s`" % bake.nearest(id)
+	return "`%s` is not in the bake; %s: bake the scene again, or state its material" % [id, near]
 
 
 func _is_baked(hand: Hand) -> bool:

@@ -86,7 +86,7 @@ func surface_at(position: Vector3) -> int:
 
 ## Returns its description for a `scene` message; `scene` is the root of the scene that it is in.
 func described(scene: Node) -> Dictionary:
-	var object := {"object_id": id_in(scene), "name": _path(scene) if label.is_empty() else label.left(256)}
+	var object := {"object_id": id_in(scene), "name": HapticBake.path_of(get_parent(), scene) if label.is_empty() else label.left(256)}
 	if not material.is_empty():
 		object["material"] = material
 	if states_temperature:
@@ -120,19 +120,6 @@ func id_in(scene: Node) -> String:
 	if get_parent() != scene:
 		path = path.path_join(str(scene.get_path_to(get_parent())))
 	return _shortened(path)
-
-
-## Returns the parent's name behind those of its own parents below the scene's root, which give it its sense.
-func _path(scene: Node) -> String:
-	var path := str(get_parent().name).left(256)
-	var node := get_parent().get_parent()
-	while node != null and node != scene and node != get_tree().root:
-		var longer := str(node.name) + "/" + path
-		if longer.length() > 256:
-			break
-		path = longer
-		node = node.get_parent()
-	return path
 
 
 ## Returns the ids of its carriers; the protocol allows 16.

@@ -93,7 +93,7 @@ func _enter_tree() -> void:
 	_link.on_message = _receive
 	_link.on_lost = _lose
 	felt.on_vibration = vibrated.emit
-	felt.material_of = _registry.material_of
+	felt.stated_of = _registry.stated_of
 	_set_mode(mode)
 
 
@@ -129,11 +129,13 @@ func is_open() -> bool:
 ## Describes one object: {object_id, name?, material?, ...}. It is sent again after a reconnect.
 func add(object: Dictionary) -> void:
 	_registry.add(object)
+	felt.restate(str(object.get("object_id", "")))
 
 
 ## Removes an object.
 func forget(object_id: String) -> void:
 	_registry.forget(object_id)
+	felt.restate(object_id)
 	decisions.erase(object_id)
 
 

@@ -51,10 +51,9 @@ func forget(object_id: String) -> void:
 	has_changes = true
 
 
-## Returns the material that an object states; empty if none.
-func material_of(object_id: String) -> String:
-	var stated := str(_objects.get(object_id, {}).get("material", ""))
-	return "" if stated == "unknown" else stated
+## Returns what an object states; empty: nothing.
+func stated_of(object_id: String) -> Dictionary:
+	return _objects.get(object_id, {})
 
 
 ## Returns {object_id, surface} of a surface that states this texture; empty if none does.

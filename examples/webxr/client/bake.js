@@ -1,0 +1,162 @@
+/**
+ * What a bake (`materials.json`) says of a touched thing, and which of its objects an object of a page is.
+ *
+ * A thing is found by its id, else by the path of its names, else by its material's name. The bake has the paths as
+ * glTF, three.js, Babylon.js and Godot spell them; an index decides only between surfaces of which nothing else is known.
+ */
+const VERSION = 2;
+const AS_THE_SCENE = 'scene'; // the spelling of engines that keep names
+
+export class Bake {
+  #objects; // [id, surfaces]
+  #named = new Map(); // by an object's own name: {names of its path, id, isOf(engine)}
+  #ofMaterial = new Map(); // by a material's name: {object_id, surface}
+  #parts = new WeakMap(); // object of the page -> material -> answer
+
+  /** `file` is the parsed contents of `materials.json`. Throws where its version is another. */
+  constructor(file) {
+    if (file?.version !== VERSION) throw new Error(`materials.json: version ${file?.version} is not ${VERSION}: bake the scene again`);
+    this.#objects = new Map(Object.entries(file.objects).map(([id, {surfaces}]) => [id, surfaces]));
+    for (const [id, {paths = {}, surfaces}] of Object.entries(file.objects)) {
+      for (const [speller, spelled] of Object.entries(paths)) {
+        const isOf = (engine) => engine === speller || (speller === AS_THE_SCENE && !Object.hasOwn(paths, engine));
+        for (const names of spelled.map((path) => path.split('/'))) {
+          if (!this.#named.has(names.at(-1))) this.#named.set(names.at(-1), []);
+          this.#named.get(names.at(-1)).push({names, id, isOf});
+        }
+      }
+      surfaces.forEach(({name}, surface) => {
+        for (const each of namesOf(name)) if (!this.#ofMaterial.has(each)) this.#ofMaterial.set(each, {object_id: id, surface});
+      });
+    }
+  }
+
+  /**
+   * Returns {object_id, surface} of an object of three.js, A-Frame or Babylon.js, for a touch; undefined: the bake has
+   * nothing of it. `hit` is the intersection of a Raycaster, which tells the surface.
+   */
+  bakedOf(object, hit) {
+    const material = [object.material].flat()[hit?.face?.materialIndex ?? 0] ?? [object.material].flat()[0];
+    let known = this.#parts.get(object);
+    if (!known) this.#parts.set(object, (known = new Map()));
+    if (!known.has(material)) known.set(material, this.#partOf(object, material?.name));
+    return known.get(material);
+  }
+
+  /** Returns {object_id, surface, by} of what is known of a thing, by id, path or material; undefined: nothing is. */
+  find({object_id: id, paths = [], material, primitive, surface = 0, engine = AS_THE_SCENE}) {
+    let found = this.#byId(id);
+    const by = found === undefined ? 'path' : 'id';
+    found ??= this.#byPath(paths, material, engine);
+    if (found !== undefined) return {object_id: found, surface: surfaceOf(this.#objects.get(found), material, primitive, surface), by};
+    const named = namesOf(material).find((name) => this.#ofMaterial.has(name));
+    return named === undefined ? undefined : {...this.#ofMaterial.get(named), by: 'material'};
+  }
+
+  /** Returns a surface: its material and what else the file says of it. */
+  surface({object_id: id, surface}) {
+    return this.#objects.get(id)?.[surface];
+  }
+
+  /** Returns the id that shares most pairs of letters with a name. */
+  nearest(name) {
+    const pairs = pairsOf(name);
+    const shares = [...this.#objects.keys()].map((id) => [alike(pairs, pairsOf(id)), id]);
+    return shares.reduce((best, each) => (best?.[0] >= each[0] ? best : each), undefined)?.[1];
+  }
+
+  /** Looks an object of a page up by its names, then by those of its parents: a part of a mesh has none in the file. */
+  #partOf(object, material) {
+    const found = (at) => {
+      const {own, raw} = pathsOf(at);
+      const ask = {material, primitive: at === object ? undefined : primitiveOf(object)};
+      const spelled = own && this.find({...ask, paths: [own], engine: object.isObject3D ? 'three' : AS_THE_SCENE});
+      const answer = spelled?.by === 'path' ? spelled : raw && this.find({...ask, paths: [raw]});
+      return answer?.by === 'path' ? {object_id: answer.object_id, surface: answer.surface} : undefined;
+    };
+    const isPart = object.parent?.isGroup && !object.userData?.name;
+    const whole = isPart && found(object.parent);
+    if (whole && this.#objects.get(whole.object_id).length > 1) return whole;
+    for (let at = object; at; at = at.parent) {
+      const answer = found(at);
+      if (answer) return answer;
+    }
+    const answer = this.find({material});
+    return answer && {object_id: answer.object_id, surface: answer.surface};
+  }
+
+  #byId(id) {
+    if (id === undefined || id === null) return undefined;
+    if (this.#objects.has(id)) return id;
+    const original = id.slice(0, Math.max(0, id.lastIndexOf('~'))); // a copy's id is `original~copy`
+    return this.#objects.has(original) ? original : undefined;
+  }
+
+  /** Returns the object whose names agree farthest, from its own up to its parents'. */
+  #byPath(paths, material, engine) {
+    for (const path of paths.map((each) => each.split('/'))) {
+      const candidates = this.#named.get(path.at(-1));
+      if (!candidates) continue;
+      const ranks = candidates.map(({names, isOf}) => 2 * shared(path, names) + isOf(engine));
+      const most = ranks.reduce((one, other) => Math.max(one, other));
+      const best = candidates.filter((_, at) => ranks[at] === most).map(({id}) => id);
+      const wanted = namesOf(material);
+      const has = (id) => this.#objects.get(id).some(({name}) => namesOf(name).some((each) => wanted.includes(each)));
+      return best.find(has) ?? best[0];
+    }
+    return undefined;
+  }
+}
+
+/** Returns the surface with this material's name, else this primitive, else this index, else 0. */
+function surfaceOf(surfaces, material, primitive, index) {
+  let candidates = surfaces.map((_, at) => at);
+  for (const wanted of namesOf(material)) {
+    const named = candidates.filter((at) => namesOf(surfaces[at].name).includes(wanted));
+    if (!named.length) continue;
+    candidates = named;
+    break;
+  }
+  return candidates.find((at) => surfaces[at].primitives?.includes(primitive)) ?? (candidates.includes(index) ? index : candidates[0]);
+}
+
+/** Returns the path of an object as its engine spells it, and as the file does: three.js keeps that in `userData`. */
+function pathsOf(object) {
+  if (!object.name && !object.userData?.name) return {};
+  const own = [];
+  const raw = [];
+  for (let at = object; at; at = at.parent) {
+    if (at.name) own.unshift(at.name.replace(/_instance_\d+$/, ''));
+    if (at.userData?.name ?? at.name) raw.unshift(at.userData?.name ?? at.name);
+  }
+  return {own: object.name ? own.join('/') : '', raw: raw.join('/')};
+}
+
+/** Returns the index of a part in its mesh: the number that Babylon.js gives it, or its place in the Group of three.js. */
+function primitiveOf(object) {
+  const number = /_primitive(\d+)$/.exec(object.name)?.[1];
+  const place = object.parent?.isGroup ? object.parent.children.indexOf(object) : -1;
+  return number !== undefined ? Number(number) : place < 0 ? undefined : place;
+}
+
+/** Returns a material's name as a whole, and without that of its texture's file before it. */
+function namesOf(name) {
+  if (!name) return [];
+  const last = name.slice(name.lastIndexOf('/') + 1);
+  return last && last !== name ? [name, last] : [name];
+}
+
+function shared(names, others) {
+  let count = 0;
+  while (count < names.length && count < others.length && names.at(-1 - count) === others.at(-1 - count)) count += 1;
+  return count;
+}
+
+function pairsOf(text = '') {
+  const low = `${text}`.toLowerCase();
+  return new Set(Array.from({length: Math.max(0, low.length - 1)}, (_, at) => low.slice(at, at + 2)));
+}
+
+function alike(pairs, others) {
+  return (2 * [...pairs].filter((pair) => others.has(pair)).length) / Math.max(1, pairs.size + others.size);
+}

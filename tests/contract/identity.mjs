@@ -1,0 +1,59 @@
+/**
+ * Finds things in a bake through the package. `node identity.mjs cases FILE` answers the queries of the shared cases;
+ * `touch FILE ID...` touches ids and says which are silent, and why; `scene SCENE MATERIALS` loads a glTF scene with
+ * three.js and looks each mesh and a copy of it up: the node and primitive that it is, and those that are found.
+ */
+import {readFileSync} from 'node:fs';
+import {Bake} from '../../examples/webxr/client/bake.js';
+import {openFeel} from '../../examples/webxr/client/feel.js';
+import {Felt} from '../../examples/webxr/client/felt.js';
+
+const THREE = new URL('../../examples/webxr/node_modules/three/', import.meta.url).href;
+const json = (path) => JSON.parse(readFileSync(path));
+
+function cases(path) {
+  const bake = new Bake(json(path));
+  return json(path).queries.map(({ask}) => {
+    const found = bake.find(ask);
+    return found ? [found.object_id, found.surface, found.by] : bake.nearest(ask.object_id);
+  });
+}
+
+function touch(path, ...ids) {
+  const warnings = [];
+  console.warn = (text) => warnings.push(text);
+  const feel = openFeel(json(new URL('../../examples/webxr/client/feel.json', import.meta.url)));
+  const felt = new Felt(null, feel, {materials: json(path), mode: 'baked'});
+  const press = (id) => {
+    for (const phase of ['contact', 'slide']) felt.touch({phase, hand: 'right', object_id: id, speed_mps: 0.3, force_n: 1.5});
+    return felt.silence;
+  };
+  const silences = Object.fromEntries(ids.map((id) => [id, press(id)]));
+  felt.close();
+  return {silences, warnings};
+}
+
+async function scene(path, materials) {
+  globalThis.self = globalThis;
+  const {GLTFLoader} = await import(`${THREE}examples/jsm/loaders/GLTFLoader.js`);
+  const {scene: root, parser} = await new GLTFLoader().parseAsync(readFileSync(path, 'utf8'), '');
+  const file = json(materials);
+  const bake = new Bake(file);
+  const meshes = [];
+  root.traverse((mesh) => {
+    if (!mesh.isMesh) return;
+    let node = mesh;
+    while (parser.associations.get(node)?.nodes === undefined) node = node.parent;
+    const found = (object) => {
+      const part = bake.bakedOf(object, {face: {materialIndex: 0}});
+      const {node: index, surfaces} = file.objects[part?.object_id] ?? {};
+      return [index, surfaces?.[part.surface].primitives];
+    };
+    const is = [parser.associations.get(node).nodes, parser.associations.get(mesh).primitives ?? 0];
+    meshes.push({name: mesh.name, is, found: found(mesh), copy: found(mesh.clone())});
+  });
+  return meshes;
+}
+
+const [what, ...rest] = process.argv.slice(2);
+console.log(JSON.stringify(await {cases, touch, scene}[what](...rest)));

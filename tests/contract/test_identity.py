@@ -1,0 +1,89 @@
+"""The web package finds a page's things in a bake, however the loader spells their names."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import identity
+import pytest
+from toolchains import require
+
+from hapticvlm.commands.main import main
+
+HERE = Path(__file__).parent
+NODE_S = 60.0
+NAMES = (
+    *("floor.007", "floor007", "floor_007", "Cup", "Cup", "Cup_1", "Cup 1", "a/b", "a:b", "[x] y"),
+    *("Tür", "constructor", "Twins", None, None, "Scene", "Cup"),
+)
+
+
+def asked(*arguments: str | Path) -> Any:
+    require("node")
+    command = ["node", str(HERE / "identity.mjs"), *map(str, arguments)]
+    ran = subprocess.run(command, capture_output=True, text=True, timeout=NODE_S, check=False)
+    assert ran.returncode == 0, ran.stderr
+    return json.loads(ran.stdout)
+
+
+@pytest.fixture(scope="module")
+def meshes(tmp_path_factory: pytest.TempPathFactory) -> list[dict[str, Any]]:
+    """What three.js finds of a scene whose names are as hard as exporters make them."""
+    folder = tmp_path_factory.mktemp("scene")
+    position = {"POSITION": 0}
+    one = {"primitives": [{"attributes": position, "material": 0}], "name": "Cup"}
+    two = {
+        "primitives": [{"attributes": position, "material": at} for at in (0, 1, 0)],
+        "name": "Twins",
+    }
+    nodes: list[dict[str, Any]] = [
+        {"mesh": int(at % 3 == 2)} | ({} if name is None else {"name": name})
+        for at, name in enumerate(NAMES)
+    ]
+    nodes[2]["children"] = [3]
+    nodes[12]["children"] = [4, 13]
+    roots = [at for at in range(len(NAMES)) if at not in {3, 4, 13}]
+    document = {
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"name": "Scene", "nodes": roots}],
+        "nodes": nodes,
+        "meshes": [one, two],
+        "materials": [{"name": "Oak"}, {"name": "M.Steel"}],
+        "accessors": [{"componentType": 5126, "count": 3, "type": "VEC3"}],
+    }
+    path = folder / "scene.gltf"
+    path.write_text(json.dumps(document), encoding="utf-8")
+    assert main(["bake", str(path), "-o", str(folder / "baked")]) == 0
+    told: list[dict[str, Any]] = asked("scene", path, folder / "baked" / "materials.json")
+    return told
+
+
+def test_every_mesh_of_a_scene_is_found_as_the_node_and_material_that_it_is(
+    meshes: list[dict[str, Any]],
+) -> None:
+    assert len(meshes) == sum(3 if at % 3 == 2 else 1 for at in range(len(NAMES)))
+    named = [mesh for mesh in meshes if NAMES[mesh["is"][0]] is not None]
+    assert [mesh for mesh in named if mesh["found"][0] != mesh["is"][0]] == []
+    assert [mesh for mesh in named if mesh["is"][1] not in mesh["found"][1]] == []
+
+
+def test_a_copy_made_at_run_time_is_felt_as_the_material_of_its_original(
+    meshes: list[dict[str, Any]],
+) -> None:
+    assert [mesh for mesh in meshes if mesh["is"][1] not in mesh["copy"][1]] == []
+
+
+def test_the_shared_cases_hold() -> None:
+    assert identity.differences(asked("cases", identity.FILE)) == []
+
+
+def test_a_miss_is_said_once_with_the_nearest_id_and_ends_with_the_next_touch() -> None:
+    told = asked("touch", identity.FILE, "Room/flor007", "Room/floor.007", "Room/flor007")
+    assert "`Room/flor007` is not in the bake; nearest is `Room/floor.007`" in told["warnings"][0]
+    assert told["silences"]["Room/floor.007"] == ""
+    assert told["silences"]["Room/flor007"] in told["warnings"][0]
+    assert len(told["warnings"]) == 1
