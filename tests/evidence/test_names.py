@@ -445,6 +445,11 @@ def test_any_text_gives_evidence_of_known_materials_or_none(name: str) -> None:
         ("WoodFloor_tiled", "wood"),
         ("pinkCoreEnergy_tiled.png", "none"),
         ("Flower_Decals", "none"),
+        ("Spaceship/Floor", "metal"),
+        ("SciFi_Door", "metal"),
+        ("Castle/Floor", "stone"),
+        ("Castle/Oak_Floor", "wood"),
+        ("Barn/Wall", "wood"),
     ],
 )
 def test_a_part_is_of_what_its_whole_or_its_place_is_made_of(name: str, material: str) -> None:
