@@ -17,10 +17,17 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-CURE = "free the place or name another"  # what to do about an error of the file system
 MORE_MEMORY = "raise the limit (ulimit -v, MemoryMax, docker --memory) or end other programs"
 NOT_MAPPED = ("failed to map segment", "cannot allocate memory")  # of a library, by the loader
 FULL = (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC))
+# What to do about an error of the file system.
+CURES = {
+    errno.ENOENT: "check the path; a folder in it may be missing",
+    errno.EACCES: "choose a place that you may use",
+    errno.EISDIR: "name a file",
+    errno.ENOTDIR: "name a folder",
+    **dict.fromkeys(FULL, "free some space, or choose another place"),
+}
 REFUSED_ON_WINDOWS = (1225, 10061)  # a connection, by asyncio and by sockets
 LONGEST = 600  # characters of the line; the message of a third-party library may have any length
 SHORT = 160  # characters of a library's reason within a sentence of ours
@@ -111,7 +118,12 @@ def one_line(error: BaseException) -> str:
     """Return an error as one printable line of bounded length; an OSError names its file."""
     text = str(error)
     if isinstance(error, OSError) and error.filename is not None:
-        text = f"{error.filename2 or error.filename}: {error.strerror}; {CURE}"
+        text = f"{error.filename2 or error.filename}: {error.strerror}{_cure(error)}"
     elif isinstance(error, OSError) and error.strerror:  # of a write, which knows no name
-        text = f"{error.strerror}; {CURE}" if error.errno in FULL else error.strerror
+        text = f"{error.strerror}{_cure(error)}"
     return printable(text) or type(error).__name__
+
+
+def _cure(error: OSError) -> str:
+    cure = CURES.get(error.errno or 0)
+    return f"; {cure}" if cure else ""

@@ -25,8 +25,8 @@ _DESCRIPTION = """
 Print the material that each picture shows, one line for each. Only the pixels are used, never the
 name of a file. Pictures are JPEG, PNG or WebP. A folder stands for the pictures in it, but not in
 its sub-folders. Without a mask the whole picture is recognised: crop it to the object. A thing on a
-plain ground is outlined and recognised by itself, too; the mean of both counts. If the best
-guess is more likely wrong than right, the material is `unknown` and the guess is the runner-up.
+plain ground is outlined and recognised by itself, too; the mean of both counts. Unless
+the best guess is probably right, the material is `unknown` and the guess is the runner-up.
 With --texture the pictures are the base-colour maps of surfaces, read as the service reads those
 that a scene sends. Exit code 1: a picture could not be read; 2: no picture was found, or an option
 is wrong.

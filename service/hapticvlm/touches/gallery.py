@@ -60,7 +60,7 @@ def _section(touches: list[Clip]) -> str:
     heat, name = touches[0].heat, html.escape(touches[0].material)
     at = np.linspace(0, len(heat.skin_c) - 1, STOPS).astype(int)
     skin = " ".join(f"{heat.skin_c[index]:.1f}" for index in at)
-    words = f"At {heat.surface_c:.0f} °C it brings skin of 32 °C to {heat.contact_c:.1f} °C"
+    words = f"At {heat.surface_c:.0f} °C it changes skin of 32 °C to {heat.contact_c:.1f} °C"
     items = "\n".join(_item(clip) for clip in touches)
     return (
         f'<section data-material="{name}" aria-label="{name}"><h2>{name}</h2>\n'

@@ -37,7 +37,7 @@ LEAST = 1e-4  # belief in a material of a texture map that is listed
 class RecognisedPicture:
     """The material of a picture.
 
-    - `material`: its name, or `unknown` if the best guess is more likely wrong than right.
+    - `material`: its name, or `unknown` unless the best guess is probably right.
     - `confidence`: the belief in the best guess, 0..1, named or not.
     - `runner_up`: the next material, or the best guess where `material` is `unknown`. None: no
       belief.

@@ -1,7 +1,7 @@
 """`hapticvlm measure marks`: the figures that the project has a mark for, in one table.
 
 Each row is measured on this machine, beside its mark. `--write` puts the table at the head of
-docs/figures.md, so that nobody types it by hand.
+FIGURES.md, so that nobody types it by hand.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from hapticvlm_lab.bench.rigs import (
     spent_s,
 )
 
-DOCUMENT = Path(__file__).parents[3] / "docs" / "figures.md"
+DOCUMENT = Path(__file__).parents[1] / "FIGURES.md"
 BEGIN = "<!-- marks: `hapticvlm measure marks --write` writes what stands from here -->"
 END = "<!-- to here -->"
 REST_S = 5.0
@@ -59,7 +59,7 @@ class Mark:
 def run(*, write: bool, as_json: bool) -> int:
     """Measure and print a table or JSON. Returns 0 even if a mark is missed: that is a finding."""
     if write and not DOCUMENT.is_file():
-        raise UsageError("--write needs docs/figures.md: run this in a checkout")
+        raise UsageError("--write needs FIGURES.md: run this in a checkout")
     marks = list(measure())
     if write:
         text = DOCUMENT.read_text(encoding="utf-8")
@@ -168,5 +168,5 @@ def put(text: str, table: str) -> str:
     before, begin, rest = text.partition(BEGIN)
     _, end, after = rest.partition(END)
     if not begin or not end:
-        raise UsageError(f"docs/figures.md lacks the comments {BEGIN} and {END}")
+        raise UsageError(f"FIGURES.md lacks the comments {BEGIN} and {END}")
     return f"{before}{BEGIN}\n{table}\n{END}{after}"

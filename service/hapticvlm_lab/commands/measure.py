@@ -29,7 +29,7 @@ def add(commands: Commands) -> None:
     number(invariants, "--minutes", 10.0, "M", "minutes of random clients, 0: none")
     number(invariants, "--seed", 0, "N", "seed of the random requests")
     marks = _kind(kinds, "marks", _marks, "the figures that the project has marks for")
-    marks.add_argument("--write", action="store_true", help="write the table into docs/figures.md")
+    marks.add_argument("--write", action="store_true", help="write the table into FIGURES.md")
 
 
 def _kind(kinds: Commands, name: str, run: Run, text: str) -> argparse.ArgumentParser:

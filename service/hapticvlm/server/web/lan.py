@@ -78,7 +78,7 @@ def lines(base: str, token: str | None) -> Iterator[str]:
     yield f"               name: any; password: {token}"
     yield f"  dashboard    {base}"
     yield f"  scenes       {base.replace('http', 'ws', 1)}   token: {token}"
-    yield "  open to      whoever is in your network and has the token: to touch, stop and look"
+    yield "  open to      anyone in your network who has the token; they can touch, stop and watch"
     yield f"  token        kept in {token_file()}; delete it to get another one"
 
 
