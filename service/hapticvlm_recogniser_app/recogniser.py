@@ -19,6 +19,7 @@ import msgspec
 
 from hapticvlm.errors import HapticVLMError, UsageError
 from hapticvlm.processes import priority
+from hapticvlm.vision.encoders import living
 from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.pictures import Crop
 from hapticvlm.vision.remote import contract
@@ -122,20 +123,21 @@ class Recogniser:
         wanted = [item for item in pending if item.until > began]
         try:
             # In a thread, so that health checks and further requests are answered meanwhile.
-            embeddings = await asyncio.to_thread(
-                self._encoder.embed, [item.crop for item in wanted]
+            embeddings, alive = await asyncio.to_thread(
+                living.embed, self._encoder, [item.crop for item in wanted]
             )
         finally:
             self._began = None
         took_ms = (time.monotonic() - began) * 1000.0
         self._batches[len(wanted)] += 1
-        rows = iter(embeddings)
-        return [
-            Embedded(next(rows), len(wanted), (began - item.since) * 1000.0, took_ms)
-            if item.until > began
-            else None
-            for item in pending
-        ]
+        rows = iter(zip(embeddings, map(float, alive), strict=True))
+
+        def embedded(item: PendingCrop) -> Embedded:
+            embedding, belief = next(rows)
+            queue_ms = (began - item.since) * 1000.0
+            return Embedded(embedding, len(wanted), queue_ms, took_ms, belief)
+
+        return [embedded(item) if item.until > began else None for item in pending]
 
     async def _answer(self, request: Request) -> Reply:
         path = request.path

@@ -14,6 +14,7 @@ from pathlib import Path
 import msgspec
 
 from hapticvlm import __version__
+from hapticvlm.vision.encoders import living
 from hapticvlm.vision.encoders.encoder import Encoder, Floats, NetworkEncoder
 from hapticvlm.vision.encoders.onnx_encoder import OnnxEncoder
 from hapticvlm.vision.flatness import is_flat
@@ -94,12 +95,16 @@ class Job:
 
 @dataclass(frozen=True, slots=True)
 class Embedded:
-    """One crop's embedding (D,) float32, the size of its batch, and the times of its stages, ms."""
+    """One crop's embedding (D,) float32, the size of its batch, and the times of its stages, ms.
+
+    `alive` is the belief that it shows a person or an animal.
+    """
 
     embedding: Floats
     batch: int
     queue_ms: float
     encode_ms: float
+    alive: float = 0.0
 
 
 def most_bytes(side: int) -> int:
@@ -148,5 +153,6 @@ def write_answer(job: Job, embedded: Sequence[Embedded | None]) -> bytes:
 
 
 def _result(gallery: Gallery, embedded: Embedded, crop: Crop) -> Result:
-    evidence = gallery.match(embedded.embedding, is_flat=is_flat(crop))
+    matched = gallery.match(embedded.embedding, is_flat=is_flat(crop))
+    evidence = living.with_living(matched, embedded.alive)
     return contract.write_result(RemoteMatch(evidence, embedded.embedding))

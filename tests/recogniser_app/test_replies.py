@@ -57,6 +57,14 @@ def test_a_shared_recogniser_believes_flat_pictures_as_little_as_the_service(enc
     assert found.evidence == gallery.match(row, is_flat=True) != gallery.match(row)
 
 
+def test_a_shared_recogniser_says_what_is_alive(encoder, galleries):
+    job = replies.read_job(body(encoder), galleries, now=10.0)
+    (row,) = encoder.embed(job.crops)
+    answer = replies.write_answer(job, [Embedded(row, 1, 1.0, 2.0, alive=0.9)])
+    _, (found,) = contract.read_answer(answer, job.named.identity, 1)
+    assert (found.evidence.material, found.evidence.confidence) == ("living", pytest.approx(0.9))
+
+
 def test_what_nobody_waits_for_is_not_answered(encoder, galleries):
     job = replies.read_job(body(encoder), galleries, now=0.0)
     with pytest.raises(Refusal) as caught:

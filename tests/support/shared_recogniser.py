@@ -12,10 +12,12 @@ from pathlib import Path
 
 import msgspec
 
+from hapticvlm.vision.encoders import living
 from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.remote import contract
 from hapticvlm_recogniser_app import replies
 from hapticvlm_recogniser_app.replies import Embedded, Refusal, load_galleries
+from hapticvlm_recogniser_app.tokens import TOKEN, Tokens
 
 HANG_S = 3.0
 # Beliefs in place of those of the gallery, by fault.
@@ -49,7 +51,8 @@ class Shared(http.server.ThreadingHTTPServer):
 
     def answer(self, body: bytes) -> bytes:
         job = replies.read_job(body, self.galleries, time.monotonic())
-        embedded = [Embedded(row, 1, 0.0, 1.0) for row in self.encoder.embed(job.crops)]
+        rows = zip(*living.embed(self.encoder, job.crops), strict=True)
+        embedded = [Embedded(row, 1, 0.0, 1.0, float(alive)) for row, alive in rows]
         data = replies.write_answer(job, embedded)
         if self.fault not in KNOWING_NOTHING:
             return data
@@ -81,7 +84,9 @@ class _Handler(http.server.BaseHTTPRequestHandler):
         if self.command == "POST":
             self.server.asked.append(body)
         try:
-            replies.check_token(self.server.token, self.headers.get("Authorization"))
+            known = Tokens({TOKEN: self.server.token} if self.server.token else {})
+            if known.client(self.headers.get("Authorization")) is None:
+                raise Refusal(401, "send the token")
             assert callable(answer)
             data, status = answer(body), 200
         except Refusal as refusal:

@@ -58,27 +58,25 @@ class OnnxEncoder:
 
     def embed(self, crops: Sequence[Crop]) -> Floats:
         """Embed N crops: (N, D) float32, each of unit norm. Raises EncoderError."""
-        return embed_all(crops, self, self._run)
+        return embed_all(crops, self, lambda pixels: self._run(pixels, OUTPUT)[0])
 
     def embed_and_classify(self, crops: Sequence[Crop]) -> tuple[Floats, Floats]:
         """Return embeddings as `embed`, and probabilities of classes (N, 1000), by one pass."""
         classes = [np.zeros((0, 1000), np.float32)]
 
         def run(pixels: Pixels) -> Floats:
-            embeddings = []
-            for row in range(len(pixels)):
-                outputs = self.session.run([OUTPUT, CLASSES], {INPUT: pixels[row : row + 1]})
-                embeddings.append(outputs[0])
-                classes.append(outputs[1])
-            return np.concatenate(embeddings)
+            embeddings, shares = self._run(pixels, OUTPUT, CLASSES)
+            classes.append(shares)
+            return embeddings
 
         return embed_all(crops, self, run), np.concatenate(classes)
 
-    def _run(self, pixels: Pixels) -> Floats:
+    def _run(self, pixels: Pixels, *names: str) -> list[Floats]:
         # One crop at a time: an int8 graph takes one activation scale for a whole batch, so an
         # embedding would depend on the other crops. On one core a batch saves no time either.
         singles = (pixels[row : row + 1] for row in range(len(pixels)))
-        return np.concatenate([self.session.run([OUTPUT], {INPUT: crop})[0] for crop in singles])
+        outputs = [self.session.run(names, {INPUT: crop}) for crop in singles]
+        return [np.concatenate(rows) for rows in zip(*outputs, strict=True)]
 
 
 def load_onnx_encoder(folder: Path, threads: int = 1) -> OnnxEncoder:

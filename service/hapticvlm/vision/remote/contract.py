@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from hapticvlm.errors import HapticVLMError
 from hapticvlm.evidence.ladder import Evidence
+from hapticvlm.materials import LIVING
 from hapticvlm.messages import WHOLE, Frame
 from hapticvlm.vision import pictures
 from hapticvlm.vision.encoders.encoder import UNIT_ERROR
@@ -180,7 +181,7 @@ def _match(result: Result, identity: Identity) -> RemoteMatch:
     if (
         not fits
         or len(beliefs) != len(result.beliefs)
-        or not beliefs.keys() <= set(identity.materials)
+        or not beliefs.keys() <= {*identity.materials, LIVING}
     ):
         raise ContractError("its beliefs are not probabilities of materials of its gallery")
     if len(result.embedding) != 4 * identity.dimension:
