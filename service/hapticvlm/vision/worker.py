@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 
 from hapticvlm.errors import out_of_memory
-from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.messages import Frame
 from hapticvlm.processes.model_worker import (
     ModelWorker,
@@ -180,48 +179,18 @@ def run_recogniser(slot: Slot, settings: RecogniserSettings, control: Connection
     serve_requests(slot, control, load)
 
 
-class NullRecogniser:
-    """Replaces the recogniser where the shipped encoder's network is missing; knows no material.
-
-    Objects are still decided by the scene's statements, by names and by shaders.
-    """
-
-    def recognise(
-        self,
-        _frame: Frame,
-        _subject: str,
-        waited_ms: float,
-        *,
-        force: bool,
-        shown: SceneContext | None,
-    ) -> Recognition:
-        """Return empty evidence, whatever the frame shows."""
-        del force, shown
-        return Recognition(Evidence("encoder", ()), {"queue": waited_ms})
-
-
 def _load(
     settings: RecogniserSettings,
-) -> tuple[FrameRecogniser | NullRecogniser, str, RemoteRecogniser | None]:
+) -> tuple[FrameRecogniser, str, RemoteRecogniser | None]:
     # In this process alone: the gateway, which imports this file to start it, loads no model.
     from hapticvlm.cache_folder import cache_folder
-    from hapticvlm.vision.encoders.encoder import EncoderError
     from hapticvlm.vision.encoders.loading import load_encoder
     from hapticvlm.vision.frame_recogniser import FrameRecogniser
     from hapticvlm.vision.galleries.storage import load_gallery
     from hapticvlm.vision.galleries.user_materials import table_with
     from hapticvlm.vision.texture_verdicts import TextureVerdicts, file_name
 
-    try:
-        # The shipped encoder's weights come from another package, which a user may have removed or
-        # replaced. The service then runs on without pictures and logs it, since statements, names
-        # and shaders still decide. A user who names a network gets an error instead.
-        encoder = load_encoder(settings.encoder, device=settings.device, threads=settings.threads)
-    except EncoderError as error:
-        if settings.encoder is not None:
-            raise
-        logger.warning("pictures are not recognised: %s", error)
-        return NullRecogniser(), Loaded().encoder, None
+    encoder = load_encoder(settings.encoder, device=settings.device, threads=settings.threads)
     remote = None
     if settings.remote is not None:
         from hapticvlm.vision.remote.client import RemoteRecogniser
@@ -240,9 +209,7 @@ def _load(
     return recogniser, encoder.name, remote
 
 
-def _recognise(
-    recogniser: FrameRecogniser | NullRecogniser, data: bytes, *details: Any
-) -> RecogniserResult:
+def _recognise(recogniser: FrameRecogniser, data: bytes, *details: Any) -> RecogniserResult:
     subject, requested_at, force, shrink, shown_object = details
     waited_ms = (time.monotonic() - requested_at) * 1000.0
     try:

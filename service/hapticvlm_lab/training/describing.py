@@ -1,4 +1,4 @@
-"""Features of the packaged network for the pictures that teach, choose and calibrate.
+"""Features of the network for the pictures that teach, choose and calibrate.
 
 Crops are described by the int8 graph that ships, so that a head learns from exactly the features
 that it will get. Descriptions are kept in a folder, one file a set, since they take ten times as
@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from onnx import ModelProto
 from PIL import Image
 from rich.progress import track
 
@@ -49,10 +48,10 @@ class Described:
 
 
 def describe_all(
-    model: ModelProto, weights: Mapping[str, Any], sets: Mapping[str, Iterable[Labelled]], at: Path
+    graph: bytes, sets: Mapping[str, Iterable[Labelled]], at: Path
 ) -> dict[str, Described]:
     """Describe every set without a file in the folder `at`, and read all of them."""
-    session = open_session(model.SerializeToString(), 1, weights)
+    session = open_session(graph, 1)
     at.mkdir(parents=True, exist_ok=True)
     for name, crops in sets.items():
         path = at / f"{name}.npz"

@@ -24,13 +24,12 @@ from pathlib import Path
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from PIL import Image
 from rich.progress import track
 from torch.nn import functional
 
 from hapticvlm.materials import MATERIALS
 from hapticvlm.vision.encoders import joint_embedding
-from hapticvlm.vision.encoders.encoder import SHIPPED, Encoder
+from hapticvlm.vision.encoders.encoder import DEFAULT, SHIPPED, Encoder
 from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.flatness import is_flat
 from hapticvlm.vision.galleries.gallery import Gallery, LinearLayer
@@ -41,7 +40,6 @@ from hapticvlm_lab.training import describing, head, making, sources
 from hapticvlm_lab.training.describing import NAMES, Labelled
 from hapticvlm_lab.training.making import FOUR
 
-NETWORK = "lite0"
 KNOWN = ("references", "photographs_0", "rooms")  # of what taught the layer of all others
 # Kits that are left out together, by the beginnings of their names: authors whole in three of four.
 FOLDS = (
@@ -97,9 +95,9 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--data", type=Path, required=True, help="folder with labels.csv")
     parser.add_argument("--work", type=Path, required=True, help="folder with rooms/ and kits/")
-    parser.add_argument("--out", type=Path, default=SHIPPED / NETWORK, help="folder to write to")
+    parser.add_argument("--out", type=Path, default=SHIPPED / DEFAULT, help="folder to write to")
     chosen = parser.parse_args()
-    encoder = load_encoder(NETWORK)
+    encoder = load_encoder()
     gallery = load_gallery(encoder=encoder)
     shown = describing.teaching(chosen.data, chosen.work, encoder.side)
     known = join([_embedded(encoder, shown[name], chosen.work, name) for name in KNOWN])
@@ -127,7 +125,7 @@ def read(folder: Path, encoder: Encoder) -> Kits:
             paths += file["path"].tolist()
             drawn = [Crop(big[..., :3].copy(), big[..., 3].copy()) for big in file["big"]]
         flat += [is_flat(crop) for crop in drawn]
-        rows.append(encoder.embed([_at(crop, encoder.side) for crop in drawn]))
+        rows.append(encoder.embed(drawn))
     return Kits(np.concatenate(rows), np.array(flat), np.array(labels), np.array(paths))
 
 
@@ -141,15 +139,6 @@ def judging(data: Path, work: Path, encoder: Encoder) -> list[Kits]:
             paths = np.full(len(shown), f"{name}/")
             parts.append(Kits(np.stack(rows), np.array(flat), np.array(labels), paths))
     return parts
-
-
-def _at(crop: Crop, side: int) -> Crop:
-    """Return a crop of this side, px: not every encoder takes the side that the files have."""
-    if crop.mask.shape[0] == side:
-        return crop
-    image = Image.fromarray(crop.image).resize((side, side), Image.Resampling.BILINEAR)
-    mask = Image.fromarray(crop.mask).resize((side, side), Image.Resampling.NEAREST)
-    return Crop(np.asarray(image), np.asarray(mask))
 
 
 def add(gallery: Gallery, known: Taught, kits: Kits, others: Sequence[Kits]) -> Gallery:

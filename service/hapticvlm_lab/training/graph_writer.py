@@ -1,9 +1,9 @@
 """Writes an ONNX graph node by node, quantised if the ranges of its activations are known.
 
-Weights are named and left out: the product reads them from their own package. An activation is
-quantised to uint8 over the range that pictures gave it: value = (level - zero) step. A node between
-two quantised tensors is then computed by onnxruntime in whole numbers, which is several times as
-fast as floats.
+Weights are named and left out until `filled` puts them in, because their rounding depends on the
+scales that the graph settles. An activation is quantised to uint8 over the range that pictures gave
+it: value = (level - zero) step. A node between two quantised tensors is then computed by
+onnxruntime in whole numbers, which is several times as fast as floats.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from onnx import ModelProto, TensorProto, helper, numpy_helper
 
 OPSET = 17
@@ -89,7 +89,7 @@ class GraphWriter:
         return self.dequantised(whole, f"{x}.rounded", step, zero)
 
     def layer(self, kind: str, x: str, name: str, shape: Sequence[int], **attributes: Any) -> str:
-        """Add a convolution or a product whose weights (O, ...) and bias (O,) are external."""
+        """Add a convolution or a product whose weights (O, ...) and bias (O,) are left out."""
         if self.ranges is None:
             parts = [
                 self._outside(f"{name}.weights", TensorProto.FLOAT, shape),
@@ -135,3 +135,12 @@ class GraphWriter:
         entry.value = "weights"
         self._constants[name] = tensor
         return name
+
+
+def filled(model: ModelProto, tensors: Mapping[str, NDArray[np.generic]]) -> bytes:
+    """Put every weight that was left out into a model. Raises KeyError for a missing one."""
+    for tensor in model.graph.initializer:
+        if tensor.data_location == TensorProto.EXTERNAL:
+            tensor.CopyFrom(numpy_helper.from_array(tensors[tensor.name], tensor.name))
+    data: bytes = model.SerializeToString()
+    return data

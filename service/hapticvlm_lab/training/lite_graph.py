@@ -1,4 +1,4 @@
-"""The graph of the shipped encoder: an EfficientNet-Lite without its weights, and our own head.
+"""The graph of the shipped encoder: an EfficientNet-Lite, and our own head.
 
 The input is a crop (N, S, S, 4) uint8, RGB and mask. The network is Tan and Le's EfficientNet in
 its Lite form (no squeeze, ReLU6, TensorFlow's padding). The map of each stage is averaged under the
@@ -51,10 +51,7 @@ class Network:
         return 2 * sum(self.widths[1:]) + LAST
 
 
-NETWORKS = {
-    "lite0": Network(224, (16, 24, 40, 80, 112, 192, 320), (1, 2, 2, 3, 3, 4, 1)),
-    "lite2": Network(260, (16, 24, 48, 88, 120, 208, 352), (1, 3, 3, 4, 4, 5, 1)),
-}
+LITE0 = Network(224, (16, 24, 40, 80, 112, 192, 320), (1, 2, 2, 3, 3, 4, 1))
 
 
 @dataclass(frozen=True, slots=True)

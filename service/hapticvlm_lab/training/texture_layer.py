@@ -2,8 +2,7 @@
 
 A gallery reads texture maps (vision/textures.py) by a linear layer of their own. It is taught on
 three quarters of the ambientCG tiles (CC0): the six windows of each, and three of random places,
-turned, and changed in brightness and colour. The quarter that is held back, and `pbr`, are only
-reported on.
+turned, and changed in brightness and colour. The quarter that is held back teaches nothing.
 
 The scale of the layer and the constants of agreement are chosen on the tiles of sources.CHOICE,
 which other people painted and photographed: those under which the true materials are least
@@ -16,7 +15,7 @@ from __future__ import annotations
 import argparse
 import csv
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
@@ -29,9 +28,8 @@ from rich.progress import track
 
 from hapticvlm.materials import UNKNOWN
 from hapticvlm.messages import Frame
-from hapticvlm.statistics import wilson
 from hapticvlm.vision import textures
-from hapticvlm.vision.encoders.encoder import SHIPPED, Encoder
+from hapticvlm.vision.encoders.encoder import DEFAULT, SHIPPED, Encoder
 from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.files import read_frame
 from hapticvlm.vision.galleries.gallery import Gallery, LinearLayer, agreement, softmax
@@ -41,9 +39,7 @@ from hapticvlm.vision.pictures import Crop
 from hapticvlm_lab.training import sources
 from hapticvlm_lab.training.describing import NAMES
 
-NETWORK = "lite0"
 TILES = "ambientcg_tiles"
-PBR = "pbr"
 SEED = 20261126
 VARIED = 3  # further windows of a tile that teaches
 PENALTY = 2e-4  # of the squared weights; chosen with the tiles of sources.CHOICE (LOG.md)
@@ -53,15 +49,6 @@ SLOPES = (20.0, 40.0, 80.0, 160.0, 320.0)
 BARS: tuple[float, ...] = tuple(np.arange(0.8, 0.981, 0.01).tolist())
 ATLAS_SIDES = (2, 3, 4)  # tiles a side
 LEAST = 1e-4  # belief that the truth has at least
-SAID = 0.5  # belief from which a material is said
-# The groups that stone-like things are told from; materials of none of them are left out.
-GROUPS: Mapping[str, tuple[str, ...]] = {
-    "wood": ("wood",),
-    "metal": ("metal",),
-    "fabric": ("fabric",),
-    "stone-like": ("stone", "ceramic"),
-}
-
 Floats = NDArray[np.float32]
 Doubles = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -80,19 +67,15 @@ class Maps:
 
 
 def main() -> int:
-    """Read the command line; fit and write, or report."""
+    """Read the command line, fit and write."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--data", type=Path, required=True, help="folder with labels.csv")
     parser.add_argument("--work", type=Path, required=True, help="folder for what is computed")
-    parser.add_argument("--out", type=Path, default=SHIPPED / NETWORK, help="folder to write to")
-    parser.add_argument("--report", action="store_true", help="grade the shipped layer instead")
+    parser.add_argument("--out", type=Path, default=SHIPPED / DEFAULT, help="folder to write to")
     chosen = parser.parse_args()
     chosen.work.mkdir(parents=True, exist_ok=True)
-    encoder = load_encoder(NETWORK)
+    encoder = load_encoder()
     gallery = load_gallery(encoder=encoder)
-    if chosen.report:
-        report(gallery, encoder, chosen.data, chosen.work)
-        return 0
     taught = _kept(chosen.work / "taught.npz", lambda: _taught(encoder, chosen.data))
     layer = fit(taught)
     choice = read(encoder, chosen.data, chosen.work, sources.CHOICE)
@@ -151,69 +134,6 @@ def calibrate(gallery: Gallery, choice: Maps, atlases: Maps) -> Gallery:
     return replace(gallery, calibration=constants)
 
 
-def report(gallery: Gallery, encoder: Encoder, data: Path, work: Path) -> None:
-    """Print how maps of each source are read, and what atlases are taken for."""
-    print("source            n  forced balanced                says  right of that")
-    for source in (TILES, PBR, sources.CHOICE):
-        maps = read(encoder, data, work, source)
-        beliefs = _beliefs(gallery, maps)
-        for title, groups in (("four groups", GROUPS), ("all", {name: (name,) for name in NAMES})):
-            _print_row(f"{source}, {title}", beliefs, maps, groups)
-        atlases = read_atlases(encoder, data, work, source)
-        said = int(np.count_nonzero(_beliefs(gallery, atlases).max(axis=1) >= SAID))
-        print(f"  atlases of {source}: {said} of {len(atlases.labels)} are taken for one material")
-
-
-def _print_row(
-    title: str, beliefs: Doubles, maps: Maps, groups: Mapping[str, Sequence[str]]
-) -> None:
-    """Print forced choice, what is said, and each class, with 95 % intervals (Wilson)."""
-    sums = np.stack(
-        [beliefs[:, [NAMES.index(name) for name in names]].sum(axis=1) for names in groups.values()]
-    )
-    truth = np.full(len(maps.labels), -1)
-    for place, names in enumerate(groups.values()):
-        truth[np.isin(maps.labels, [NAMES.index(name) for name in names])] = place
-    shown = truth >= 0
-    truth = truth[shown]
-    is_right = sums[:, shown].argmax(axis=0) == truth
-    said = beliefs[shown].max(axis=1) >= SAID
-    said_right = int(is_right[said].sum())
-    parts = []
-    for place, name in enumerate(groups):
-        rows = truth == place
-        if rows.any():
-            parts.append((name, int(is_right[rows].sum()), int(rows.sum())))
-    balanced = float(np.mean([right / count for _, right, count in parts]))
-    spread = np.sqrt(sum(_variance(right, count) for _, right, count in parts)) / len(parts)
-    low, high = balanced - 1.96 * spread, min(1.0, balanced + 1.96 * spread)
-    print(
-        f"{title}: {len(truth)} maps, balanced {balanced:.2f} [{low:.2f}, {high:.2f}], "
-        f"says {_share(int(said.sum()), len(said))}, right {_share(said_right, int(said.sum()))}"
-    )
-    print("    " + "; ".join(f"{name} {_share(right, count)}" for name, right, count in parts))
-
-
-def _share(count: int, total: int) -> str:
-    interval = wilson(count, total)
-    return f"{count}/{total} = {count / max(total, 1):.2f} [{interval[0]:.2f}, {interval[1]:.2f}]"
-
-
-def _variance(right: int, count: int) -> float:
-    share = (right + 1) / (count + 2)  # so that a class without an error is not certain
-    return share * (1 - share) / count
-
-
-def _beliefs(gallery: Gallery, maps: Maps) -> Doubles:
-    """Return beliefs in NAMES as the service has them: (N, C)."""
-    rows = np.zeros((len(maps.labels), len(NAMES)))
-    for row, (windows, flat) in enumerate(zip(maps.windows, maps.flat, strict=True)):
-        if not flat:
-            for name, belief in gallery.match_texture(windows).beliefs:
-                rows[row, NAMES.index(name)] = belief
-    return rows
-
-
 def _means(logits: Doubles) -> Doubles:
     """Turn logits (N, W, C) into mean beliefs (N, C)."""
     flat = softmax(logits.reshape(-1, logits.shape[-1]))
@@ -221,7 +141,7 @@ def _means(logits: Doubles) -> Doubles:
 
 
 def read(encoder: Encoder, data: Path, work: Path, source: str) -> Maps:
-    """Embed the windows of a source's maps, but of tiles only those that are held back."""
+    """Embed the windows of a source's maps."""
 
     def embed() -> Maps:
         paths = list(_maps(data, source))
@@ -258,7 +178,7 @@ def _taught(encoder: Encoder, data: Path) -> Maps:
     rng = np.random.default_rng(SEED)
     rows = []
     labels = []
-    for path, label in track([*_tiles(data, held_back=False)], "taught"):
+    for path, label in track([*_tiles(data)], "taught"):
         with Image.open(path) as image:
             tile = image.convert("RGB")
         crops = textures.windows(_frame(tile), encoder.side)
@@ -299,10 +219,7 @@ def _embedded(encoder: Encoder, frames: Iterator[tuple[Frame, str]]) -> Maps:
 
 
 def _maps(data: Path, source: str) -> Iterator[tuple[Path, str]]:
-    """List a source's base-colour maps with their materials, of tiles those held back."""
-    if source == TILES:
-        yield from _tiles(data, held_back=True)
-        return
+    """List a source's base-colour maps with their materials."""
     with (data / "labels.csv").open(newline="", encoding="utf-8") as file:
         for row in csv.DictReader(file):
             is_map = row["kind"] in ("texture_albedo", "pbr_material")
@@ -310,9 +227,9 @@ def _maps(data: Path, source: str) -> Iterator[tuple[Path, str]]:
                 yield data / row["path"], sources.material_of(row["class"])
 
 
-def _tiles(data: Path, *, held_back: bool) -> Iterator[tuple[Path, str]]:
+def _tiles(data: Path) -> Iterator[tuple[Path, str]]:
     for path, label in sources.labelled(data, TILES):
-        if sources.is_tile_held_back(path.relative_to(data).as_posix()) == held_back:
+        if not sources.is_tile_held_back(path.relative_to(data).as_posix()):
             yield path, sources.material_of(label)
 
 

@@ -126,14 +126,14 @@ def load_file_encoder(path: Path, threads: int = 1) -> FileEncoder:
         # read. Then it is opened again with those outputs alone that are needed, since onnxruntime
         # cannot fuse nodes across a tensor that it has to give out.
         inner = _in_question(graph)
-        probe = open_session(with_outputs(model, inner), threads, {}, path.parent)
+        probe = open_session(with_outputs(model, inner), threads, path.parent)
         layout = _layout(probe)
         sizes = _sizes(probe, layout, (*inner, *graph.outputs))
         features = _find_features(graph, sizes)
         scores = _find_scores(graph, sizes)
         outputs = (features,) if scores is None else (features, scores)
         added = [name for name in dict.fromkeys(outputs) if name not in graph.outputs]
-        session = open_session(with_outputs(model, added), threads, {}, path.parent)
+        session = open_session(with_outputs(model, added), threads, path.parent)
     except EncoderError:
         raise
     except Exception as error:  # noqa: BLE001 - whatever a foreign file trips

@@ -22,8 +22,8 @@ def load_encoder(name: str | None = None, *, device: str = "cpu", threads: int =
 
     The next inference is therefore not a slow first one.
 
-    name: None for the default; lite0 or lite2, which ship, or their full names; a folder with an
-    encoder.json; an ONNX file; or a network of transformers, by folder or by name.
+    name: None for the default; lite0, which ships, or its full name; a folder with an encoder.json;
+    an ONNX file; or a network of transformers, by folder or by name.
     device: cpu, cuda or auto; only networks of transformers run on a GPU. threads: of one
     inference. Raises EncoderError.
     """

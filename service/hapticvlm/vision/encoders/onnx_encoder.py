@@ -2,10 +2,10 @@
 
 The graph holds the preprocessing: it takes "crops" (N, S, S, 4) uint8, RGB and mask (0 or 255), and
 gives "embeddings" (N, D) float32 of unit norm. Probabilities of ImageNet's "classes", which the
-shipped graph computes on its way, become an output too. encoder.json states name, side, dimension,
-the SHA-256 of the graph, and the package that publishes the weights if the graph has none. Sessions
-use a fixed number of threads that sleep while they wait, so that a busy recogniser leaves the other
-cores to the audio engine. Networks in other ONNX files share `open_session` (file_encoder).
+shipped graph computes on its way, become an output too. encoder.json states name, side, dimension
+and the SHA-256 of the graph. Sessions use a fixed number of threads that sleep while they wait, so
+that a busy recogniser leaves the other cores to the audio engine. Networks in other ONNX files
+share `open_session` (file_encoder).
 """
 
 from __future__ import annotations
@@ -21,7 +21,6 @@ import numpy as np
 from hapticvlm import documents
 from hapticvlm.vision.encoders.encoder import CARD, SHIPPED, EncoderError, Floats, Pixels, embed_all
 from hapticvlm.vision.encoders.onnx_graph import read_graph, with_outputs
-from hapticvlm.vision.encoders.packaged_weights import Array, Source, load_weights
 from hapticvlm.vision.pictures import Crop
 
 GRAPH = "encoder.onnx"
@@ -42,7 +41,6 @@ class Card:
     side: int
     dimension: int
     sha256: Mapping[str, str]
-    weights: Source | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,12 +80,11 @@ class OnnxEncoder:
 def load_onnx_encoder(folder: Path, threads: int = 1) -> OnnxEncoder:
     """Load the encoder of a folder; checks its file against encoder.json. Raises EncoderError."""
     card = read_card(folder)
-    weights = {} if card.weights is None else load_weights(card.weights)
     graph = _read_graph(folder, card)
     has_classes = _computes_classes(graph)
     if has_classes:
         graph = with_outputs(graph, [CLASSES])
-    session = _open(graph, folder, threads, weights)
+    session = _open(graph, folder, threads)
     _require_fit(session, card, folder)
     return OnnxEncoder(
         card.name, card.side, card.dimension, session, card.sha256[GRAPH], has_classes
@@ -99,8 +96,7 @@ def read_card(folder: Path) -> Card:
     path = folder / CARD
     try:
         fields = documents.read_json(path, dict[str, Any])
-        weights = Source(**fields["weights"]) if "weights" in fields else None
-        card = Card(fields["name"], fields["side"], fields["dimension"], fields["sha256"], weights)
+        card = Card(fields["name"], fields["side"], fields["dimension"], fields["sha256"])
     except (OSError, ValueError, KeyError, TypeError) as error:
         reason = documents.reason(error)
         raise EncoderError(f"{path} cannot be read ({reason}); {_cure(folder)}") from None
@@ -131,14 +127,11 @@ def _computes_classes(graph: bytes) -> bool:
         return False  # onnxruntime says what is wrong with it
 
 
-def open_session(
-    graph: bytes, threads: int, weights: Mapping[str, Array], folder: Path | None = None
-) -> Any:  # noqa: ANN401 - onnxruntime is untyped
-    """Open the bytes of an ONNX file on the cpu.
+def open_session(graph: bytes, threads: int, folder: Path | None = None) -> Any:  # noqa: ANN401
+    """Open the bytes of an ONNX file on the cpu; onnxruntime is untyped.
 
-    `weights` are tensors that the graph names without holding them. Weights in further files are
-    read from `folder` alone; onnxruntime refuses a path that leaves it. Raises exceptions of
-    onnxruntime, which share no base class.
+    Weights in further files are read from `folder` alone; onnxruntime refuses a path that leaves
+    it. Raises exceptions of onnxruntime, which share no base class.
     """
     import onnxruntime
 
@@ -155,18 +148,14 @@ def open_session(
     if folder is not None:
         options.add_session_config_entry(EXTERNAL_FOLDER, str(folder.resolve()))
     options.graph_optimization_level = onnxruntime.GraphOptimizationLevel.ORT_ENABLE_ALL
-    values = [onnxruntime.OrtValue.ortvalue_from_numpy(array) for array in weights.values()]
-    # The shipped graph holds only the names of its weights. They are passed in memory, so the
-    # weights of another package are never written to a file of ours.
-    options.add_external_initializers(list(weights), values)
     return onnxruntime.InferenceSession(graph, options, providers=["CPUExecutionProvider"])
 
 
-def _open(graph: bytes, folder: Path, threads: int, weights: Mapping[str, Array]) -> Any:  # noqa: ANN401
+def _open(graph: bytes, folder: Path, threads: int) -> Any:  # noqa: ANN401
     import onnxruntime
 
     try:
-        return open_session(graph, threads, weights)
+        return open_session(graph, threads)
     except Exception as error:  # noqa: BLE001 - onnxruntime's errors share no base of their own
         problem = f"{folder / GRAPH}: onnxruntime {onnxruntime.__version__} cannot load it"
         raise EncoderError(f"{problem} ({_line(error)}); {_cure(folder)}") from None

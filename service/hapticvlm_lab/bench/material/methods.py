@@ -87,8 +87,8 @@ def assemble(named: Sequence[str]) -> tuple[list[Method], list[str]]:
 
 
 def networks(data: Path | None) -> list[str]:
-    """List the other encoder that ships, and the ImageNet networks of the data folder."""
-    return ["lite2"] + ([] if data is None else sorted(map(str, data.glob("teacher/*.onnx"))))
+    """List the ImageNet networks of the data folder."""
+    return [] if data is None else sorted(map(str, data.glob("teacher/*.onnx")))
 
 
 def _combinations() -> list[Method]:
