@@ -30,12 +30,14 @@ import components
 import csharp
 import feel_vectors
 import material_page
+import player_vectors
 import tables
 import vectors
 from hapticvlm import messages
 from hapticvlm.materials import MATERIALS
 from hapticvlm.messages import ClientMessage, ServiceMessage
-from hapticvlm.rendering.vibration import feel_tables
+from hapticvlm.rendering.vibration import feel_clips, feel_tables
+from hapticvlm.rendering.vibration.vibration import VOICES
 from hapticvlm.scenes import bake
 
 HERE = Path(__file__).parent
@@ -43,6 +45,10 @@ WEB = HERE.parent / "examples" / "webxr" / "client"
 UNITY_FEEL = HERE.parent / "unity_client" / "Runtime" / "Baked" / "Resources" / "HapticVLM"
 VOICE = HERE.parent / "service" / "hapticvlm" / "pages" / "sound.voice.js"
 GODOT = HERE.parent / "examples" / "godot" / "addons" / "hapticvlm"
+CLIENTS_OF_CLIPS: dict[str, tuple[Path, ...]] = {
+    "true": (),
+    "sound": (),
+}
 DOCS = HERE.parent / "docs"
 UNITY = HERE.parent / "unity_client" / "Runtime" / "Core" / "Generated"
 Json = dict[str, Any]
@@ -81,6 +87,17 @@ def generated() -> Iterator[tuple[Path, str]]:
         _dump(baked_schema("materials", bake.Materials, bake.VERSION)),
     )
     yield HERE / "vectors" / "feel.json", _lines(feel_vectors.cases())
+    yield HERE / "vectors" / "player.json", _lines(player_vectors.plans())
+    yield HERE / "vectors" / "player_sound.json", _lines(player_vectors.sounds())
+    yield HERE / "vectors" / "player_hostile.json", _hostile(player_vectors.hostile())
+    clips_schema = baked_schema(
+        "feel.true.json and feel.sound", feel_clips.Feel, feel_clips.VERSION
+    )
+    yield HERE / "feel_clips.schema.json", _dump(clips_schema)
+    for voice in VOICES:
+        clips = feel_clips.encode(feel_clips.feel(MATERIALS, voice)).decode()
+        for folder in (HERE / "vectors", *CLIENTS_OF_CLIPS[voice]):
+            yield folder / f"feel.{voice}.json", clips
     feel = feel_tables.encode(feel_tables.feel(MATERIALS)).decode()
     for folder in (WEB, UNITY_FEEL, GODOT):
         yield folder / "feel.json", feel
@@ -241,6 +258,11 @@ def _shown(value: Any) -> Any:
 
 def _dump(value: Any) -> str:
     return json.dumps(value, indent=1, ensure_ascii=True, allow_nan=False) + "\n"
+
+
+def _hostile(cases: Json) -> str:
+    lists = (f'"{name}": {_lines(rows).strip()}' for name, rows in cases.items())
+    return "{\n" + ",\n".join(lists) + "\n}\n"
 
 
 def _lines(cases: Iterable[Json]) -> str:

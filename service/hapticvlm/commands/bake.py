@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from hapticvlm.session.scene_model import SceneModel
 
 FEEL = "feel.json"
+FEEL_OF_VOICE = "feel.{voice}.json"
 MATERIALS = "materials.json"
 CLIPS = "clips"
 CLIP_INTERACTIONS = ("strike", "slide")
@@ -145,11 +146,16 @@ def _bake_one(
 def _write_feel(
     tables: Feel, table: Mapping[str, Material], out: Path, *, with_clips: bool
 ) -> None:
-    """Write feel.json and, if asked for, the clips of its materials."""
-    from hapticvlm.rendering.vibration import feel_tables
+    """Write the feel of these materials and, if asked for, the clips to hear them by."""
+    from hapticvlm.rendering.vibration import feel_clips, feel_tables
+    from hapticvlm.rendering.vibration.vibration import VOICES
 
     out.mkdir(parents=True, exist_ok=True)
     _write(out / FEEL, feel_tables.encode(tables))
+    materials = {name: table[name] for name in tables.materials}
+    for voice in VOICES:
+        file = feel_clips.encode(feel_clips.feel(materials, voice))
+        _write(out / FEEL_OF_VOICE.format(voice=voice), file)
     print(f"{out / FEEL}: {len(tables.materials)} materials")
     if with_clips:
         print(f"{_write_clips(tables.materials, table, out / CLIPS)} clips in {CLIPS}/")

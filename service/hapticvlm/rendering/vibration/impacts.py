@@ -99,13 +99,13 @@ def impact(
     The seed varies the modes, as no two real impacts are the same.
     """
     modes = _varied(vibration.modes, np.random.default_rng(seed))
-    contact_s = _contact_s(interaction, motion)
+    length_s = contact_s(interaction, motion)
     level = level_of(vibration, interaction, motion, playback.full_scale_db)
     gains = log_gains(vibration, DAMPING[interaction])
-    level *= math.exp(np.interp(math.log(contact_s), np.log(LENGTHS_S), gains))
+    level *= math.exp(np.interp(math.log(length_s), np.log(LENGTHS_S), gains))
     damping = DAMPING[interaction]
     limits = leaves_band(vibration, damping)
-    wave = level * struck(modes, contact_s, damping, playback.rate_hz, limits=limits)
+    wave = level * struck(modes, length_s, damping, playback.rate_hz, limits=limits)
     wave = playback.correction.apply(wave, playback.rate_hz)
     peak = float(np.abs(wave).max())
     return np.asarray(wave / max(peak, 1.0), dtype=np.float32)
@@ -150,8 +150,8 @@ def least_level(vibration: Vibration, interaction: str) -> float:
 
     def least() -> _Floats:
         limits = leaves_band(vibration, damping)
-        contact_s = _contact_s(interaction, motion)
-        wave = struck(vibration.modes, contact_s, damping, RATE_HZ, limits=limits)
+        length_s = contact_s(interaction, motion)
+        wave = struck(vibration.modes, length_s, damping, RATE_HZ, limits=limits)
         needed_db = LEAST_DB - sensation_db(wave, 0.0)
         return np.array([10.0 ** (needed_db / 20.0) * perceived_amplitude(wave)])
 
@@ -249,7 +249,8 @@ def _ring_out(start: _Complex, pole: _Complex, count: int) -> _Floats:
     return np.asarray(rows @ np.concatenate((steps.imag, steps.real))).ravel()[:count]
 
 
-def _contact_s(interaction: str, motion: Motion) -> float:
+def contact_s(interaction: str, motion: Motion) -> float:
+    """Return the length of the pulse of this impact, s."""
     slow = math.pow(max(motion.speed_mps, 0.05), -0.2)
     hard = math.pow(1.0 + motion.force_n / HARD_N, -0.1)
     return max(CONTACT_S[interaction] * slow * hard, SHORTEST_S)

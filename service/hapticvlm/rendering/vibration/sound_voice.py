@@ -58,8 +58,9 @@ _Complex = NDArray[np.complex128]
 class SoundVoice:
     """Turns the true voice at IN_HZ into the sound voice at `up` * IN_HZ, HALF_S later."""
 
-    def __init__(self, up: int = UP) -> None:
+    def __init__(self, up: int = UP, *, compresses: bool = True) -> None:
         self._up = up
+        self._compresses = compresses
         self._kernels = _kernels(up)
         self._shift = np.exp(2j * np.pi * SHIFT_HZ / (up * IN_HZ) * np.arange(_period(up)))
         self._earlier = np.zeros(_SPAN - 1)
@@ -92,7 +93,8 @@ class SoundVoice:
         turns = (self._turn + np.arange(bands.shape[0])) % self._shift.size
         self._turn = (self._turn + bands.shape[0]) % self._shift.size
         wave = (sizes * (turned * self._shift[turns][:, None]).real).sum(axis=1)
-        wave *= np.repeat(self._gains(np.mean(windows**2, axis=1)), self._up)
+        if self._compresses:
+            wave *= np.repeat(self._gains(np.mean(windows**2, axis=1)), self._up)
         return np.asarray(np.clip(wave, -1.0, 1.0), dtype=np.float32)
 
     def _gains(self, power: _Floats) -> _Floats:
@@ -138,10 +140,13 @@ def in_voice(wave: NDArray[np.float32], voice: str) -> NDArray[np.float32]:
     return as_sound(wave) if voice == "sound" else wave
 
 
-def as_sound(wave: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return the sound voice of a whole wave (N,) of the true one, both at RATE_HZ, not delayed."""
+def as_sound(wave: NDArray[np.float32], *, compresses: bool = True) -> NDArray[np.float32]:
+    """Return the sound voice of a whole wave (N,) of the true one, both at RATE_HZ, not delayed.
+
+    Without compression it is linear in the level.
+    """
     slowed = np.concatenate((wave[::UP], np.zeros(_HALF, np.float32)))
-    return SoundVoice().render(slowed)[_HALF * UP :][: wave.size]
+    return SoundVoice(compresses=compresses).render(slowed)[_HALF * UP :][: wave.size]
 
 
 def _period(up: int) -> int:

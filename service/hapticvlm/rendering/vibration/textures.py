@@ -92,7 +92,9 @@ class Texture:
         self._interaction = interaction
         self._rng = np.random.default_rng(seed)
         self._in_air = interaction == "swing"
-        self._swung_m = vibration.swung_m if thickness_m is None else thickness_m
+        self._period_m = vibration.pitch_m
+        if self._in_air:
+            self._period_m = (vibration.swung_m if thickness_m is None else thickness_m) / STROUHAL
         bandwidth = shed(vibration.roughness) if self._in_air else vibration.bandwidth
         loop = loops.noise(bandwidth, 0.0 if self._in_air else vibration.roughness)
         self._surface = _Reader(loop, self._rng.random(), playback)
@@ -113,24 +115,39 @@ class Texture:
 
     def render(self, count: int, motion: Motion) -> NDArray[np.float32]:
         """Next `count` samples, (count,) float32, under a motion that holds for all of them."""
-        moved = share(self._interaction, motion)
-        caught = catching(self._sticks, motion)
-        wave = np.zeros(count)
         rough = 1.0 if self._in_air else self._vibration.roughness
-        # Rubbing and stick-slip share one energy: the square of the share that catches goes into
-        # slips, and the rest stays with the rubbing.
-        rubbed = moved * rough * math.sqrt(1.0 - caught**2)
-        wave += self._surface.read(count, self._centre_hz(motion.speed_mps), rubbed)
+        moved, rubbed, slipped = strengths(self._interaction, rough, self._sticks, motion)
+        wave = np.zeros(count)
+        wave += self._surface.read(count, centre_hz(motion.speed_mps / self._period_m), rubbed)
         if self._slips is not None:
-            rate_hz = min(max(motion.speed_mps / SLIP_M, SLIPS_HZ[0]), SLIPS_HZ[1])
-            wave += self._slips.read(count, rate_hz, moved * caught)
+            wave += self._slips.read(count, slips_hz(motion.speed_mps), slipped)
         if self._breaks is not None:
             wave = CARVE_RUB * wave + self._breaks.render(count, moved, motion.speed_mps)
         return np.asarray(wave, dtype=np.float32)
 
-    def _centre_hz(self, speed_mps: float) -> float:
-        period_m = self._swung_m / STROUHAL if self._in_air else self._vibration.pitch_m
-        return max(rendered_hz(speed_mps / period_m), LOWEST_HZ)
+
+def strengths(
+    interaction: str, rough: float, stick: float, motion: Motion
+) -> tuple[float, float, float]:
+    """Return the strength (0..1) of the movement, of its rubbing and of its slips.
+
+    `rough` is the roughness of the surface, and 1 in the air; `stick` the share that can catch.
+    """
+    moved = share(interaction, motion)
+    caught = catching(stick, motion)
+    # Rubbing and stick-slip share one energy: the square of the share that catches goes into
+    # slips, and the rest stays with the rubbing.
+    return moved, moved * rough * math.sqrt(1.0 - caught**2), moved * caught
+
+
+def centre_hz(periods_hz: float) -> float:
+    """Return the frequency at which a relief is felt that a hand crosses at this rate, Hz."""
+    return max(rendered_hz(periods_hz), LOWEST_HZ)
+
+
+def slips_hz(speed_mps: float) -> float:
+    """Return how often a sticking surface slips at this speed, Hz."""
+    return min(max(speed_mps / SLIP_M, SLIPS_HZ[0]), SLIPS_HZ[1])
 
 
 def share(interaction: str, motion: Motion) -> float:
@@ -257,8 +274,7 @@ class _Breaks:
         """Next `count` samples, (count,), with a level that follows `target`."""
         level = self._level.follow(target, count, self._rate_hz)
         wave = np.concatenate((self._tail, np.zeros(count)))
-        rate = min(max(speed_mps / self._spacing_m, BREAKS_HZ[0]), BREAKS_HZ[1])
-        per_sample = rate / self._rate_hz if speed_mps > 0.0 else 0.0
+        per_sample = breaks_hz(self._spacing_m, speed_mps) / self._rate_hz
         # The blade moves on by a share of a spacing per sample. A negative distance means that a
         # break lies within this block; the distance from it to the block's end gives its sample.
         self._to_next -= per_sample * count
@@ -271,6 +287,12 @@ class _Breaks:
             self.begun += 1
         self._tail = wave[count:]
         return wave[:count]
+
+
+def breaks_hz(spacing_m: float, speed_mps: float) -> float:
+    """Return how often fibres of this mean distance break, Hz; 0 for a blade at rest."""
+    rate = min(max(speed_mps / spacing_m, BREAKS_HZ[0]), BREAKS_HZ[1])
+    return rate if speed_mps > 0.0 else 0.0
 
 
 def is_hard(vibration: Vibration) -> bool:

@@ -163,9 +163,14 @@ def amplitudes(wave: _Wave, form: Form) -> NDArray[np.float64]:
 
 def levels(wave: _Wave, period_s: float) -> NDArray[np.float64]:
     """Level of each period of a wave (N,) at PLAN_HZ, 0..1, (periods,)."""
+    return np.asarray(np.minimum(unlimited_levels(wave, period_s), 1.0))
+
+
+def unlimited_levels(wave: _Wave, period_s: float) -> NDArray[np.float64]:
+    """Level of each period of a wave (N,) at PLAN_HZ that may be above 1, (periods,)."""
     size = round(period_s * PLAN_HZ)
     rows = wave[: wave.size // size * size].reshape(-1, size).astype(np.float64)
-    return np.asarray(np.minimum(np.sqrt(2.0 * np.mean(rows**2, axis=1)), 1.0))
+    return np.asarray(np.sqrt(2.0 * np.mean(rows**2, axis=1)))
 
 
 def frequencies(wave: _Wave, period_s: float) -> NDArray[np.float64]:
