@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 
-.PHONY: demo fuzz test nightly sweep unit check rooms schemas hashes format pictures site toolchains coverage clean
+.PHONY: release demo fuzz test nightly sweep unit check rooms schemas hashes format pictures site toolchains coverage clean
 
 demo: $(VENV)/.demo
 	@$(BIN)/hapticvlm demo
@@ -77,6 +77,11 @@ pictures: $(VENV)/.dev toolchains
 # The documents with a menu and a search, in build/site.
 site: $(if $(wildcard $(VENV)/.dev),$(VENV)/.dev,$(VENV)/.site)
 	$(BIN)/python .ci/site build/site
+
+# Every file of a release into build/release, and what is left to do by hand; publishes nothing.
+# REPOSITORY is the address that README's `git clone` gets.
+release: $(VENV)/.dev toolchains
+	$(BIN)/python .ci/release $(VERSION) $(if $(REPOSITORY),--repository $(REPOSITORY))
 
 coverage: $(VENV)/.dev
 	$(BIN)/python -m pytest --cov=hapticvlm --cov=hapticvlm_studio --cov-report=term

@@ -33,7 +33,9 @@ def test_the_job_that_runs_our_code_may_only_read() -> None:
     assert whole["permissions"] == {"contents": "read"}
     assert "permissions" not in whole["jobs"]["build"]
     writing = {name: job["permissions"] for name, job in jobs().items() if "permissions" in job}
-    assert writing == {"release": {"contents": "write"}, "index": {"id-token": "write"}}
+    told = {"id-token": "write"}  # who built it
+    attested = {"contents": "write", "attestations": "write", **told}
+    assert writing == {"release": attested, "index": told}
 
 
 def test_what_publishes_runs_nothing_of_ours() -> None:

@@ -1,13 +1,11 @@
 """What is prepared for containers and releases agrees with the code. Neither was ever run here."""
 
-import re
 import tomllib
 from pathlib import Path
 
 import pytest
 import yaml
 
-from hapticvlm import __version__
 from hapticvlm.commands import alive, serve
 from hapticvlm.commands.main import command_line
 from hapticvlm.server import service_info
@@ -65,16 +63,6 @@ def test_the_python_of_the_container_is_one_that_was_tried():
     stages = [rest.split() for name, rest in STEPS if name == "FROM"]
     named = {stage[-1] for stage in stages if "AS" in stage}
     assert {stage[0] for stage in stages} - named == {"python:3.13-slim"}
-
-
-def test_a_release_is_refused_where_tag_and_version_differ():
-    workflow = yaml.safe_load((ROOT / ".github/workflows/release.yml").read_text())
-    steps = workflow["jobs"]["build"]["steps"]
-    (check,) = (step["run"] for step in steps if "GITHUB_REF_NAME" in step.get("run", ""))
-    (pattern,) = re.findall(r"s/(\^__version__[^/]+)/", check)
-    source = (ROOT / "service/hapticvlm/__init__.py").read_text()
-    pattern = pattern.replace("\\(", "(").replace("\\)", ")")
-    assert re.findall(pattern, source, re.MULTILINE) == [__version__]
 
 
 def test_the_service_needs_few_packages():
