@@ -217,7 +217,7 @@ def test_the_graph_that_ships_embeds_as_the_fit_does():
         features, scores = session.run(["features", "_fc"], crop)
         named = np.array(["rooms"])
         wanted = fitted.embed(Described(features, scores, np.zeros(1, np.int64), named))
-        found = whole.run(None, crop)[0]
+        found = whole.run(["embeddings"], crop)[0]
         assert found.shape == (1, 16 + joint_embedding.ADDED)
         assert np.linalg.norm(found) == pytest.approx(1.0, abs=1e-4)
         assert float((found * wanted).sum()) > 0.999

@@ -91,7 +91,7 @@ def describing(network: Network, ranges: Ranges | None) -> tuple[ModelProto, Gra
 
 
 def embedding(network: Network, ranges: Ranges, head: Head) -> tuple[ModelProto, GraphWriter]:
-    """Build the graph that ships, with output "embeddings" (N, D)."""
+    """Build the graph that ships, with outputs "embeddings" (N, D) and "classes" (N, 1000)."""
     graph = GraphWriter(ranges)
     features, scores = _describe(graph, network)
     hidden = _hidden(graph, features, head)
@@ -106,7 +106,11 @@ def embedding(network: Network, ranges: Ranges, head: Head) -> tuple[ModelProto,
     factor = _number(graph, "features.share", math.sqrt(1.0 - joint_embedding.SHARE))
     shared = graph.add("Mul", [hidden, factor], "hidden.shared")
     graph.add("Concat", [shared, levels, rest], "embeddings", axis=1)
-    return graph.model(network.side, {"embeddings": ["N", head.dimension]}), graph
+    outputs: dict[str, list[int | str | None] | None] = {
+        "embeddings": ["N", head.dimension],
+        "classes": ["N", joint_embedding.CLASSES],
+    }
+    return graph.model(network.side, outputs), graph
 
 
 def _describe(graph: GraphWriter, network: Network) -> tuple[str, str]:

@@ -1,9 +1,9 @@
 """Runs an encoder folder (encoder.json and encoder.onnx) on onnxruntime. Knows no gallery.
 
 The graph holds the preprocessing: it takes "crops" (N, S, S, 4) uint8, RGB and mask (0 or 255), and
-gives "embeddings" (N, D) float32 of unit norm. Probabilities of ImageNet's "classes", which the
-shipped graph computes on its way, become an output too. encoder.json states name, side, dimension
-and the SHA-256 of the graph. Sessions use a fixed number of threads that sleep while they wait, so
+gives "embeddings" (N, D) float32 of unit norm; the shipped one also gives the probabilities of
+ImageNet's "classes" (N, 1000). encoder.json states name, side, dimension and the SHA-256 of the
+graph. Sessions use a fixed number of threads that sleep while they wait, so
 that a busy recogniser leaves the other cores to the audio engine. Networks in other ONNX files
 share `open_session` (file_encoder).
 """
@@ -20,7 +20,6 @@ import numpy as np
 
 from hapticvlm import documents
 from hapticvlm.vision.encoders.encoder import CARD, SHIPPED, EncoderError, Floats, Pixels, embed_all
-from hapticvlm.vision.encoders.onnx_graph import read_graph, with_outputs
 from hapticvlm.vision.pictures import Crop
 
 GRAPH = "encoder.onnx"
@@ -80,12 +79,9 @@ class OnnxEncoder:
 def load_onnx_encoder(folder: Path, threads: int = 1) -> OnnxEncoder:
     """Load the encoder of a folder; checks its file against encoder.json. Raises EncoderError."""
     card = read_card(folder)
-    graph = _read_graph(folder, card)
-    has_classes = _computes_classes(graph)
-    if has_classes:
-        graph = with_outputs(graph, [CLASSES])
-    session = _open(graph, folder, threads)
+    session = _open(_read_graph(folder, card), folder, threads)
     _require_fit(session, card, folder)
+    has_classes = any(port.name == CLASSES for port in session.get_outputs())
     return OnnxEncoder(
         card.name, card.side, card.dimension, session, card.sha256[GRAPH], has_classes
     )
@@ -118,13 +114,6 @@ def _read_graph(folder: Path, card: Card) -> bytes:
         problem = f"{path} is not the file that {CARD} describes: its SHA-256 differs"
         raise EncoderError(f"{problem}; {_cure(folder)}")
     return data
-
-
-def _computes_classes(graph: bytes) -> bool:
-    try:
-        return any(CLASSES in node.outputs for node in read_graph(graph).nodes)
-    except ValueError:
-        return False  # onnxruntime says what is wrong with it
 
 
 def open_session(graph: bytes, threads: int, folder: Path | None = None) -> Any:  # noqa: ANN401
