@@ -436,6 +436,7 @@ def test_any_text_gives_evidence_of_known_materials_or_none(name: str) -> None:
         ("Submarine/Hull", "metal"),
         ("EmeraldGreen.001", "none"),
         ("Ring_Emerald", "stone"),
+        ("Brick_Red", "stone"),
         ("simpleShaderBallMat", "none"),
         ("file1", "none"),
         ("camera_tile", "none"),

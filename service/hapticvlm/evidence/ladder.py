@@ -79,7 +79,7 @@ class Evidence:
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """The ladder's decision; if `material` is unknown, `runner_up` is its best guess.
+    """The ladder's decision; if `material` is unknown, `runner_up` is its best guess, if any.
 
     `confidence` is the posterior of the best material, even if it was too low to name it. People
     and animals (LIVING) are believed in, but never named. `beliefs` is the posterior of every
@@ -144,7 +144,8 @@ def decide(evidence: Sequence[Evidence]) -> Verdict:
     confidence = posterior[best]
     is_open = statement is None or statement.material == materials.LIVING
     if is_open and confidence < KNOWN:
-        return Verdict(materials.UNKNOWN, confidence, best, "unknown", gathered, posterior)
+        guess = best if posterior.get(materials.LIVING, 0.0) <= confidence else None
+        return Verdict(materials.UNKNOWN, confidence, guess, "unknown", gathered, posterior)
     source = statement.rung if statement is not None else _heaviest(informative, best)
     runner_up = second if posterior[second] > FLOOR else None
     return Verdict(best, confidence, runner_up, source, gathered, posterior)
