@@ -8,6 +8,7 @@ from typing import Any
 
 import msgpack
 import pytest
+from pace import PACE
 from playwright.sync_api import Page
 from webxr_scene import EXAMPLES, served
 
@@ -91,6 +92,38 @@ def test_a_thing_pressed_with_the_mouse_is_decided_by_its_name_and_felt(visit: V
     visit.page.wait_for_timeout(200)
     visit.page.mouse.up()
     assert visit.felt(since) >= 0.1
+
+
+def test_a_model_of_gltf_is_felt_as_its_touched_material_and_other_things_go_on(
+    visit: Visit,
+) -> None:
+    def stool() -> list[str]:
+        scenes = [one["objects"] for one in visit.sent if one["type"] == "scene"]
+        [model] = [each for each in scenes[-1] if each["object_id"] == "Stool"]
+        return [surface["name"] for surface in model.get("surfaces", ())]
+
+    for _ in range(int(100 * PACE)):
+        if stool():
+            break
+        visit.page.wait_for_timeout(100)
+    assert stool() == ["Oak.Seat", "Steel.Legs"]
+    for name, above in (("Stool", 0.02), ("SteelBlock", 0.0)):  # its seat, 5 cm above its origin
+        since, sent = len(visit.heard), len(visit.sent)
+        x, y = visit.page.evaluate(PLACE, name)
+        visit.page.mouse.move(240 * x, 180 * (y - above))
+        visit.page.mouse.down()
+        visit.page.wait_for_timeout(400)
+        visit.page.mouse.up()
+        visit.page.wait_for_timeout(200)
+        touches = [one for one in visit.sent[sent:] if one["type"] == "touch"]
+        assert {(one.get("object_id", name), one.get("surface", 0)) for one in touches} == {
+            (name, 0)
+        }, touches
+        assert visit.felt(since) >= 0.1, name
+    decided = {
+        one["object_id"]: one["material"] for one in visit.heard if one["type"] == "decision"
+    }
+    assert decided["Stool"] == "wood"
 
 
 def test_what_is_said_lies_above_the_picture(visit: Visit) -> None:
