@@ -33,6 +33,7 @@ import material_page
 import player_vectors
 import tables
 import vectors
+import worklet
 from hapticvlm import messages
 from hapticvlm.materials import MATERIALS
 from hapticvlm.messages import ClientMessage, ServiceMessage
@@ -103,6 +104,7 @@ def generated() -> Iterator[tuple[Path, str]]:
         yield folder / "feel.json", feel
     yield WEB.parent / "materials.json", baked_room(WEB.parent)
     yield WEB / VOICE.name, VOICE.read_text(encoding="utf-8")
+    yield WEB / "sound.worklet.js", worklet.one_file(WEB / "sound.processor.js")
     yield UNITY / "Enums.g.cs", csharp.enums(json_schema())
     yield UNITY / "Messages.g.cs", csharp.types(json_schema())
     yield DOCS / "protocol-reference.md", tables.page(json_schema()["$defs"])

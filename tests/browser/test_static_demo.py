@@ -5,7 +5,9 @@ What is replaced is hardware: the motors of a gamepad and of a phone.
 
 import itertools
 import re
+import shutil
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -104,6 +106,42 @@ def opened(page: Page, address: str) -> Iterator[Page]:
     yield page
     page.close()
     assert problems == []
+
+
+def test_no_host_leaves_a_part_out_for_its_name(tmp_path: Path) -> None:
+    static_site.write(EXAMPLES, tmp_path / "site")
+    names = [path.relative_to(tmp_path).as_posix() for path in (tmp_path / "site").rglob("*")]
+    assert [name for name in names if "node_modules" in name or name.endswith(".mjs")] == []
+
+
+@pytest.mark.parametrize("page", ["", "scene/webxr/"])
+@pytest.mark.parametrize("missing", ["scene/webxr/lib", "scene/webxr/client/feel.json"])
+def test_a_page_without_one_of_its_files_names_it(
+    browser: Browser, tmp_path: Path, page: str, missing: str
+) -> None:
+    static_site.write(EXAMPLES, tmp_path)
+    away = tmp_path / missing
+    shutil.rmtree(away) if away.is_dir() else away.unlink()
+    with served(tmp_path) as root:
+        tab = browser.new_page()
+        tab.goto(f"{root}{page}")
+        status = tab.locator('[role="status"]').first
+        expect(status).to_contain_text("cannot start", timeout=PATIENCE_MS)
+        names = status.text_content() or ""
+        assert "feel.json" in names if missing.endswith("json") else ".js" in names
+        tab.close()
+
+
+@pytest.mark.parametrize("page", ["index.html", "scene/webxr/index.html"])
+def test_a_page_opened_from_the_disk_says_what_it_needs(
+    browser: Browser, tmp_path: Path, page: str
+) -> None:
+    static_site.write(EXAMPLES, tmp_path)
+    tab = browser.new_page()
+    tab.goto((tmp_path / page).as_uri())
+    status = tab.locator('[role="status"]').first
+    expect(status).to_contain_text("http.server", timeout=PATIENCE_MS)
+    tab.close()
 
 
 def test_a_link_opens_at_its_moment_and_enter_plays_it(gallery: Page) -> None:

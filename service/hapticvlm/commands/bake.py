@@ -34,11 +34,8 @@ Write how a scene feels to a folder, for players that have no service: materials
 surface is) and feel.json (how its materials vibrate). SOURCE is a glTF 2.0 scene (.glb, .gltf), a
 file of `scene` messages (a list, or a message a line), or a folder that `hapticvlm serve --record
 FOLDER` wrote. Any other folder stands for the glTF scenes in it, each baked to a folder of its own.
-The surfaces of a glTF scene are decided as by `hapticvlm scan`, and open ones by their textures.
---materials writes the built-in materials instead. A surface of materials.json whose `by` is `hand`
-keeps its material in the next bake, as do those that a pattern of its `corrections` names. Without
---unknown, surfaces of which nothing is known are listed and not felt. docs/bake.md has both files.
-Exit code 1: a scene of a folder could not be read.
+Surfaces are decided as by `hapticvlm scan`, open ones by their textures. Corrections by hand in
+materials.json stay (docs/bake.md). Exit code 1: a scene of a folder could not be read.
 """
 
 

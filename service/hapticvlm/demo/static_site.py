@@ -1,8 +1,9 @@
 """Writes the WebXR room and a gallery of the materials as plain files that any web host serves.
 
 The files lie where the service serves them: its pages at the top, the scene below `scene/`. Their
-addresses are relative, so both find each other below any address. Only one line differs: the room's
-page states that it has no service.
+addresses are relative, so both find each other below any address. The room's page states that it
+has no service, and both say in the page what did not load. Libraries lie in `lib`, because several
+hosts leave `node_modules` out, and end in `.js`, because some serve `.mjs` as no script.
 
 A folder is written again only if every file to be replaced is one that an earlier run wrote, as it
 wrote it. LIST names them with their digests. While a run writes, LIST has no digests: what it names
@@ -35,8 +36,16 @@ PAGES = (
 )
 _HERE = Path(__file__).parent
 _ROOM = "webxr/index.html"
-_SERVED = '<html lang="en">'
-_ALONE = '<html lang="en" data-service="none">'
+_EDITS = (  # of the room's page
+    ('<html lang="en">', '<html lang="en" data-service="none">'),
+    (
+        '<script type="importmap">',
+        '<script src="../../loading.js"></script>\n<script type="importmap">',
+    ),
+    ("Loading. If this stays: <code>npm ci --prefix examples/webxr</code>", "Loading"),
+    ("./node_modules/", "./lib/"),
+    (".mjs", ".js"),
+)
 
 
 def write(examples: Path, folder: Path) -> int:
@@ -72,9 +81,13 @@ def _files(examples: Path) -> Iterator[tuple[str, bytes]]:
             content = file.read_bytes()
             if name == _ROOM:
                 page = content.decode()
-                assert _SERVED in page, name
-                content = page.replace(_SERVED, _ALONE).encode()
-            yield f"scene/{name}", content
+                for served, alone in _EDITS:
+                    assert served in page, served
+                    page = page.replace(served, alone)
+                content = page.encode()
+            elif name.endswith(".mjs"):
+                name, content = name.removesuffix(".mjs") + ".js", content.replace(b".mjs", b".js")
+            yield f"scene/{name.replace('/node_modules/', '/lib/')}", content
 
 
 def _written(folder: Path) -> dict[str, str | None]:
