@@ -11,7 +11,7 @@ import pytest
 from plate_ports import Cable
 
 from hapticvlm.devices.errors import DeviceError
-from hapticvlm.devices.plate import ports
+from hapticvlm.devices.plate import known_plates, ports
 from hapticvlm.devices.plate.known_plates import UsbIdentity
 from hapticvlm.devices.plate.peltier import Peltier
 from hapticvlm.devices.plate.ports import Port, PortInfo
@@ -31,6 +31,7 @@ class Desk:
     def __init__(self) -> None:
         self.cable = Cable()
         self.opened: list[str] = []
+        self.greeting = b""  # of a foreign board when it is opened
         self.foreign: dict[str, int] = {}
         self.plugged: dict[str, str] = {PLATE: "1-2"}
         for _ in range(2):
@@ -54,6 +55,7 @@ class Desk:
         if url in self.foreign:
             port: Any = ports.open_port(url)
             port.timeout = 0  # the test's clock waits
+            os.write(self.foreign[url], self.greeting)
             return cast(Port, port)
         return self.cable.open(url)
 
@@ -152,16 +154,49 @@ def test_a_start_without_the_plate_asks_no_foreign_board(desk: Desk) -> None:
     assert desk.strangers_opened() == []
 
 
-def test_the_only_candidate_is_asked_while_no_plate_is_known(desk: Desk) -> None:
-    desk.plugged = {PLATE: "1-2"}
-    plate = desk.peltier("auto")
-    plate.connect()
-    plate.close()
-    desk.plugged |= desk.sockets
-    again = desk.peltier("auto")
-    again.connect()
+def test_the_only_candidate_is_not_opened_before_it_is_named_once(desk: Desk) -> None:
+    (lone, socket), *_ = desk.sockets.items()
+    desk.plugged = {lone: socket}
+    with pytest.raises(DeviceError, match=f"--peltier {lone}"):
+        desk.peltier("auto").connect()
+    for options in (ServeOptions(), ServeOptions(peltier="auto")):
+        (finding,) = plates(options)
+        assert lone in finding.message
+    assert (desk.opened, desk.written()) == ([], b"")
 
-    assert desk.opened == [PLATE, PLATE]
+
+def test_a_printer_in_the_plates_socket_is_opened_once_until_it_is_unplugged(desk: Desk) -> None:
+    plate = known(desk)
+    (printer, _), *_ = desk.sockets.items()
+    del desk.plugged[printer]
+    desk.unplug()
+    desk.greeting = b"start\nMarlin 2.1.2\n"
+    desk.live(plate, 5.0)
+    desk.plugged[printer] = "1-2"
+    desk.live(plate, 120.0)
+    plate.close()
+    with pytest.raises(DeviceError, match="no plate has answered"):
+        desk.peltier("auto").connect()
+    assert desk.strangers_opened() == [printer]
+
+    del desk.plugged[printer]
+    with pytest.raises(DeviceError):
+        desk.peltier("auto").connect()
+    desk.plug()
+    desk.peltier("auto").connect()
+    assert desk.opened[-1] == PLATE
+
+
+@pytest.mark.usefixtures("desk")
+def test_a_stranger_with_a_serial_number_is_one_at_every_socket() -> None:
+    printer, plate = UsbIdentity(1, 2, "P1", "1-2"), UsbIdentity(1, 2, "P2", "1-2")
+    known_plates.remember(plate)
+    known_plates.avoid(printer)
+    left = known_plates.forget_unplugged([])
+    assert left.may_open(plate)
+    assert not left.may_open(printer._replace(location="1-9"))
+    known_plates.remember(printer)  # it was named, and answered as a plate
+    assert known_plates.load().may_open(printer)
 
 
 def test_a_plate_that_moves_to_another_socket_is_found_and_named_by_its_new_port(

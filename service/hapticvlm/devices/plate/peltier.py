@@ -26,7 +26,7 @@ from collections.abc import Callable
 from hapticvlm.devices import faults
 from hapticvlm.devices.errors import DeviceError
 from hapticvlm.devices.faults import Fault
-from hapticvlm.devices.plate import ports
+from hapticvlm.devices.plate import known_plates, ports
 from hapticvlm.devices.plate.known_plates import UsbIdentity
 from hapticvlm.devices.plate.ports import Port, PortInfo
 from hapticvlm.devices.plate.protocol import Answer
@@ -288,6 +288,8 @@ class Peltier:
             self._strangers = frozenset(
                 place.usb for place in self._present() if place.usb is not None
             )
+        elif self._session.speaks_text and self._port_info and self._port_info.usb:
+            known_plates.avoid(self._port_info.usb)
         self._pause()
         with self._lock:
             # The port is taken away under the lock, so that `off` finds either an open port or
@@ -331,6 +333,8 @@ class Peltier:
         if own.usb is None:
             return own
         present = [(place, place.usb) for place in self._present() if place.usb is not None]
+        known = known_plates.forget_unplugged([usb for _, usb in present])
+        present = [(place, usb) for place, usb in present if known.may_open(usb)]
         self._strangers &= {usb for _, usb in present}  # one that went may come back as a new one
         at_socket = [place for place, usb in present if usb == own.usb]
         is_new = [

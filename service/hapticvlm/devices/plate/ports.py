@@ -1,8 +1,8 @@
 """Lists the serial ports that may lead to a plate, and opens them. Only this module uses pyserial.
 
 Opening a port resets most boards, and one that is not a plate may be in the middle of a print. So
-`auto` opens only ports at which a plate has answered before (`known_plates.py`), and a single
-candidate as long as no plate was ever found. All others are named, and the user names one.
+`auto` opens only ports at which a plate has answered before, and nothing else since
+(`known_plates.py`). All others are named, and the user names one.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import Any, Protocol
 
 from hapticvlm.devices.errors import DeviceError
 from hapticvlm.devices.plate import known_plates
-from hapticvlm.devices.plate.known_plates import UsbIdentity
+from hapticvlm.devices.plate.known_plates import Known, UsbIdentity
 from hapticvlm.devices.plate.protocol import BAUD
 
 AUTO = "auto"
@@ -83,7 +83,8 @@ def candidate_ports(address: str) -> list[PortInfo]:
             f"no port looks like a plate; ports seen: {_listed([info for info, _ in present])}; "
             "plug the plate in, or name its port, such as --peltier COM3 or --peltier /dev/ttyUSB0"
         )
-    return _known_among(likely, known_plates.load())
+    usb = [port_info.usb for port_info, _ in present if port_info.usb is not None]
+    return _known_among(likely, known_plates.forget_unplugged(usb))
 
 
 def present() -> list[PortInfo]:
@@ -102,15 +103,13 @@ def remember(port_info: PortInfo) -> None:
         known_plates.remember(port_info.usb)
 
 
-def _known_among(likely: Sequence[PortInfo], known: frozenset[UsbIdentity]) -> list[PortInfo]:
-    own = [port_info for port_info in likely if port_info.usb in known]
+def _known_among(likely: Sequence[PortInfo], known: Known) -> list[PortInfo]:
+    own = [place for place in likely if place.usb in known.plates and known.may_open(place.usb)]
     if own:
         return own
-    if len(likely) == 1 and not known:
-        return list(likely)
     raise UnknownPortsError(
         f"no plate has answered yet at {_listed(likely)}; opening a port resets the board behind "
-        f"it, so {NAME_IT}"
+        f"it, so {NAME_IT if len(likely) > 1 else NAME_IT.replace('PORT', likely[0].url)}"
     )
 
 

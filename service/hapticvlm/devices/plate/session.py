@@ -46,6 +46,8 @@ POLL_TIMEOUT_S = 2.0  # without a read of the port: the thread that reads it is 
 TRACKING_TIMEOUT_S = 0.8  # of setpoints that the board does not follow: a fault within a second
 REOPEN_AFTER_S = 3.0  # without any message
 FIRST_ANSWER_S = 10.0  # since the port was opened: a boot loader may be deaf for six of them
+HEARD_BYTES = 64  # that are kept to tell words from messages
+WORD_BYTES = 5  # printable, and nothing else: noise does it once in 60,000 times; our choice
 REST_S = 900.0  # without heat before the dose starts from zero: our choice, as long as a session
 CLOCK_WINDOW_S = 10.0  # over which the board's clock is compared with ours
 MAX_DRIFT = 0.05  # share of time; ceramic resonators are within 0.5 %; our choice
@@ -71,6 +73,7 @@ class PlateSession:
         self._is_open = self._was_open = False
         self._loss = faults.UNPLUGGED
         self._has_answered = False  # since the port was opened
+        self._heard = b""  # of it, before a board answered
         self._bytes_at = -math.inf
         self._received_at = self._polled_at = self._hello_at = -math.inf
         self._uptime_ms: int | None = None
@@ -130,6 +133,7 @@ class PlateSession:
         self._received_at = self._polled_at = now
         self._bytes_at = -math.inf
         self._has_answered = False
+        self._heard = b""
         self._forget()
 
     def lost(self, loss: Fault = faults.UNPLUGGED) -> None:
@@ -155,6 +159,12 @@ class PlateSession:
         """
         patience_s = REOPEN_AFTER_S if self._has_answered else FIRST_ANSWER_S
         return self._is_open and now - self._received_at > patience_s
+
+    @property
+    def speaks_text(self) -> bool:
+        """Whether words came and no message: a printer or a meter, not a plate on a bad line."""
+        words = self._heard.replace(b"\r", b" ").replace(b"\n", b" ").decode("latin-1")
+        return len(words) >= WORD_BYTES and words.isascii() and words.isprintable()
 
     def silence(self, now: float) -> Fault:
         """Return the fault of an open port without messages: garbled or silent."""
@@ -193,6 +203,8 @@ class PlateSession:
         self._polled_at = now
         if data:
             self._bytes_at = now
+        if not self._has_answered:
+            self._heard = (self._heard + data)[:HEARD_BYTES]
         for received in self._deframer.feed(data):
             self._handle(received, now)
 
