@@ -34,8 +34,8 @@ const uint8_t BLINK_MS = 100;  // on, then off
 const float NEUTRAL_C = 32.0f;
 const int32_t SETPOINT_LOW_MC = 18000, SETPOINT_HIGH_MC = 40000;
 const float SETPOINT_LOW_C = 18.0f, SETPOINT_HIGH_C = 40.0f;
-// People distinguish materials by the initial cooling rate of the skin, so cooling may be faster than heating.
-const uint16_t SLEW_COOL_MC_S = 12000, SLEW_HEAT_MC_S = 5000;
+// People distinguish materials by the initial rate of change of the skin; the current is what limits it.
+const uint16_t SLEW_COOL_MC_S = 12000, SLEW_HEAT_MC_S = 12000;
 const float SLEW_COOL_C_STEP = SLEW_COOL_MC_S * 0.001f * STEP_S, SLEW_HEAT_C_STEP = SLEW_HEAT_MC_S * 0.001f * STEP_S;
 const uint16_t MAX_TTL_MS = 1000;
 const uint16_t LONGEST_RETURN_MS = 10000;

@@ -234,7 +234,7 @@ def test_a_target_that_the_current_cannot_reach_waits_for_the_plate() -> None:
     ahead_c = [reading.setpoint_c - (reading.plate_c or 0.0) for reading in readings]
 
     assert readings[-1].setpoint_c < 40.0
-    assert 0.3 < max(ahead_c) < 0.9  # 0.75 A are asked for from 0.75 degC on
+    assert 0.3 < max(ahead_c) < 2.0  # 1.8 A are asked for from 1.8 degC on
 
 
 def test_a_burst_of_cooling_ends_at_the_lasting_limit_and_returns_after_a_rest() -> None:

@@ -18,7 +18,7 @@ from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.heat import contact as thermal
 from hapticvlm.rendering.heat import limits as plate_limits
 from hapticvlm.rendering.heat.contact import ThermalContact
-from hapticvlm.rendering.heat.limits import PlateReading
+from hapticvlm.rendering.heat.limits import PlateReading, Strongest
 from hapticvlm.rendering.heat.trajectory import ThermalTrajectory
 
 from .board import Board
@@ -59,6 +59,7 @@ class Rig:
         self.peltier = Peltier("sim://plate", clock=lambda: board.now)
         self.peltier.connect()
         self._setpoint_c = NEUTRAL_C
+        self._strongest = Strongest()
         self._last = board.now
 
     def live(self, seconds: float) -> list[Moment]:
@@ -86,7 +87,16 @@ class Rig:
         now = self.board.now
         reading = self.peltier.advance(now)
         wanted_c = self.course.target_c(now)
-        limited = plate_limits.limit(wanted_c, self._setpoint_c, now - self._last, reading)
+        elapsed_s, strength = now - self._last, self.course.strength
+        self._strongest = self._strongest.towards(wanted_c, strength, elapsed_s, reading)
+        limited = plate_limits.limit(
+            wanted_c,
+            self._setpoint_c,
+            elapsed_s,
+            reading,
+            strength=strength,
+            strongest=self._strongest,
+        )
         self._setpoint_c, self._last = limited.setpoint_c, now
         self.peltier.command(limited.setpoint_c, LEASE_S, now)
         plant = self.board.plant

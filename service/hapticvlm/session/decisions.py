@@ -203,7 +203,8 @@ def decide(
     touched = contact(bulk, thick_m, surface.value_c)
     contact_c = None if touched is None else thermal.contact_temperature_c(touched)
     deviation = 0.0 if contact_c is None else inputs.thermal_gain * (contact_c - NEUTRAL_C)
-    limited = plate_limits.settle(NEUTRAL_C + deviation, inputs.limits)
+    strength = 1.0 if bulk is None else thermal.strength(bulk)
+    limited = plate_limits.settle_material(NEUTRAL_C + deviation, strength, inputs.limits)
     return Decision(
         id=0,
         object_id=object_id,

@@ -14,7 +14,7 @@ from hapticvlm.messages import Decision, LeftOut, MessageError, Ok, Touch
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.heat import limits as plate_limits
 from hapticvlm.rendering.heat.contact import PLATE_RESISTANCE, ThermalContact
-from hapticvlm.rendering.heat.limits import AT_REST, PlateReading, limits_of
+from hapticvlm.rendering.heat.limits import AT_REST, PlateReading, Strongest, limits_of
 from hapticvlm.rendering.heat.trajectory import ThermalTrajectory
 from hapticvlm.rendering.vibration.vibration import IMPACTS
 from hapticvlm.rendering.vibration.voices import Command
@@ -54,6 +54,7 @@ class PlateTarget:
         self.gain = gain
         self._trajectory = ThermalTrajectory(plate_resistance=plate_resistance)
         self._setpoint_c = NEUTRAL_C
+        self._strongest = Strongest()
         self._is_driving = False
         self._ticked_at: float | None = None
 
@@ -88,8 +89,18 @@ class PlateTarget:
             low = plate_limits.SETPOINT_MIN_C
             high = plate_limits.SETPOINT_MAX_C
             self._setpoint_c = min(max(self.reading.plate_c, low), high)
+            self._strongest = Strongest(self._setpoint_c, self._setpoint_c)
         self._is_driving = True
-        limited = plate_limits.limit(wanted, self._setpoint_c, elapsed, self.reading)
+        strength = self._trajectory.strength
+        self._strongest = self._strongest.towards(wanted, strength, elapsed, self.reading)
+        limited = plate_limits.limit(
+            wanted,
+            self._setpoint_c,
+            elapsed,
+            self.reading,
+            strength=strength,
+            strongest=self._strongest,
+        )
         self._setpoint_c = limited.setpoint_c
         return [DrivePlate(limited.setpoint_c, LEASE_S)]
 

@@ -19,7 +19,7 @@ from hapticvlm.rendering.heat.contact import (
     contact_temperature_c,
     thermal_contact,
 )
-from hapticvlm.rendering.heat.limits import AT_REST, limit
+from hapticvlm.rendering.heat.limits import AT_REST, Strongest, limit
 from hapticvlm.rendering.heat.trajectory import ThermalTrajectory
 
 APPROACH_S = 0.5
@@ -112,6 +112,7 @@ def _plate(
     reading = replace(AT_REST, plate_c=NEUTRAL_C, sink_c=ambient_c)
     trajectory = ThermalTrajectory()
     setpoint_c = NEUTRAL_C
+    strongest = Strongest()
     wanted = []
     sent = []
     for tick in range(-round(APPROACH_S / TICK_S), round(seconds / TICK_S) + 1):
@@ -119,7 +120,11 @@ def _plate(
         trajectory = (
             trajectory.approach(contact, now) if tick < 0 else trajectory.touch(contact, 0, now)
         )
-        limited = limit(trajectory.target_c(now), setpoint_c, TICK_S, reading)
+        unlimited_c, strength = trajectory.target_c(now), trajectory.strength
+        strongest = strongest.towards(unlimited_c, strength, TICK_S, reading)
+        limited = limit(
+            unlimited_c, setpoint_c, TICK_S, reading, strength=strength, strongest=strongest
+        )
         setpoint_c = limited.setpoint_c
         if tick >= 0:
             wanted.append(limited.unlimited_c)

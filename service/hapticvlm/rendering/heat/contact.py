@@ -33,7 +33,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from hapticvlm.materials import Thermal
+from hapticvlm.materials import MATERIALS, Thermal
 from hapticvlm.perception import NEUTRAL_C, THERMAL_FLOOR_C
 
 LEAD_S = 0.25  # s by which heat must lead vibration to feel simultaneous (physics.md 1.3)
@@ -44,6 +44,7 @@ LEAD_S = 0.25  # s by which heat must lead vibration to feel simultaneous (physi
 PLATE_RESISTANCE = 4e-4
 
 SKIN = Thermal(0.37, 1000, 3770)  # e 1181, inside the published 1090-1281 (physics.md 1.1)
+_STRONGEST = max((m.thermal for m in MATERIALS.values()), key=lambda bulk: bulk.effusivity)
 _SMALLEST = 1e-300  # keeps a vanishing thickness from dividing by zero
 _FAR = 20.0  # beyond it the asymptotic series of erfcx is exact to 3e-10; erfc underflows above 26
 _TERMS = 8  # of the sum of Gaver and Stehfest: 6 are five times less exact, 10 cost a fifth more
@@ -122,6 +123,11 @@ def progress(contact: ThermalContact, elapsed_s: float) -> float:
         return math.inf
     admittance = 1.0 / SKIN.effusivity + 1.0 / contact.thermal.effusivity
     return math.sqrt(elapsed_s) * admittance / contact.contact_resistance
+
+
+def strength(thermal: Thermal) -> float:
+    """Change that this material makes in skin, as a share (0..1) of the strongest class's."""
+    return min(_object_share(thermal) / _object_share(_STRONGEST), 1.0)
 
 
 def carries_cue(contact: ThermalContact) -> bool:

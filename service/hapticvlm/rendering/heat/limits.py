@@ -5,13 +5,19 @@ that may be sent, and the name of the limit that makes them differ.
 
 - Band: 18 to 40 degC, below the burn threshold of 43 degC and above the 15 degC at which cold
   begins to hurt.
-- Slew: at most 12 degC/s of cooling and 5 degC/s of heating, so that the plate never jumps.
+- Slew: at most 12 degC/s, so that the plate never jumps.
 - Dose: thermal damage grows with time and exponentially with temperature. CEM43 counts it in
   minutes at 43 degC; from 2 CEM43, or 900 s of heat, on nothing above neutral is sent until the
   skin has rested (physics.md 3.1).
 - Sink: cooling moves heat into the sink. Beyond an optimum a hot sink warms the plate when the
   current rises, and through an open bridge it warms the skin. So the coldest setpoint rises to
   neutral as the sink warms up to its trip (physics.md 2.3).
+
+Where a limit binds, clipping would make all things feel alike. So a material is compressed instead,
+as a photograph compresses light. `Strongest` follows where the plate would be by now for the
+strongest material under the same limits, C degC from neutral. A material of which physics asks the
+share r of the strongest one's change gets at most r^COMPRESSION C. Where no limit binds the
+strongest, C is its wish w / r, and r^COMPRESSION w / r is no less than w: nothing is changed.
 
 These limits apply before the setpoint is sent; the firmware has its own, which do not rely on them.
 """
@@ -28,9 +34,16 @@ from hapticvlm.perception import NEUTRAL_C
 SETPOINT_MIN_C = 18.0
 SETPOINT_MAX_C = 40.0
 # People tell materials apart by the first half second of cooling (Ho and Jones 2006; Bergmann Tiest
-# and Kappers 2009), so cooling may be faster than heating.
+# and Kappers 2009), so what limits it should be the current.
 COOL_SLEW_C_PER_S = 12.0
-HEAT_SLEW_C_PER_S = 5.0
+HEAT_SLEW_C_PER_S = 12.0
+COMPRESSION = 0.5  # exponent of a material's share; 0 clips, 1 keeps the ratios; our choice
+# Of a plate at full current under a palm, as for the strongest material: rates, and the time by
+# which it is ahead of a plate that follows a setpoint in motion. On a slower plate materials are
+# only less apart on the way.
+PLATE_COOLS_C_PER_S = 6.3
+PLATE_HEATS_C_PER_S = 3.0
+_AHEAD_S = 0.5
 DOSE_LIMIT_CEM43 = 2.0  # min at 43 degC, for healthy people without supervision (physics.md 3.1)
 HEAT_LIMIT_S = 900.0
 SINK_TRIP_C = 44.0  # a hotter sink with a dead fan heats the skin through an open bridge
@@ -49,6 +62,30 @@ class Limited:
     setpoint_c: float
     unlimited_c: float
     limited_by: Limit | None
+
+
+@dataclass(frozen=True, slots=True)
+class Strongest:
+    """Where the plate would be by now for the strongest material, and the limit that keeps it.
+
+    `setpoint_c` is where it would be a moment later, which a setpoint in motion has to lead by.
+    """
+
+    plate_c: float = NEUTRAL_C
+    setpoint_c: float = NEUTRAL_C
+    limited_by: Limit | None = None
+
+    def towards(
+        self, unlimited_c: float, strength: float, elapsed_s: float, reading: PlateReading
+    ) -> Strongest:
+        """Return it `elapsed_s` later, while a material of this strength asks for `unlimited_c`."""
+        wished_c = NEUTRAL_C + (unlimited_c - NEUTRAL_C) / strength
+        settled = settle(wished_c, limits_of(reading))
+        rates = PLATE_COOLS_C_PER_S, PLATE_HEATS_C_PER_S
+        plate_c = _slew(settled.setpoint_c, self.plate_c, _usable_s(elapsed_s), *rates)
+        setpoint_c = _slew(settled.setpoint_c, plate_c, _AHEAD_S, *rates)
+        is_there = setpoint_c == settled.setpoint_c
+        return Strongest(plate_c, setpoint_c, settled.limited_by if is_there else "current")
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,24 +144,40 @@ def within_range(unlimited_c: float) -> Limited:
 
 
 def limit(
-    unlimited_c: float, previous_c: float, elapsed_s: float, reading: PlateReading
+    unlimited_c: float,
+    previous_c: float,
+    elapsed_s: float,
+    reading: PlateReading,
+    *,
+    strength: float = 1.0,
+    strongest: Strongest = Strongest(),
 ) -> Limited:
-    """Return the setpoint to send now: as `settle`, then slewed from `previous_c`.
+    """Return the setpoint to send now: settled, compressed, then slewed from `previous_c`.
 
     `elapsed_s` is the time since `previous_c` (degC) was sent. `limited_by` names the limit that
     decided the result, or None. A plate at its current limit that cannot follow the slew is
     limited by the current: it would be no faster if the setpoint moved faster.
     """
     settled = settle(unlimited_c, limits_of(reading))
-    slewed_c = _slew(settled.setpoint_c, previous_c, elapsed_s)
+    if strength < 1.0:
+        settled = _compress(settled, strength, strongest)
+    slews = COOL_SLEW_C_PER_S, HEAT_SLEW_C_PER_S
+    slewed_c = _slew(settled.setpoint_c, previous_c, _usable_s(elapsed_s), *slews)
     if slewed_c == settled.setpoint_c:
         return settled
     is_behind = _is_behind(reading, towards=slewed_c - previous_c)
     return Limited(slewed_c, settled.unlimited_c, "current" if is_behind else "slew")
 
 
+def settle_material(unlimited_c: float, strength: float, limits: PlateLimits) -> Limited:
+    """Return the setpoint that the plate reaches in the end, as a decision reports it."""
+    end = settle(NEUTRAL_C + (unlimited_c - NEUTRAL_C) / strength, limits)
+    strongest = Strongest(end.setpoint_c, end.setpoint_c, end.limited_by)
+    return _compress(settle(unlimited_c, limits), strength, strongest)
+
+
 def settle(unlimited_c: float, limits: PlateLimits) -> Limited:
-    """Return the setpoint that the plate will reach in the end, as a decision reports it.
+    """Return the setpoint nearest to this one that the plate may have in the end.
 
     The limits apply in this order: setpoint band, dose and heated time, sink. A plate at its
     current limit keeps its setpoint; that limit is reported only when no other one acts.
@@ -141,6 +194,16 @@ def settle(unlimited_c: float, limits: PlateLimits) -> Limited:
     if limited_by is None and limits.is_current_limited:
         limited_by = "current"
     return Limited(setpoint_c, banded.unlimited_c, limited_by)
+
+
+def _compress(settled: Limited, strength: float, strongest: Strongest) -> Limited:
+    """Move a setpoint no further from neutral than this material's part of the strongest one's."""
+    most_c = NEUTRAL_C + strength**COMPRESSION * (strongest.setpoint_c - NEUTRAL_C)
+    low_c, high_c = min(most_c, NEUTRAL_C), max(most_c, NEUTRAL_C)
+    setpoint_c = min(max(settled.setpoint_c, low_c), high_c)
+    if setpoint_c == settled.setpoint_c:
+        return settled
+    return Limited(setpoint_c, settled.unlimited_c, strongest.limited_by)
 
 
 def _is_behind(reading: PlateReading, towards: float) -> bool:
@@ -162,10 +225,16 @@ def _coldest_setpoint_c(sink_c: float | None) -> float:
     return SETPOINT_MIN_C + sink_share(sink_c) * (NEUTRAL_C - SETPOINT_MIN_C)
 
 
-def _slew(setpoint_c: float, previous_c: float, elapsed_s: float) -> float:
+def _slew(
+    setpoint_c: float, previous_c: float, elapsed_s: float, cools: float, heats: float
+) -> float:
+    """Move from `previous_c` towards a setpoint at no more than these rates, degC/s."""
     if not math.isfinite(previous_c):
         previous_c = NEUTRAL_C
-    usable_s = min(elapsed_s, _LONGEST_SLEW_S) if elapsed_s > 0.0 else 0.0
-    coldest_c = previous_c - COOL_SLEW_C_PER_S * usable_s
-    warmest_c = previous_c + HEAT_SLEW_C_PER_S * usable_s
+    coldest_c = previous_c - cools * elapsed_s
+    warmest_c = previous_c + heats * elapsed_s
     return min(max(setpoint_c, coldest_c), warmest_c)
+
+
+def _usable_s(elapsed_s: float) -> float:
+    return min(elapsed_s, _LONGEST_SLEW_S) if elapsed_s > 0.0 else 0.0

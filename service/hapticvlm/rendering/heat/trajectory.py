@@ -18,7 +18,7 @@ from collections.abc import Hashable
 from dataclasses import dataclass, replace
 
 from hapticvlm.perception import NEUTRAL_C
-from hapticvlm.rendering.heat.contact import LEAD_S, ThermalContact, share
+from hapticvlm.rendering.heat.contact import LEAD_S, ThermalContact, share, strength
 from hapticvlm.rendering.heat.history import (
     Fading,
     Past,
@@ -126,6 +126,11 @@ class ThermalTrajectory:
             return NEUTRAL_C
         ahead_c = self.plate_resistance * self._flow_w_per_m2(self.contact, now)
         return NEUTRAL_C + gain * (self.skin_c(now) + ahead_c - NEUTRAL_C)
+
+    @property
+    def strength(self) -> float:
+        """Change that the contact makes in skin, as a share of the strongest material's."""
+        return 1.0 if self.contact is None else strength(self.contact.thermal)
 
     def _flow_w_per_m2(self, contact: ThermalContact, now: float) -> float:
         if self.plate_resistance <= 0.0:
