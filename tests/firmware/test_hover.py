@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from itertools import product
 
 import pytest
-from hovers import HOVERS
+from hovers import HOVERS, REACHES_S, SHORT_M, Part, reach
 from tiers import nightly_except
 
 from hapticvlm.messages import Scene, SceneObject, Touch
@@ -27,16 +28,39 @@ FELT_C = 0.3
 def test_a_hand_that_hovers_without_touching_never_feels_it(
     chip: Chip, name: str, lag_s: float
 ) -> None:
+    off_c = felt(chip, HOVERS[name], lag_s, PALM, metal_c=5.0)
+
+    print(f"{min(off_c):+.2f} to {max(off_c):+.2f} degC")
+    assert max(map(abs, off_c)) <= FELT_C
+
+
+@pytest.mark.parametrize(
+    ("short_m", "lag_s", "palm"),
+    nightly_except(9, product(SHORT_M, LAGS_S, (PALM, 5e-4))),
+)
+def test_a_reach_that_stops_short_of_metal_is_hardly_felt(
+    chip: Chip, short_m: float, lag_s: float, palm: float
+) -> None:
+    for lasts_s in REACHES_S:
+        off_c = felt(chip, reach(-short_m, lasts_s), lag_s, palm)
+        print(f"{lasts_s} s: {min(off_c):+.2f} degC")
+        assert -min(off_c) <= SHORT_M[short_m]
+
+
+def felt(
+    chip: Chip, parts: Iterable[Part], lag_s: float, palm: float, metal_c: float = ROOM_C
+) -> list[float]:
+    """Return how far the skin is from where it rested, degC, at each step of a hand near metal."""
     board = chip.board(ROOM_C, build=Build(lag_s))
-    board.plant.touch(PALM)
+    board.plant.touch(palm)
     rig = Rig(board)
-    session = SceneSession(SessionSettings(owner=True, reading=AT_REST, plate_resistance=PALM))
-    metal = SceneObject(object_id="thing", material="metal", temperature_c=5.0)
+    session = SceneSession(SessionSettings(owner=True, reading=AT_REST, plate_resistance=palm))
+    metal = SceneObject(object_id="thing", material="metal", temperature_c=metal_c)
     session.receive(Scene(id=1, objects=[metal], replace=True, ambient_c=ROOM_C), board.now)
     try:
         rested_c = rig.live(4.0)[-1].skin_c
         off_c = []
-        for phase, seconds, fields in HOVERS[name]:
+        for phase, seconds, fields in parts:
             until = board.now + seconds
             while board.now < until:
                 rig.peltier.poll()
@@ -59,6 +83,4 @@ def test_a_hand_that_hovers_without_touching_never_feels_it(
     finally:
         rig.close()
         board.close()
-
-    print(f"{min(off_c):+.2f} to {max(off_c):+.2f} degC")
-    assert max(map(abs, off_c)) <= FELT_C
+    return off_c

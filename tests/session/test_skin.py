@@ -6,22 +6,24 @@ from typing import Any, NamedTuple
 
 import pytest
 from each_case import each
-from hovers import HOVERS, TICK_S
+from hovers import HOVERS, REACHES_S, SHORT_M, TICK_S, reach
 from tiers import nightly_except
 
 from hapticvlm.devices.simulated.simulated import SimulatedPlate
 from hapticvlm.materials import MATERIALS
 from hapticvlm.messages import Scene, SceneObject, Touch
 from hapticvlm.perception import NEUTRAL_C
-from hapticvlm.rendering.heat.contact import skin_surface_c, thermal_contact
+from hapticvlm.rendering.heat.contact import skin_surface_c, strength, thermal_contact
 from hapticvlm.rendering.heat.limits import (
     AT_REST,
+    COMPRESSION,
     COOL_SLEW_C_PER_S,
-    HEAT_SLEW_C_PER_S,
+    PLATE_HEATS_C_PER_S,
     SETPOINT_MAX_C,
     SETPOINT_MIN_C,
 )
 from hapticvlm.rendering.heat.trajectory import ThermalTrajectory
+from hapticvlm.session import hands
 from hapticvlm.session.actions import DrivePlate
 from hapticvlm.session.hands import LEAD_IN_VAIN_C, Hand
 from hapticvlm.session.session import SceneSession
@@ -62,23 +64,25 @@ def palm(material, room_c, resistance, phases, *, known=True, **stated):
             reading = plate.advance(now)
             for action in session.tick(now, reading):
                 if isinstance(action, DrivePlate):
+                    # Of a compressed material both the end and the way to it are shortened.
+                    share = strength(MATERIALS[material].thermal) ** COMPRESSION
+                    moved_c = abs(action.setpoint_c - setpoint_c)
                     is_slewing = (
-                        abs(action.setpoint_c - setpoint_c)
-                        > 0.99 * _slew(action.setpoint_c - setpoint_c) * TICK_S
+                        moved_c
+                        > 0.99 * min(COOL_SLEW_C_PER_S, share * PLATE_HEATS_C_PER_S) * TICK_S
                     )
                     setpoint_c = action.setpoint_c
-                    is_at_end = setpoint_c in (SETPOINT_MIN_C, SETPOINT_MAX_C)
+                    is_at_end = not (
+                        share * (SETPOINT_MIN_C - NEUTRAL_C)
+                        < (setpoint_c - NEUTRAL_C) * 1.001
+                        < share * (SETPOINT_MAX_C - NEUTRAL_C)
+                    )
                     plate.command(setpoint_c, action.ttl_s, now)
             now += TICK_S
             plate.advance(now)
             is_limited = is_slewing or is_at_end or reading.current_limited
             moments.append(Moment(plate.skin_c, is_limited))
     return moments
-
-
-def _slew(change_c):
-    """The limit of a change this way, degC/s."""
-    return COOL_SLEW_C_PER_S if change_c < 0.0 else HEAT_SLEW_C_PER_S
 
 
 def skin(moments):
@@ -262,3 +266,17 @@ def real_change(material, at_s):
     """Change of the skin on the object itself, in the world, degC."""
     contact = thermal_contact(MATERIALS[material].thermal, 22.0)
     return NEUTRAL_C - skin_surface_c(contact, at_s)
+
+
+def test_a_reach_that_stops_short_of_metal_is_hardly_felt():
+    for (short_m, most_c), lasts_s in product(SHORT_M.items(), REACHES_S):
+        felt = skin(palm("metal", 22.0, 2e-4, reach(-short_m, lasts_s)))
+        assert felt[0] - min(felt) <= most_c, (short_m, lasts_s)
+
+
+@pytest.mark.parametrize("lasts_s", REACHES_S)
+def test_a_reach_that_touches_is_led_as_if_its_hand_did_not_slow_down(lasts_s, monkeypatch):
+    phases = [*reach(0.02, lasts_s)]
+    led = palm("metal", 22.0, 5e-4, phases)
+    monkeypatch.setattr(hands, "STOPS_SHORT_M", math.inf)
+    assert skin(led) == pytest.approx(skin(palm("metal", 22.0, 5e-4, phases)), abs=0.02)

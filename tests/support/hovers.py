@@ -27,6 +27,21 @@ def sways(mean_m: float, seed: int, seconds: float = 6.0) -> Iterator[Part]:
         yield "approach", TICK_S, {"distance_m": distance_m, "closing_mps": closing_mps}
 
 
+def reach(beyond_m: float, lasts_s: float, length_m: float = 0.4) -> Iterator[Part]:
+    """A reach of minimum jerk that ends this far beyond the surface, or before it, and rests."""
+    for step in range(round((lasts_s + 1.5) / TICK_S)):
+        u = min(step * TICK_S / lasts_s, 1.0)
+        gone_m = length_m * u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
+        distance_m = length_m - beyond_m - gone_m
+        closing_mps = 30.0 * length_m / lasts_s * u**2 * (1.0 - u) ** 2
+        if distance_m > 0.0:
+            yield "approach", TICK_S, {"distance_m": distance_m, "closing_mps": closing_mps}
+        else:
+            yield "contact", TICK_S, {"interaction": "press"}
+
+
+SHORT_M = {0.02: 1.8, 0.05: 1.2, 0.1: 1.2}  # how far a reach stops before metal, and degC felt
+REACHES_S = (0.7, 1.0, 1.5)
 HOVERS: dict[str, list[Part]] = {
     "sways at 1 cm": [*sways(0.01, 0)],
     "sways at 1 cm otherwise": [*sways(0.01, 1)],

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 from hapticvlm.messages import LEASE_MS, HandName, Interaction, Region, Scope, Touch
@@ -21,7 +21,7 @@ Output = Literal["speaker", "peltier"]
 LEASE_S = LEASE_MS / 1000.0
 NAMES: tuple[HandName, ...] = ("left", "right")
 OUTPUTS: tuple[Output, ...] = ("speaker", "peltier")
-LEAD_WITHIN_S = 0.4  # to contact, from when the plate leads (physics.md 1.3); our choice
+LEAD_WITHIN_S = 0.5  # to contact, from when the plate leads (physics.md 1.3); our choice
 LONGEST_LEAD_S = 0.6  # without a contact, then the plate goes back to neutral; our choice
 # A full lead that no contact followed was a mistake, and the next one soon after it most likely is
 # too: a hand that reaches for cold metal again and again would be cold without ever touching. Only
@@ -34,8 +34,45 @@ LONGEST_RETRY_S = 16.0
 # than a sway does, the plate moves by so little that the skin cannot be led further than this: the
 # skin never changes by more than the plate, whatever the resistance between them. Our choices.
 CERTAIN_MPS = 0.1
+# A reach that slows down stops by itself (`Slowing`), and touches nothing if it stops further than
+# this from the object; our choices.
+STOPS_SHORT_M = 0.01
+_SLOWING_OVER_S = 0.07  # shorter, and a change of speed is mostly noise
+_FEWEST_SPEEDS = 3
 LEAD_IN_VAIN_C = 0.3
 STILL = Motion(speed_mps=0.0, force_n=0.0)
+
+
+@dataclass(slots=True)
+class Slowing:
+    """Where an approach will stop, by how it slows down; times are those of the client's clock.
+
+    Reaches have minimum jerk (Flash and Hogan 1985): at a share s of its time before its end, one
+    of length D in T s has the speed 30 D/T s^2 (1 - s)^2, which is sqrt(speed / fastest) = 4 s
+    (1 - s), and slows down at 60 D/T^2 s (1 - s)(1 - 2 s). Near its end this leaves 2 v^2 / 3 a.
+    """
+
+    fastest_mps: float = 0.0
+    samples: tuple[tuple[float, float], ...] = ()  # time and speed, of the last _SLOWING_OVER_S
+
+    def left_m(self, speed_mps: float, at: float) -> float:
+        """Receive a speed; return how much further the hand goes by itself, m; inf: unknown."""
+        kept = [sample for sample in self.samples if 0.0 < at - sample[0] <= _SLOWING_OVER_S]
+        self.samples = (*kept, (at, speed_mps))
+        self.fastest_mps = max(self.fastest_mps, speed_mps)
+        # A line through the samples tells the speed in the midst of them and how it changes. The
+        # way left is counted from there.
+        count = len(self.samples)
+        mean_at = sum(sample[0] for sample in self.samples) / count
+        mean_mps = sum(sample[1] for sample in self.samples) / count
+        spread = sum((sample[0] - mean_at) ** 2 for sample in self.samples)
+        change = sum((sample[0] - mean_at) * (sample[1] - mean_mps) for sample in self.samples)
+        if count < _FEWEST_SPEEDS or not 0.0 < mean_mps < self.fastest_mps or not change < 0.0:
+            return math.inf
+        slows = -change / spread
+        s = 0.5 - 0.5 * math.sqrt(1.0 - math.sqrt(mean_mps / self.fastest_mps))
+        shape = (10.0 - 15.0 * s + 6.0 * s * s) * (1.0 - 2.0 * s) / (15.0 * (1.0 - s) ** 3)
+        return shape * mean_mps**2 / slows - mean_mps * (at - mean_at)
 
 
 @dataclass(slots=True)
@@ -53,6 +90,7 @@ class Hand:
     near_since: float | None = None
     is_certain: bool = False  # that the lead ends in a contact, by the speed of the approach
     nearest_m: float | None = None  # of the newest lead; None where the client sends no distance
+    slowing: Slowing = field(default_factory=Slowing)
     failed_leads: int = 0  # full leads that ended without a contact, since the last contact
     last_failed_at: float = -math.inf  # when the last of them ended
 
@@ -119,8 +157,9 @@ class Hand:
             self.near_since = self.nearest_m = None
             self.failed_leads = 0
             self.last_failed_at = -math.inf
+            self.slowing = Slowing()
             return
-        if not _is_near(touch):
+        if not _is_near(touch) or self._stops_short(touch):
             self._end_lead(now)
             return
         is_other = (self._target_of(touch), touch.region) != (self.target, self.region)
@@ -131,6 +170,13 @@ class Hand:
         if self.near_since is not None and not self.is_certain and _is_certain(touch):
             self.near_since = now  # the full lead has its whole time, however long it was capped
             self.is_certain = True
+
+    def _stops_short(self, touch: Touch) -> bool:
+        """Whether the hand slows down so much that it will stop before the object."""
+        if touch.distance_m is None or touch.closing_mps is None:
+            return False
+        left_m = self.slowing.left_m(touch.closing_mps, touch.captured_at)
+        return touch.distance_m > left_m + STOPS_SHORT_M
 
     def _begin_lead(self, touch: Touch, now: float) -> None:
         distance_m = touch.distance_m
