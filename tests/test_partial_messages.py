@@ -166,6 +166,15 @@ def test_all_else_of_a_touch_is_refused(wrong):
     assert refused.value.path == f"$.{next(iter(wrong))}"
 
 
+@pytest.mark.parametrize("field", ["surface", "interaction", "region", "distance_m", "closing_mps"])
+def test_a_field_of_a_touch_that_a_serialiser_wrote_as_null_is_absent(field):
+    touch = decode(json.dumps(TOUCH | {field: None}), MATERIALS)
+    assert touch.message == decode(json.dumps(TOUCH), MATERIALS).message
+    assert touch.left_out == ()
+    with pytest.raises(MessageError, match="hand"):
+        decode(json.dumps(TOUCH | {"hand": None}), MATERIALS)
+
+
 def test_a_number_without_a_fraction_is_an_integer():
     touch = read({**TOUCH, "id": 3.0}).message
     assert isinstance(touch, Touch)

@@ -285,8 +285,9 @@ function showState() {
   if (!devices) return say('Connecting to the service');
   const {speaker, peltier} = devices;
   const outputs = speaker.simulated && peltier.simulated ? 'plate and speaker are simulated' : `plate: ${peltier.name}`;
-  const silence = felt.mode === 'baked' ? '' : haptics.silence;
-  say(`Connected; ${silence ? `nothing is felt: ${silence}` : felt.mode === 'baked' ? 'the bake is felt instead' : outputs}`);
+  const isBaked = felt.mode === 'baked' || (felt.mode === 'auto' && !haptics.isOwner);
+  if (isBaked) return say(`Connected; the bake is felt: ${felt.bakedBecause}`);
+  say(`Connected; ${haptics.silence ? `nothing is felt: ${haptics.silence}` : outputs}`);
 }
 
 function say(text) {

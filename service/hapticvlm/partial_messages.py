@@ -10,7 +10,8 @@ that may be missing is left out, and counts as not sent.
 - A temperature out of range is left out and never changed, because it is felt on skin. A quantity
   that is not a number is left out.
 - Of a touch: speed, force, distance and closing speed out of range become the nearest limit.
-- Everywhere: a number without a fraction is an integer, 3.0 as well as 3.
+- Everywhere: a number without a fraction is an integer, 3.0 as well as 3, and a field that is null
+  is absent.
 
 Everything else is refused, as are ids, phases and unknown fields of a touch. A message in order
 costs one decoding, as before. Pure.
@@ -107,6 +108,7 @@ def _repaired(data: bytes | str, known: set[str]) -> PartialMessage:
         name: codec.decode(piece, type=bytes if name in pictures else Any)
         for name, piece in pieces.items()
     }
+    value = {name: each for name, each in value.items() if each is not None}
     if objects is not None:
         try:
             given = codec.decode(objects, type=_Objects)

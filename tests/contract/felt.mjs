@@ -25,7 +25,7 @@ const TOUCH_MS = 16;
 const PLAN_MS = 40;
 
 /** The service: alive, frozen (the socket stays open and says nothing) or dead. */
-const service = {state: 'alive', sockets: new Set()};
+const service = {state: 'alive', sockets: new Set(), isOurs: true};
 
 class Socket {
   #player = new FeelPlayer(feel, ({object_id: material}) => ({material}));
@@ -48,7 +48,8 @@ class Socket {
   send(data) {
     if (service.state !== 'alive') return;
     const {type, id, ...fields} = decode(data);
-    if (type === 'hello') return this.#answer({type: 'welcome', id, owner: true, protocol: {major: 1, minor: 2}});
+    if (type === 'hello') return this.#answer({type: 'welcome', id, owner: service.isOurs, protocol: {major: 1, minor: 2}});
+    if (type === 'set' && fields.ownership && !service.isOurs) return this.#answer({type: 'error', id, code: 'not_owner', text: 'in use'});
     if (type === 'stop') this.stop();
     if (type === 'touch') {
       const onset = this.#player.touch(fields, now / 1000);
@@ -217,7 +218,38 @@ function mode(name, hasService) {
   return {felt: strongest(one, since) > 0, by: one.felt.by, silence: one.felt.silence};
 }
 
+/** Another page owns the outputs; then it leaves them, and the service tells so. */
+function secondPage() {
+  service.isOurs = false;
+  const one = scene('auto');
+  pass(one, 1500);
+  touch(one, 'contact', 'stone');
+  pass(one, 1000, () => touch(one, 'slide', 'stone'));
+  const [since, by, because] = [now, one.felt.by, one.felt.bakedBecause];
+  const beside = strongest(one, since - 900);
+  service.isOurs = true;
+  for (const socket of service.sockets) socket.onmessage({data: encode({type: 'ownership', id: 0, owner: true, free: false})});
+  pass(one, 500, () => touch(one, 'slide', 'stone'));
+  return {felt: beside > 0, by, because, then: [one.felt.by, one.felt.bakedBecause], gap_ms: longestGap(one, since)};
+}
+
+/** A stroked object leaves the scene, and the page goes on stroking it; then another hand touches it anew. */
+function gone() {
+  const one = scene('baked', false);
+  touch(one, 'contact', 'stone');
+  pass(one, 300, () => touch(one, 'slide', 'stone'));
+  one.felt.scene([{object_id: 'glass', material: 'glass'}]);
+  const since = now + 50;
+  pass(one, 400, () => touch(one, 'slide', 'stone'));
+  const after = strongest(one, since);
+  touch(one, 'slide', 'glass');
+  pass(one, 100, () => touch(one, 'slide', 'glass'));
+  return {after, other: strongest(one, now - 50)};
+}
+
 console.log(JSON.stringify({
+  'a second page': secondPage(),
+  'an object that is gone': gone(),
   deaths: stroke('auto', 'dead', CHANGES),
   freezes: stroke('auto', 'frozen', CHANGES),
   'strike after a freeze': strike('frozen', 5),

@@ -154,6 +154,19 @@ def test_the_mode_says_which_of_the_two_is_felt(felt: dict[str, Any]) -> None:
     assert "no service answers" in felt["service, none"]["silence"]
 
 
+def test_a_page_beside_another_plays_its_bake_and_says_why(felt: dict[str, Any]) -> None:
+    beside = felt["a second page"]
+    assert (beside["felt"], beside["by"]) == (True, "baked")
+    assert beside["because"] == "another scene owns the outputs"
+    assert beside["then"] == ["service", ""]
+    assert beside["gap_ms"] <= 50
+
+
+def test_a_hand_feels_no_object_that_left_the_scene(felt: dict[str, Any]) -> None:
+    assert felt["an object that is gone"]["after"] == 0
+    assert felt["an object that is gone"]["other"] > 0
+
+
 @pytest.mark.parametrize(("material", "phase"), TOUCHES)
 def test_a_touch_is_heard_as_the_service_plans_it_for_controllers(
     material: str, phase: str

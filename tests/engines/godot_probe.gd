@@ -42,6 +42,7 @@ func _process(_delta: float) -> void:
 			"is_owner": _service.is_owner,
 			"silence": _service.silence(),
 			"by": _service.by,
+			"because": _service.baked_because(),
 			"lost": _service.lost,
 			"vibrations": _vibrations,
 			"strongest": _strongest,

@@ -301,8 +301,8 @@ def test_a_scene_that_was_ended_connects_again_waits_for_the_outputs_and_is_felt
         while ask(type="set", ownership="take")["type"] == "error":  # until they are free
             pass
         since = len(game.events)
-        waiting = game.wait_for("state", since, is_owner=False, is_open=True, by="service")
-        assert waiting["silence"].startswith("another scene owns the outputs")
+        waiting = game.wait_for("state", since, is_owner=False, is_open=True, by="baked")
+        assert waiting["because"] == "another scene owns the outputs"
     felt = game.wait_for("state", since, is_owner=True)["vibrations"]
     sent = len(game.told)
     game.point("Table/OakTable")

@@ -7,6 +7,7 @@ import json
 import math
 import os
 import struct
+import unicodedata
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -461,6 +462,20 @@ def test_all_primitives_of_one_material_are_one_surface(tmp_path: Path) -> None:
         ("Oak", (0, 2), 25),
         ("Steel", (1,), 20),
     ]
+
+
+@pytest.mark.parametrize("form", ["NFC", "NFD"])
+def test_a_texture_is_found_whichever_form_of_unicode_names_it(tmp_path: Path, form: str) -> None:
+    other = {"NFC": "NFD", "NFD": "NFC"}[form]
+    (tmp_path / unicodedata.normalize(other, "Tür.png")).write_bytes(b"\x89PNG")
+    named = unicodedata.normalize(form, "Tür.png")
+    assert picture(scene_of(tmp_path, textured({"uri": named})))() == b"\x89PNG"
+
+
+def test_a_texture_that_git_lfs_keeps_elsewhere_says_so(tmp_path: Path) -> None:
+    (tmp_path / "t.png").write_bytes(b"version https://git-lfs.github.com/spec/v1\noid sha256:0\n")
+    with pytest.raises(SceneError, match="git lfs pull"):
+        picture(scene_of(tmp_path, textured({"uri": "t.png"})))()
 
 
 def test_whole_numbers_may_be_written_with_a_point(tmp_path: Path) -> None:

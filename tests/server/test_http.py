@@ -41,6 +41,19 @@ def test_only_a_host_header_that_means_this_service_is_let_in(host, header, admi
     assert admitted or header[:5] in str(refusal)
 
 
+def test_a_tunnel_is_let_in_by_its_name_and_its_own_pages_only() -> None:
+    policy = Address(token=TOKEN, tunnels=frozenset({"abc.tunnel.example"})).policy()
+    own = ("Origin", "https://abc.tunnel.example")
+    assert policy.refusal(asked(host="abc.tunnel.example")) is None
+    assert policy.refusal(asked("/", own, host="ABC.tunnel.example:443")) is None
+    assert policy.refusal(asked("/", own, host="localhost")) is not None
+    other = ("Origin", "https://evil.tunnel.example")
+    assert policy.refusal(asked("/", other, host="abc.tunnel.example")) is not None
+    assert policy.refusal(asked(host="evil.tunnel.example")) is not None
+    with pytest.raises(ValueError, match=r"--allow-host abc\.tunnel\.example .* add a token"):
+        Address(tunnels=frozenset({"abc.tunnel.example"}))
+
+
 @pytest.mark.parametrize(
     ("site", "mode", "dest", "refused"),
     [

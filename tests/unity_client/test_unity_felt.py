@@ -69,6 +69,12 @@ def test_each_mode_is_felt_from_what_it_names(switched):
     assert "mode Service without a service felt False heard False by Service" in switched
 
 
+def test_a_scene_beside_another_is_felt_from_its_bake(switched):
+    [told] = [line for line in switched.splitlines() if line.startswith("beside another")]
+    assert told.startswith("beside another felt True by Baked then by Service")
+    assert float(told.split()[-1]) <= 50.0
+
+
 def test_a_controller_is_felt_from_the_bake_until_a_service_answers_and_says_so(build, service):
     output = build.run("components.exe", "felt-auto", service.url)
     for expected in (

@@ -1,5 +1,5 @@
 /**
- * One switch for what is felt: the service where it answers, else a bake in this page.
+ * One switch for what is felt: the service where it answers and serves this page, else a bake in this page.
  *
  * Every touch goes to both. The bake's player therefore knows each hand at any moment and can take over in the middle of
  * a stroke: when the connection ends, or when a touch is unanswered for BRIDGE_MS, which is before the service's last
@@ -67,6 +67,13 @@ export class Felt extends EventTarget {
     return (vibrating.length ? vibrating : HANDS).some((name) => this.#isBaked(name)) ? 'baked' : 'service';
   }
 
+  /** The reason why the bake is felt and not the service, in one sentence; empty while the service is. */
+  get bakedBecause() {
+    if (this.by === 'service') return '';
+    if (this.#mode === 'baked') return 'this page plays its bake';
+    return this.#haptics?.silence || 'the service does not answer';
+  }
+
   /** The reason why nothing is felt, in one sentence; empty if there is none. */
   get silence() {
     if (this.by === 'service') return this.#haptics?.silence ?? 'this page has no service: choose `auto` or `baked`';
@@ -76,9 +83,19 @@ export class Felt extends EventTarget {
 
   /** Describes all objects of the scene, as `Haptics.scene`. */
   scene(objects, fields = {}) {
+    const before = this.#declared;
     this.#declared = new Map(objects.map((object) => [object.object_id, object]));
     this.#baked.clear();
     this.#haptics?.scene(objects, fields);
+    this.#drop([...before.keys()].filter((id) => !this.#declared.has(id)));
+  }
+
+  /** Removes objects by their ids, as `Haptics.forget`. */
+  forget(ids) {
+    const gone = [...ids];
+    for (const id of gone) this.#declared.delete(id);
+    this.#haptics?.forget(gone);
+    this.#drop(gone);
   }
 
   /** Requests plans for these hands, as `Haptics.feel`. */
@@ -93,11 +110,14 @@ export class Felt extends EventTarget {
     this.#haptics?.gains(gains);
   }
 
-  /** Sends a touch, as `Haptics.touch`. */
+  /** Sends a touch, as `Haptics.touch`. An object that left the scene is touched again from the next contact on. */
   touch(touch) {
     const now = performance.now();
     const hand = this.#hands[touch.hand];
+    if (touch.phase === 'slide' && touch.object_id !== undefined && touch.object_id === hand.gone) return;
+    hand.gone = null;
     hand.touches = touch.phase !== 'release';
+    hand.object = hand.touches ? touch.object_id : null;
     if (hand.touches) this.#miss(touch, this.surfaceOf(touch).material);
     if (this.#haptics?.isConnected && this.#mode !== 'baked') {
       const isAnswered = this.#askedAt === null || this.#haptics.receivedAt >= this.#askedAt;
@@ -144,6 +164,16 @@ export class Felt extends EventTarget {
     this.#haptics?.close();
   }
 
+  /** Ends the touches of objects that left the scene. */
+  #drop(ids) {
+    for (const name of HANDS) {
+      const {object} = this.#hands[name];
+      if (!ids.includes(object)) continue;
+      this.touch({phase: 'release', hand: name, speed_mps: 0, force_n: 0});
+      this.#hands[name].gone = object;
+    }
+  }
+
   /** Finds a surface by its object's id, else by the names that the scene states. */
   #find(id, surface) {
     const {name, surfaces} = this.#declared.get(id) ?? {};
@@ -169,9 +199,10 @@ export class Felt extends EventTarget {
     const now = performance.now();
     const hand = this.#hands[name];
     const {isOwner, receivedAt} = this.#haptics;
-    if (isOwner && this.#askedAt !== null && receivedAt < this.#askedAt && now - this.#askedAt >= BRIDGE_MS) hand.served = false;
+    if (!isOwner) hand.served = false; // it serves another scene, or the ghost of this one
+    else if (this.#askedAt !== null && receivedAt < this.#askedAt && now - this.#askedAt >= BRIDGE_MS) hand.served = false;
     // A hand that nobody asked plans for is not to wait for one.
-    else if (now - this.#connectedAt >= HAND_BACK_MS && !(hand.vibrates && this.#forms[name] && isOwner)) hand.served = true;
+    else if (now - this.#connectedAt >= HAND_BACK_MS && !(hand.vibrates && this.#forms[name])) hand.served = true;
     return !hand.served;
   }
 

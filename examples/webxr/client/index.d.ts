@@ -235,9 +235,13 @@ export class Felt extends EventTarget {
   mode: FeltMode;
   /** Which of the two is felt now. */
   readonly by: 'service' | 'baked';
+  /** The reason why the bake is felt, in one sentence; empty while the service is. */
+  readonly bakedBecause: string;
   /** The reason why nothing is felt, in one sentence; empty if there is none. */
   readonly silence: string;
   scene(objects: SceneObject[], fields?: Pick<Scene, 'ambient_c' | 'materials'>): void;
+  /** Removes objects; a hand that touches one is released. */
+  forget(ids: Iterable<string>): void;
   feel(hands: Feel): void;
   gains(gains: {vibration_gain?: number; thermal_gain?: number}): void;
   /** Returns `object_id` and `surface` of an object of the page for a touch, as the bake has it; `hit` tells the surface. */

@@ -42,8 +42,8 @@ COLUMNS = (
 )
 
 _DESCRIPTION = """
-Print what the service would make of each surface of glTF 2.0 scenes (.glb, .gltf), before any frame
-is recognised. Names of objects, their parents, materials and textures decide, and shaders.
+Print what the service would make of each surface of glTF 2.0 scenes (.glb, .gltf, .vrm), before any
+frame is recognised. Names of objects, their parents, materials and textures decide, and shaders.
 Where these leave it open, the texture does. A folder stands for all scenes in it and its
 sub-folders. `sure` is the confidence: from 0.80 on no picture is needed, below 0.50 the material is
 `unknown`. `felt as` is the material that is rendered, also where none is sure enough to be named;

@@ -11,6 +11,7 @@ import base64
 import binascii
 import re
 import struct
+import unicodedata
 from pathlib import Path
 from urllib.parse import unquote
 
@@ -23,7 +24,7 @@ MIB = documents.MIB
 MAX_TEXT_BYTES = 128 * MIB  # of a document; pictures in the text included
 MAX_PICTURE_BYTES = 32 * MIB
 GEOMETRY_BYTES = 256 * MIB  # that are read of one scene to compare its surfaces
-ENDINGS = (".glb", ".gltf")
+ENDINGS = (".glb", ".gltf", ".vrm")
 
 _TOO_LARGE = f"a picture of more than {MAX_PICTURE_BYTES // MIB} MiB, the limit"
 _TOO_SHORT = "ends too early; copy or export it again"
@@ -160,13 +161,22 @@ class SceneFiles:
             path = (self.path.parent / unquote(uri).replace("\\", "/")).resolve()
         except (OSError, ValueError, RuntimeError):  # NUL, a name that is too long, a circle
             raise SceneError(f"{name}: not the name of a file") from None
+        path = _in_any_form(path)
         if not path.is_relative_to(self._root):
             raise SceneError(f"{name}: outside the scene's folder; scan the folder that has both")
         return path
 
 
+def _in_any_form(path: Path) -> Path:
+    """Return the file of this name, in whichever form of Unicode a system or program wrote it."""
+    forms = (path, *(Path(unicodedata.normalize(form, str(path))) for form in ("NFC", "NFD")))
+    return next((each for each in forms if each.exists()), path)
+
+
 def readable_picture(data: bytes) -> bytes:
     """Return the picture if its format can be read. Raises SceneError."""
+    if data.startswith(_LFS):
+        raise SceneError("a Git LFS pointer and not the picture; run `git lfs pull`")
     if data.startswith(_KTX2):
         raise SceneError("a KTX2 picture, which is not read; its name counts")
     if len(data) > MAX_PICTURE_BYTES:

@@ -23,7 +23,8 @@ class Address:
 
     Browsers are served the files of `scene_folder`, if one is given, like all pages: those of this
     machine, or with the token those of the local network. With a certificate everything is
-    encrypted: wss and https.
+    encrypted: wss and https. `tunnels` are names of programs that pass requests of strangers on to
+    this machine as their own, so that these need the token on loopback, too.
     """
 
     host: str = "127.0.0.1"
@@ -33,6 +34,7 @@ class Address:
     scene_folder: Path | None = None
     certificate: Certificate | None = None
     pages_from: PagesFrom = "this-machine"
+    tunnels: frozenset[str] = frozenset()
 
     def __post_init__(self) -> None:
         self._check_token()
@@ -45,8 +47,14 @@ class Address:
         """Refuse an empty token anywhere, and a missing or short one off loopback."""
         if self.token == "":
             raise ValueError("--token: empty; leave it out on this machine, or give a secret")
-        if is_loopback(self.host):
+        if is_loopback(self.host) and not self.tunnels:
             return
+        if self.token is None and self.tunnels:
+            name = min(self.tunnels)
+            raise ValueError(
+                f"--allow-host {name} lets in who reaches that name: add a token, such as "
+                f"--token {new_token()}"
+            )
         if self.token is None:
             raise ValueError(
                 f"--host {self.host} can be reached from other machines: add a token, such as "
@@ -73,5 +81,11 @@ class Address:
             lan_pages = LanPages(self.token, own_names(certified), scheme)
         names = own_names(certified) | http.hosts_of(self.allowed_origins)
         return http.AccessPolicy(
-            self.host, self.allowed_origins, self.scene_folder, lan_pages, names, self.token
+            self.host,
+            self.allowed_origins,
+            self.scene_folder,
+            lan_pages,
+            names,
+            self.token,
+            tunnels=self.tunnels,
         )

@@ -21,6 +21,7 @@ def address(options: ServeOptions) -> Address:
         options.scene,
         _certificate(options),
         options.pages_from,
+        frozenset(name.lower() for name in options.allow_host),
     )
 
 

@@ -60,6 +60,14 @@ class ServeOptions:
             "ORIGIN",
         ),
     ] = ()
+    allow_host: Annotated[
+        tuple[str, ...],
+        Flag(
+            CONNECTIONS,
+            "answer under this name too, that of a tunnel or proxy; needs a token (repeatable)",
+            "NAME",
+        ),
+    ] = ()
     scene: Annotated[
         Path | None, Flag(CONNECTIONS, "serve the web pages of this folder at /scene/", "FOLDER")
     ] = None

@@ -68,6 +68,7 @@ public sealed class FeltSwitch
         Mode(FeltMode.Auto, false);
         Mode(FeltMode.Baked, true);
         Mode(FeltMode.Service, false);
+        BesideAnother();
         SwitchByHand(changes);
     }
 
@@ -181,6 +182,20 @@ public sealed class FeltSwitch
         Components.Say("mode " + mode + (hasService ? " with" : " without") + " a service felt " + (one.Strongest(since) > 0.0) + " heard " + (Loudest(one.sounds, since) > 0.0) + " by " + one.felt.By(one.now));
     }
 
+    // The service serves another scene, then this one.
+    static void BesideAnother()
+    {
+        var one = new FeltSwitch(FeltMode.Auto);
+        one.link.IsOwner = false;
+        one.Begin("stone");
+        double since = one.now;
+        one.Pass(1.5, () => one.Touch(Phase.Slide, "stone"));
+        string beside = "felt " + (one.Strongest(since) > 0.0) + " by " + one.felt.By(one.now);
+        one.link.IsOwner = true;
+        one.Pass(0.5, () => one.Touch(Phase.Slide, "stone"));
+        Components.Say("beside another " + beside + " then by " + one.felt.By(one.now) + " gap_ms " + Text(1e3 * one.LongestGap(since)));
+    }
+
     // A person turns the switch while stroking.
     static void SwitchByHand(int changes)
     {
@@ -224,7 +239,7 @@ public sealed class FeltSwitch
     void Touch(Phase phase, string material)
     {
         var touch = new Touch { Phase = phase, Hand = HandName.Right, ObjectId = material, SpeedMps = 0.5, ForceN = 2.0, CapturedAt = now };
-        bool isSent = link.IsConnected && felt.Mode != FeltMode.Baked;
+        bool isSent = link.IsConnected && link.IsOwner && felt.Mode != FeltMode.Baked;
         var surface = new FeltSurface { Material = material };
         felt.Touch(ref touch, surface, now);
         if (!isSent || state != State.Alive) return;

@@ -17,7 +17,7 @@ namespace HapticVLM
     }
 
     /// <summary>
-    /// One switch for what is felt: the service where it answers, else a bake. Every touch goes to both. The bake's player
+    /// One switch for what is felt: the service where it answers and serves this scene, else a bake. Every touch goes to both. The bake's player
     /// therefore knows each hand at any moment and can take over in the middle of a stroke: when the connection ends, or
     /// when a touch is unanswered for 60 ms, which is before the service's last plan (100 ms) has ended. It hands a hand
     /// back when the service sends that hand its next plan. Knows no engine; times are in s of one clock.
@@ -202,8 +202,8 @@ namespace HapticVLM
             FeltLink to = link();
             if (!to.IsConnected) return true;
             bool isUnanswered = askedAt != null && to.ReceivedAt < askedAt && now - askedAt >= BridgeS;
-            if (to.IsOwner && isUnanswered) hand.IsServed = false;
-            else if (now - connectedAt >= HandBackS && !(AwaitsPlan(hand) && to.IsOwner)) hand.IsServed = true;
+            if (!to.IsOwner || isUnanswered) hand.IsServed = false; // it serves another scene, or is silent
+            else if (now - connectedAt >= HandBackS && !AwaitsPlan(hand)) hand.IsServed = true;
             return !hand.IsServed;
         }
 

@@ -67,7 +67,7 @@ namespace HapticVLM
             bool isFirst = reportedBy == FeltMode.Auto;
             reportedBy = by;
             if (isFirst && by == FeltMode.Service) return; // as the line on the connection says
-            string why = mode == FeltMode.Auto && by == FeltMode.Baked ? ", because no service answers" : "";
+            string why = mode == FeltMode.Auto && by == FeltMode.Baked ? (client.State == LinkState.Ready ? ", because another scene owns the outputs" : ", because no service answers") : "";
             Debug.Log("HapticVLM: felt from the " + (by == FeltMode.Baked ? "bake" : "service") + " now" + why + ".", client);
         }
 

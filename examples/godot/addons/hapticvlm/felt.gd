@@ -1,5 +1,5 @@
 extends RefCounted
-## One switch for what is felt: the service while it answers, else a bake.
+## One switch for what is felt: the service while it answers and serves this scene, else a bake.
 ##
 ## Every touch goes to both. The bake's player therefore knows each hand at any moment and can take over in the middle of
 ## a stroke: when the connection ends, or when a touch is unanswered for BRIDGE_S, which is before the service's last
@@ -245,9 +245,9 @@ func _is_baked(hand: Hand) -> bool:
 func _change_over(hand: Hand, now: float) -> void:
 	if mode != "auto" or not _is_open:
 		return
-	if is_owner and _received_at < _asked_at and now - _asked_at >= BRIDGE_S:
-		hand.is_served = false
-	elif now - _connected_at >= HAND_BACK_S and not (hand.vibrates and is_owner):
+	if not is_owner or (_received_at < _asked_at and now - _asked_at >= BRIDGE_S):
+		hand.is_served = false  # it serves another scene, or is silent
+	elif now - _connected_at >= HAND_BACK_S and not hand.vibrates:
 		hand.is_served = true
 
 

@@ -197,6 +197,15 @@ func silence() -> String:
 	return "" if _has_touched else NO_TOUCH
 
 
+## Returns the reason why the bake is felt and not the service, in one sentence; empty while the service is.
+func baked_because() -> String:
+	if not _plays_bake():
+		return ""
+	if mode == "baked":
+		return "this scene plays its bake"
+	return "another scene owns the outputs" if is_open() and not is_owner else "no service answers"
+
+
 static func now_s() -> float:
 	return Link.now_s()
 

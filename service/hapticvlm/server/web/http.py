@@ -51,7 +51,8 @@ class Ends(Protocol):
 class AccessPolicy:
     """The rules of admission; `host` is the address the service listens on.
 
-    Without `lan_pages` pages go to this machine only. `names` are this machine's own. A study is
+    Without `lan_pages` pages go to this machine only. `names` are this machine's own, `tunnels`
+    those under which others may reach it on loopback, too. A study is
     open to its own pages only: another program's page on this machine must not answer a trial.
     """
 
@@ -63,17 +64,22 @@ class AccessPolicy:
     token: str | None = None
     pages: tuple[Path, ...] = (PAGES,)  # folders whose files are pages; the first that has one
     is_open_to_own_pages_only: bool = False
+    tunnels: frozenset[str] = frozenset()
 
     def refusal(self, request: HttpRequest) -> str | None:
         """Return why a request is refused, or None."""
         host, origin = request.host, request.origin
         if not self._is_ours(_host_of("//" + host)):
-            return f"Host {host[:80]!r} is not this machine: use its name or address"
+            return (
+                f"Host {host[:80]!r} is not this machine: use its name or address, or --allow-host"
+            )
         if self.is_open_to_own_pages_only:
             is_own = origin is None or origin == f"http://{host}"
             return None if is_own else "only the study's own pages may connect"
         if origin is None or origin in self.allowed_origins or is_loopback(_host_of(origin)):
             return None
+        if _host_of(origin) in self.tunnels and _host_of(origin) == _host_of("//" + host):
+            return None  # a page that came through the tunnel
         if self.lan_pages is not None and self.lan_pages.is_own_origin(origin, host):
             return None
         if origin == "null":  # of every file and every sandboxed frame: no page may be named by it
@@ -84,7 +90,7 @@ class AccessPolicy:
 
     def _is_ours(self, host: str | None) -> bool:
         """Whether a Host header means this service: a page's own name may be pointed here."""
-        if is_loopback(host):
+        if is_loopback(host) or host in self.tunnels:
             return True
         if host is None or is_loopback(self.host):
             return False
