@@ -5,7 +5,15 @@ import pytest
 
 from hapticvlm.perception import FULL_SCALE_DB
 from hapticvlm.rendering.vibration.vibration import Motion
-from hapticvlm_lab.bench.telling_apart import EIGHT, RATE_HZ, STROKES, Stroke, skin_noise, told
+from hapticvlm_lab.bench.telling_apart import (
+    EIGHT,
+    RATE_HZ,
+    STROKES,
+    Stroke,
+    right_by_pattern,
+    skin_noise,
+    told,
+)
 
 
 def test_glass_and_rubber_are_told_apart_unless_they_lie_under_the_threshold() -> None:
@@ -13,7 +21,9 @@ def test_glass_and_rubber_are_told_apart_unless_they_lie_under_the_threshold() -
     struck = told(Stroke("strike", Motion(0.5, 2.0)), pair, seeds=6)
     assert struck.sensitivity[0, 1] > 4.0
     assert struck.right == 1.0
-    assert told(Stroke("strike", Motion(1e-4, 0.0)), pair, seeds=4).right < 0.75
+    unfelt = Stroke("strike", Motion(1e-4, 0.0))
+    assert told(unfelt, pair, seeds=4).right < 0.75
+    assert right_by_pattern(struck.stroke, pair, seeds=6) > 0.75 > right_by_pattern(unfelt, pair, 4)
 
 
 def test_the_noise_of_the_skin_is_a_tone_at_threshold_in_each_third_octave() -> None:
@@ -32,3 +42,4 @@ def test_the_materials_are_told_apart_as_often_as_documented() -> None:
     assert right["strike 0.5 m/s"] > 0.67
     assert right["slide 0.3 m/s"] > 0.83
     assert right["carve 0.15 m/s"] > 0.70
+    assert right_by_pattern(STROKES[1], EIGHT) > 0.53
