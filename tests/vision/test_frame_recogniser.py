@@ -61,6 +61,19 @@ def beliefs(evidence: Evidence) -> list[float]:
     return [belief for _, belief in evidence.beliefs]
 
 
+def test_a_region_alone_is_believed_less_than_an_outline_but_the_order_stays(
+    encoder: Encoder, gallery: Gallery
+) -> None:
+    recogniser, shown = FrameRecogniser(encoder, gallery), frame()
+    whole = msgspec.structs.replace(shown, region=Region(x=0.0, y=0.0, w=1.0, h=1.0))
+    nearly = msgspec.structs.replace(shown, region=Region(x=0.0, y=0.0, w=0.999, h=1.0))
+    full, spot = (recognise(recogniser, each).evidence for each in (whole, nearly))
+    assert spot.material == full.material
+    assert spot.confidence < full.confidence - 0.01
+    open_part = 1.0 - sum(beliefs(spot))
+    assert open_part > 1.0 - sum(beliefs(full))
+
+
 def test_regions_compared_together_give_the_same_as_one_by_one(
     encoder: Encoder, gallery: Gallery
 ) -> None:
