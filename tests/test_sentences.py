@@ -7,7 +7,7 @@ from sentences import read, words
 
 ROOT = Path(__file__).parents[1]
 README = ROOT / "README.md"
-FOR_DEVELOPERS = {"physics.md"}  # tables of figures, with their conditions
+FOR_DEVELOPERS = {"physics.md", "player.md"}  # tables of figures and rules, with their conditions
 PAGES = [
     README,
     *(ROOT / name for name in ("SECURITY.md", "CHANGELOG.md", "CONTRIBUTING.md")),
