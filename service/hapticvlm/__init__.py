@@ -13,7 +13,7 @@ any of them and passes its environment on to its children, so their reports are 
 import os
 from importlib import import_module
 
-__version__ = "0.3.0"
+__version__ = "0.4.0"
 __all__ = [
     "MATERIALS",
     "BlockingClient",

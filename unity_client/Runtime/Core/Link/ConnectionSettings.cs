@@ -9,7 +9,7 @@ namespace HapticVLM
         public Uri Url = new Uri("ws://127.0.0.1:8790/");
         public string Token;
         public string ClientName = "unity";
-        public string ClientVersion = "0.3.0";
+        public string ClientVersion = "0.4.0";
         public HelloRole Role = HelloRole.Scene;
 
         /// <summary>Whether to request the outputs; a tool that only sends pictures sets false and releases them.</summary>
