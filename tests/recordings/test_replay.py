@@ -44,9 +44,8 @@ async def a_scene(service):
 def record(tmp_path_factory):
     """The folder of one recorded session, frames kept, and what its welcome said."""
     folder = tmp_path_factory.mktemp("record")
-    with running(
-        ["--record", str(folder), "--record-frames", "--contact-resistance", "0.002"]
-    ) as service:
+    palm = ["--contact-resistance", "0.002", "--thermal-strength", "0.7"]
+    with running(["--record", str(folder), "--record-frames", *palm]) as service:
         welcome = asyncio.run(a_scene(service))
         time.sleep(0.5)
     (session,) = folder.iterdir()
@@ -77,6 +76,8 @@ def test_a_record_runs_again_bit_for_bit_and_its_sound_is_the_same_each_time(rec
     told = json.loads(command("replay", record[0], "--json").stdout)
     assert told["replay"] == "same"
     assert told["outputs"] > 20
+    head = json.loads((record[0] / "session.jsonl").read_text().splitlines()[0])["head"]
+    assert (head["contact_resistance"], head["thermal_gain"]) == (0.002, 0.7)
     assert told["counts"]["recognition"] > 5
     (one, _), (two, _) = map(soundfile.read, waves)  # the files' heads hold the time of writing
     assert np.array_equal(one, two)

@@ -72,6 +72,7 @@ async def _run(
         recorder=parts.recorder,
         log=log_writer.take_over(),
     )
+    gateway.outputs.thermal_gain = options.thermal_strength
     logging.getLogger("hapticvlm").addHandler(log_writer.ObserverLog(gateway.show_log))
     try:
         await _start(parts, gateway)

@@ -173,6 +173,16 @@ class ServeOptions:
             read=plate_resistance,
         ),
     ] = 4e-4  # PLATE_RESISTANCE of rendering.heat.contact, which would load numpy for --help
+    thermal_strength: Annotated[
+        float,
+        Flag(
+            OUTPUTS,
+            "heat and cold as a share of what the contact model says, until a client sets "
+            "`thermal_gain`; lower it where a real steel block feels less cold than the plate",
+            "SHARE",
+            range=(0.0, 1.0),
+        ),
+    ] = 1.0
     feel: Annotated[
         Literal["full", "graded"],
         Flag(
