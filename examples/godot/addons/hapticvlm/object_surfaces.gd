@@ -115,7 +115,8 @@ static func _described(key: Variant, name: String) -> Dictionary:
 	var surface := {}
 	if not name.is_empty():
 		surface["name"] = name
-	var drawn := key as BaseMaterial3D
+	var material: Material = key if key is Material else null  # a mesh without one has a name: `as` does not cast it
+	var drawn := material as BaseMaterial3D
 	if drawn != null:
 		var color := drawn.albedo_color.clamp()
 		surface["shader"] = {
@@ -125,7 +126,7 @@ static func _described(key: Variant, name: String) -> Dictionary:
 		}
 		if drawn.transparency == BaseMaterial3D.TRANSPARENCY_ALPHA:
 			surface["shader"]["opacity"] = color.a
-	var texture := TextureMaps.name_of(_base_map(key as Material))
+	var texture := TextureMaps.name_of(_base_map(material))
 	if not texture.is_empty():
 		surface["texture"] = texture
 	return surface

@@ -1,0 +1,127 @@
+"""Steps 3 to 6 of docs/tutorials/godot.md in a real engine: a new project with three boxes.
+
+The names come from the page. The addon is copied, the autoload is what enabling the plugin adds,
+and the hand is moved by a script.
+"""
+
+import os
+import re
+import shutil
+import tempfile
+from pathlib import Path
+
+import godot_scene
+import pytest
+from godot_pack import pack, project_files
+
+pytestmark = [
+    pytest.mark.nightly,
+    pytest.mark.browser,
+    pytest.mark.needs_toolchain("chromium", "godot"),
+]
+
+PAGE = Path(__file__).parents[2] / "docs" / "tutorials" / "godot.md"
+ADDON = godot_scene.PROJECT / "addons" / "hapticvlm"
+AUTOLOAD = "res://addons/hapticvlm/haptic_service.gd"
+SETTINGS = f"""config_version=5
+[application]
+run/main_scene="res://boxes.tscn"
+[autoload]
+HapticVLM="*{AUTOLOAD}"
+[rendering]
+renderer/rendering_method="gl_compatibility"
+renderer/rendering_method.mobile="gl_compatibility"
+"""
+HEAD = """[gd_scene format=3]
+[ext_resource type="Script" path="res://addons/hapticvlm/haptic_object.gd" id="object"]
+[ext_resource type="Script" path="res://addons/hapticvlm/haptic_pulses.gd" id="pulses"]
+[ext_resource type="Script" path="res://hand.gd" id="hand"]
+[sub_resource type="BoxShape3D" id="shape"]
+size = Vector3(0.4, 0.4, 0.4)
+[sub_resource type="BoxMesh" id="mesh"]
+size = Vector3(0.4, 0.4, 0.4)
+[sub_resource type="SphereShape3D" id="tip"]
+radius = 0.02
+[node name="Boxes" type="Node3D"]
+[node name="Camera" type="Camera3D" parent="."]
+transform = Transform3D(1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 3)
+"""
+BOX = """[node name="{name}" type="StaticBody3D" parent="."]
+transform = Transform3D(1, 0, 0, 0, 1, 0, 0, 0, 1, {x}, 0, 0)
+[node name="Shape" type="CollisionShape3D" parent="{name}"]
+shape = SubResource("shape")
+[node name="Mesh" type="MeshInstance3D" parent="{name}"]
+mesh = SubResource("mesh")
+[node name="HapticObject" type="Node" parent="{name}"]
+script = ExtResource("object")
+"""
+HAND = """[node name="Hand" type="Area3D" parent="."]
+transform = Transform3D(1, 0, 0, 0, 1, 0, 0, 0, 1, -2, 0, 0.5)
+script = ExtResource("hand")
+[node name="Tip" type="CollisionShape3D" parent="Hand"]
+shape = SubResource("tip")
+[node name="Pulses" type="Node" parent="Hand"]
+script = ExtResource("pulses")
+"""
+MOVED = """extends HapticHand
+var _s := 0.0
+var _said := ""
+func _ready() -> void:
+	super()
+	HapticService.current.opened.connect(func(_w: Dictionary) -> void: _say("opened", {}))
+	HapticService.current.decided.connect(func(d: Dictionary) -> void: _say("decided", d))
+func _physics_process(delta: float) -> void:
+	if HapticService.current.is_open():
+		_s += delta
+	var at := fmod(_s, 9.0) / 3.0
+	var z := 0.21 if fmod(at, 1.0) > 0.3 else 0.5
+	global_position = Vector3(0.8 * (int(at) - 1) + 0.1 * sin(6.0 * _s), 0.0, z)
+	super(delta)
+	var reason: String = HapticService.current.silence()
+	if object != null and reason.is_empty() and _said != object.get_parent().name:
+		_said = object.get_parent().name
+		_say("felt", {"name": _said})
+func _say(what: String, detail: Dictionary) -> void:
+	print("PROBE ", JSON.stringify({"what": what, "detail": detail}))
+"""
+
+
+def boxes() -> list[str]:
+    """Return the names that the page gives to the boxes."""
+    (line,) = [line for line in PAGE.read_text().splitlines() if "Name them" in line]
+    return re.findall(r"`(\w+)`", line.split("Name them")[1])
+
+
+def test_the_boxes_of_the_tutorial_are_felt_as_their_names_say(monkeypatch, tmp_path):
+    names = boxes()
+    scene = HEAD + "".join(BOX.format(name=n, x=0.8 * (at - 1)) for at, n in enumerate(names))
+    assert AUTOLOAD.removeprefix("res://") in (ADDON / "plugin.gd").read_text()
+    for name, text in (
+        ("project.godot", SETTINGS),
+        ("boxes.tscn", scene + HAND),
+        ("hand.gd", MOVED),
+    ):
+        (tmp_path / name).write_text(text)
+    shutil.copytree(ADDON, tmp_path / "addons" / "hapticvlm")
+    files = project_files(tmp_path)
+    files["addons/hapticvlm/feel.json"] = (ADDON / "feel.json").read_bytes()
+    monkeypatch.setattr(godot_scene, "export", lambda folder: export(folder, files))
+    beside = godot_scene.TEMPLATE.parents[1]
+    with (
+        tempfile.TemporaryDirectory(dir=beside, prefix="scene-") as folder,
+        godot_scene.playing(Path(folder)) as game,
+    ):
+        game.wait_for("opened")
+        ids = {name: f"Boxes/{name}" for name in names}  # behind its parents
+        found = {n: game.wait_for("decided", object_id=ids[n])["material"] for n in names}
+        for name in names:
+            game.wait_for("felt", name=name)
+    assert found == dict(zip(names, ("wood", "metal", "fabric"), strict=True))
+    assert [text for text in game.complaints if "HapticVLM" in text or "SCRIPT" in text] == []
+
+
+def export(folder: Path, files: dict[str, bytes]) -> None:
+    for name in godot_scene.ENGINE:
+        os.link(godot_scene.TEMPLATE / name, folder / name)
+    shutil.copy(godot_scene.HERE / "godot_page.html", folder / "index.html")
+    (folder / "index.pck").write_bytes(pack(files))
