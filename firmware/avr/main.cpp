@@ -13,13 +13,15 @@ namespace {
 
 const uint32_t BAUD = 250000;
 // 16 conversions of each thermistor, spread evenly over a step of 20 ms: one mains period of 50 Hz
-// averages to zero and one of 60 Hz to a sixth. Of 50 ticks 48 start a conversion; each half skips its last.
-const uint8_t TICKS = 50, HALF = TICKS / 2, CONVERSIONS = 16 * plate::PLACES;
-static_assert(TICKS * 2 / 5 == plate::STEP_MS, "a tick is 0.4 ms");
+// averages to zero and one of 60 Hz to a sixth. Each half of 50 ticks has 8 groups of 6 and 2 to spare; the first ticks
+// of a group start a conversion each.
+const uint8_t TICKS = 100, HALF = TICKS / 2, GROUP = 6, CONVERSIONS = 16 * plate::PLACES;
+static_assert(TICKS / 5 == plate::STEP_MS, "a tick is 0.2 ms");
 const uint8_t CONVERTER = _BV(ADEN) | _BV(ADIE) | _BV(ADPS2) | _BV(ADPS1) | _BV(ADPS0);  // 104 us each
 const uint8_t HEAT_PIN = _BV(PB1), COOL_PIN = _BV(PB2), ENABLE_PIN = _BV(PB0);  // port B
 const uint8_t LIGHT_PIN = _BV(PB5);    // the LED marked L on an Uno or Nano
 const uint8_t CUT_OUT_PIN = _BV(PD7);  // port D, low while the cut-out is open
+const uint8_t PERMIT_PIN = _BV(PD6);   // its relay holds while this is high
 
 plate::PersistentState persistent_state __attribute__((section(".noinit")));
 uint8_t reset_cause __attribute__((section(".noinit")));
@@ -48,7 +50,6 @@ void write_bridge(uint8_t enable, uint8_t com) {
     DDRB = ENABLE_PIN | HEAT_PIN | COOL_PIN | LIGHT_PIN;
     TCCR1A = com | _BV(WGM11);        // mode 6: fast PWM, 9 bits
     TCCR1B = _BV(WGM12) | _BV(CS10);  // 31.25 kHz
-    PORTD = CUT_OUT_PIN;              // pull-up
 }
 
 void disconnect_bridge() {
@@ -63,15 +64,15 @@ void begin_sums() {
 
 // Called at every step: a single flipped bit of OCR0A could double every lease, dose and window.
 void set_clock() {
-    TCCR0A = _BV(WGM01);  // 2.5 kHz
-    OCR0A = F_CPU / 64 / 2500 - 1;
+    TCCR0A = _BV(WGM01);  // 5 kHz
+    OCR0A = F_CPU / 64 / 5000 - 1;
     TIMSK0 = _BV(OCIE0A);
     TCCR0B = _BV(CS01) | _BV(CS00);
 }
 
 // ADMUX and ADCSRA are written completely at each conversion.
 void set_converter() {
-    DIDR0 = _BV(ADC0D) | _BV(ADC1D) | _BV(ADC2D);
+    DIDR0 = _BV(ADC0D) | _BV(ADC1D) | _BV(ADC2D) | _BV(ADC3D);
     ADCSRB = 0;
 }
 
@@ -131,12 +132,13 @@ extern "C" void save_reset_cause() {
 
 ISR(TIMER0_COMPA_vect) {
     static uint8_t tick, fifths;
-    if ((fifths += 2) >= 5) {
-        fifths -= 5;
+    if (++fifths == 5) {
+        fifths = 0;
         uptime_ms++;
     }
     if (tick == 0) begin_sums();
-    if (tick != HALF - 1 && tick != TICKS - 1) start_conversion();
+    const uint8_t in_half = tick % HALF;
+    if (in_half < HALF / GROUP * GROUP && in_half % GROUP < plate::PLACES) start_conversion();
     if (++tick == TICKS) tick = 0;
 }
 
@@ -211,6 +213,11 @@ void hal_send(const uint8_t* bytes, uint8_t count) {
 // welded, and a broken wire leaves the pin high, so neither can pass for a cut-out that opened.
 bool hal_cut_out_is_open() {
     return !(PIND & CUT_OUT_PIN);
+}
+
+void hal_permit_cut_out(bool permitted) {
+    PORTD = CUT_OUT_PIN | (permitted ? PERMIT_PIN : 0);  // the first is a pull-up
+    DDRD = PERMIT_PIN;
 }
 
 PersistentState& hal_persistent_state() {

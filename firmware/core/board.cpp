@@ -20,8 +20,11 @@ uint32_t faults_of_reset(uint8_t cause) {
     return (cause & RESET_WHILE_DRIVING) && !switched_on ? bit(RESTARTED_DRIVING) : 0;
 }
 
+// One bead that is alone is told once: its name replaces what was told before it was known.
 void latch(Board& board, uint32_t faults) {
     board.faults |= faults;
+    if (board.faults & (bit(PLATE_A_STRAYS) | bit(PLATE_B_STRAYS)))
+        board.faults &= ~(bit(PLATE_DISAGREES) | bit(PLATE_FROZEN));
     if (!board.faults) return;
     open_bridge(board);
     start_judging(board.plausibility);
@@ -32,7 +35,8 @@ const uint16_t WIRES = 0x7e;  // PLATE_A_OPEN to SINK_SHORT
 const uint16_t SIGNALS = WIRES | 1 << READING_JUMPS;
 const uint32_t TRIPS = bit(OVER_TEMPERATURE) | bit(UNDER_TEMPERATURE) | bit(SINK_HOT);
 const uint32_t FOLLOWERS = TRIPS | bit(PLATE_DISAGREES) | bit(PLATE_FROZEN) | bit(RUNAWAY) | bit(WIRED_BACKWARDS) |
-                           bit(COOLING_REVERSED) | bit(SINK_IMPLAUSIBLE);
+                           bit(COOLING_REVERSED) | bit(SINK_IMPLAUSIBLE) | bit(CUT_OUT_BEAD) | bit(PLATE_A_STRAYS) |
+                           bit(PLATE_B_STRAYS);
 
 // Returns the causes to latch. A bad wire or a jump of a reading makes other guards see what is not there, in the
 // same step or shortly after it; each would tell its own false remedy. Those that follow are left out only while
@@ -78,7 +82,6 @@ void light(const Board& board) {
 
 void drive(Board& board) {
     if (!is_driving(board)) {
-        pause_loop(board.loop);
         hal_drive(0);
         return;
     }
@@ -87,7 +90,8 @@ void drive(Board& board) {
     const float sink_c = board.sensors.now[SINK].c;
     const float goal_c = limited_setpoint(loop, board.setpoint_c, sink_c, heat_is_spent(board.session));
     const float ceiling_a = board.plausibility.cool_ceiling_a;
-    follow(loop, {goal_c, face_c(board.sensors), sink_c, ceiling_a, pulse_a(board.pulse)});
+    const bool is_told = board.lag_ms != LAG_UNKNOWN_MS;
+    follow(loop, {goal_c, face_c(board.sensors), sink_c, ceiling_a, pulse_a(board.pulse), is_told});
     hal_drive(loop.counts);
 }
 
@@ -100,23 +104,48 @@ uint32_t judge_drive(Board& board, bool grown) {
            watch_beads(board.pulse, board.sensors, grown, room, goal_c);
 }
 
-// A cut-out that was never seen open since power-on may be welded shut. The fault is raised when the plate is to
-// be driven, and persists until the cut-out opens by its test button or by a power cut of its supply.
-uint32_t untested_fault(Board& board, bool is_open) {
-    if (!is_open)
-        board.open_ms = 0;
-    else if (board.open_ms < CUT_OUT_MS)
-        board.open_ms += STEP_MS;
-    if (board.open_ms >= CUT_OUT_MS) board.memory.cut_out_tested = 1;
+// An open cut-out is no fault while the plate is off: it stays open until its start button is pressed. One that is
+// closed and was not proved to let go is a fault when the plate is to be driven, until it opens.
+uint32_t cut_out_fault(Board& board, bool is_open) {
+    board.cut_out_ms = is_driving(board) && is_open ? board.cut_out_ms + STEP_MS : 0;
     const bool matters = is_driving(board) || (board.faults & bit(CUT_OUT_UNTESTED));
-    return matters && !board.memory.cut_out_tested ? bit(CUT_OUT_UNTESTED) : 0;
+    const uint32_t untested = matters && !is_open && !board.proved_ms ? bit(CUT_OUT_UNTESTED) : 0;
+    return untested | (board.cut_out_ms >= CUT_OUT_MS ? bit(CUT_OUT_OPEN) : 0);
 }
 
-// Not a fault while the plate is off: the cut-out stays open until its start button is pressed.
-uint32_t cut_out_fault(Board& board) {
-    const bool is_open = hal_cut_out_is_open();
-    board.cut_out_ms = is_driving(board) && is_open ? board.cut_out_ms + STEP_MS : 0;
-    return untested_fault(board, is_open) | (board.cut_out_ms >= CUT_OUT_MS ? bit(CUT_OUT_OPEN) : 0);
+// Nothing else opens a shorted bridge as early. With an open relay the face is the room's, which is no fault.
+uint32_t face_trips(Board& board, bool is_open) {
+    const float face = plate_is_known(board.sensors) ? face_c(board.sensors) : NEUTRAL_C;
+    const float bead = cut_out_face_c(board.sensors);
+    const bool hot = face >= FACE_TRIP_HIGH_C || bead >= FACE_TRIP_HIGH_C;
+    const bool cold = face <= FACE_TRIP_LOW_C || bead <= FACE_TRIP_LOW_C;
+    board.beyond_ms = !is_open && (hot || cold) ? board.beyond_ms + STEP_MS : 0;
+    if (board.beyond_ms < FACE_TRIP_MS) return 0;
+    board.beyond_ms = FACE_TRIP_MS;
+    return bit(hot ? OVER_TEMPERATURE : UNDER_TEMPERATURE);
+}
+
+// The relay holds itself only while it is permitted, and only its button closes it. No leave is given while a fault has
+// a cause, and for WITHHELD_MS after that and after a reset. When the button has pulled it in, the leave is withdrawn
+// until it is seen open: that proves the transistor and the contact at each start. The button, still pressed, then
+// closes it again.
+void permit(Board& board, bool is_open) {
+    if (board.causes) {
+        board.withheld_ms = WITHHELD_MS;
+        board.proved_ms = 0;
+    } else if (board.withheld_ms) {
+        board.withheld_ms -= STEP_MS;
+    }
+    if (is_open) {
+        if (board.is_asked) board.proved_ms = PROOF_LASTS_MS;
+        else if (board.proved_ms) board.proved_ms -= STEP_MS;
+        board.is_asked = false;
+        board.pulled_in_ms = 0;
+    } else if (!board.proved_ms && !board.is_asked) {
+        board.pulled_in_ms += STEP_MS;
+        board.is_asked = board.pulled_in_ms >= PULLED_IN_MS;
+    }
+    hal_permit_cut_out(!board.withheld_ms && !board.is_asked);
 }
 
 void save_state(const Board& board) {
@@ -151,6 +180,8 @@ void start(Board& board) {
     start_judging(board.plausibility);
     set_lag(board, saved_lag_ms());
     hal_drive(0);
+    board.withheld_ms = WITHHELD_MS;
+    hal_permit_cut_out(false);
     PersistentState& persistent_state = hal_persistent_state();
     board.reset_cause = hal_reset_cause();
     if (was_driving(persistent_state)) board.reset_cause |= RESET_WHILE_DRIVING;
@@ -165,9 +196,12 @@ void start(Board& board) {
 
 void step(Board& board, const uint16_t sums[PLACES]) {
     const bool grown = take_readings(board.sensors, sums);
-    board.causes = sensor_faults(board.sensors) | judge_drive(board, grown) | cut_out_fault(board);
+    const bool is_open = hal_cut_out_is_open();
+    board.causes = sensor_faults(board.sensors) | judge_drive(board, grown) | cut_out_fault(board, is_open) |
+                   face_trips(board, is_open);
     if (dose_is_spent(board.session)) board.causes |= bit(DOSE_SPENT);
     latch(board, root_causes(board));
+    permit(board, is_open);
     lapse(board);
     finish_return(board);
     light(board);

@@ -21,8 +21,12 @@ struct Board {
     float setpoint_c;
     uint16_t ttl_ms;
     uint16_t returning_ms;
-    uint16_t cut_out_ms;  // time that the cut-out has been open while driving
-    uint8_t open_ms;      // time that the cut-out has been open, at most CUT_OUT_MS
+    uint16_t cut_out_ms;   // time that the cut-out has been open while driving
+    uint16_t withheld_ms;  // until its relay is permitted again
+    uint8_t pulled_in_ms;  // time that it has been closed without a proof
+    uint16_t proved_ms;    // time for which an open relay that let go when asked may close; 0 without a proof
+    bool is_asked;         // to let go, as its proof
+    uint8_t beyond_ms;     // time that the face has been beyond its trips
     Sensors sensors;
     Plausibility plausibility;
     Pulse pulse;

@@ -5,13 +5,10 @@
 #include <stdint.h>
 
 #ifndef HEAT_LIMIT_MA
-#define HEAT_LIMIT_MA 750  // if stuck on, the plate stays below 43 degC in a room of 23 degC
+#define HEAT_LIMIT_MA 1800  // what the resistors let pass
 #endif
 #ifndef COOL_LIMIT_MA
-#define COOL_LIMIT_MA 2000  // below 2.8 A, the optimum of a sink of 5 K/W
-#endif
-#ifndef BURST_LIMIT_MA
-#define BURST_LIMIT_MA 3000  // of cooling, while the store fills; the driver's full scale
+#define COOL_LIMIT_MA 3000  // what the resistors let pass; the driver's full scale
 #endif
 #ifndef RUNAWAY_WINDOW_MS
 #define RUNAWAY_WINDOW_MS 1000  // with 4 s, as in 3D printers, a plate reaches 61 degC
@@ -46,20 +43,18 @@ const float ARRIVED_C = 0.3f;
 const int16_t FULL_SCALE_COUNTS = 512;
 const float COUNTS_PER_A = FULL_SCALE_COUNTS * 1000.0f / FULL_SCALE_MA;
 const int16_t HEAT_CAP_COUNTS = (int32_t)HEAT_LIMIT_MA * FULL_SCALE_COUNTS / FULL_SCALE_MA;
-const int16_t COOL_CAP_COUNTS = (int32_t)BURST_LIMIT_MA * FULL_SCALE_COUNTS / FULL_SCALE_MA;
+const int16_t COOL_CAP_COUNTS = (int32_t)COOL_LIMIT_MA * FULL_SCALE_COUNTS / FULL_SCALE_MA;
 const float HEAT_LIMIT_A = HEAT_LIMIT_MA * 0.001f, COOL_LIMIT_A = COOL_LIMIT_MA * 0.001f;
-const float BURST_LIMIT_A = BURST_LIMIT_MA * 0.001f;
-
-// The store: a capacitor across the resistor through which cold flows. While it fills, supply and limiter let pass
-// STORE_PASSES_A, less STORE_OPPOSES_S for each volt that it holds, into a plate 8 degC colder than its sink. Its
-// voltage changes, in V/s, by STORE_FILLS for each ampere of cooling, less STORE_DIODE and, for each volt, STORE_LEAKS;
-// without current it only empties. Computed from the parts. A board without a store gets less than it asks for.
-const float STORE_PASSES_A = 4.94f, STORE_OPPOSES_S = 1.01f;
-const float STORE_FILLS = 3.59f, STORE_DIODE = 0.26f, STORE_LEAKS = 2.37f, STORE_EMPTIES = 1.84f;
 
 // Temperatures at which the bridge opens
 const float TRIP_HIGH_C = 43.0f;
 const float TRIP_LOW_C = 13.0f;
+// Mean estimates of the face that trip while the cut-out is closed: between the setpoints and the skin's limits, so that
+// the relay opens a shorted bridge before the skin reaches 43 or 15 degC, the hot one also behind beads of a wrong type.
+const float FACE_TRIP_HIGH_C = 41.2f, FACE_TRIP_LOW_C = 16.5f;
+const uint8_t FACE_TRIP_MS = 60;
+// The cut-out's bead trips there as well while both of the plate stand still: a bridge may be shorted behind frozen ones.
+const float CUT_OUT_LEAD_S = 0.2f;
 // With the bridge open a sink heats the plate through the module. From 44 degC, with its fan dead in a room of 35, a
 // sink of 500 J/K warms the skin to 41.7 with 1.2 CEM43 in 15 min; from 46 it would be 43.2 with 7.6.
 const float SINK_TRIP_C = 44.0f;
@@ -67,13 +62,14 @@ const float SINK_WARM_C = 38.0f;  // from here to the trip the cooling limit fal
 
 // Thermistors: 10 kohm, beta 3950, to ground; 10 kohm to AVCC. A reading is a sum of 16 conversions of 10 bits.
 const float NTC_BETA_K = 3950.0f;
+const float CUT_OUT_BETA_K = 4267.0f;  // the cut-out's is 100 kohm, with 100 kohm to AVCC
 const float READING_FULL_SCALE = 16384.0f;
 const float SHORT_BELOW = 0.05f;  // of full scale: less than 530 ohm, more than 108 degC
 const float OPEN_ABOVE = 0.95f;   // more than 190 kohm, less than -29 degC
 
 // Lag of the plate's beads behind the face; see sensors.h
 const uint16_t MAX_LAG_MS = 1000;
-const uint16_t USUAL_LAG_MS = 300;  // until the board was told its own: stable with any lag up to MAX_LAG_MS
+const uint16_t USUAL_LAG_MS = 100;  // until the board was told its own; the loop is slower then, see loop.cpp
 const float FACE_FILTER_S = 0.06f;
 const float MOST_AHEAD_C = 10.0f;  // a plate moves by less than 10 degC/s; our choice
 
@@ -87,7 +83,14 @@ const float JUMP_SINK_STEP_C = 1.5f;  // a sink of 10 J/K with 15 W moves 0.03
 const uint8_t PLAUSIBLE_AGAIN_STEPS = 50;  // 1 s after the last plausible reading the other thermistor decides
 const uint8_t FOLLOWS_MS = 100;  // faults that begin within this time of a bad wire or a jump follow from it
 
-const uint16_t CUT_OUT_MS = 100;  // until an open cut-out counts; a relay bounces for less than 10
+const uint8_t STRANGE_MS = 60;    // of the cut-out's bead, away from both of the plate
+const float STRAY_C = 0.5f;  // a plate bead further than this from the cut-out's than the other strays alone
+
+// The cut-out
+const uint16_t CUT_OUT_MS = 100;    // until an open cut-out counts; a relay bounces for less than 10
+const uint16_t WITHHELD_MS = 200;   // after each cause of a fault and each reset; a relay lets go within 20 ms
+const uint8_t PULLED_IN_MS = 60;    // from the start button to the proof that the relay lets go
+const uint16_t PROOF_LASTS_MS = 1000;  // until the button must have closed the proved relay again
 
 // Repeated clearing of the same fault would disable a guard, so the third time needs a minute without clearing.
 const uint16_t CLEARED_MS = 60000;

@@ -11,6 +11,7 @@ namespace {
 // In A/K and A/(K s): the phase margin is at least 45 degrees with faces from 0.6 J/K up, beads that lag by 0 to 1 s,
 // and with and without a palm. Most of a touch comes from the feed-forward, so low gains cost little.
 const float GAIN_P = 1.0f, GAIN_I = 1.2f;
+const float UNTOLD_GAIN_P = 0.5f, UNTOLD_GAIN_I = 0.2f;  // 35 degrees with USUAL_LAG_MS and any lag up to MAX_LAG_MS
 
 // A for each degC/s, as a light face of 0.6 J/K needs, since an ampere moves 3.86 W: more would drive it past its goal.
 const float FORWARD_A_S_K = 0.16f;
@@ -52,13 +53,14 @@ float slew(Loop& loop, float goal_c, float plate_c) {
 }
 
 // Stops the integral while the output is saturated and more of it would have no effect.
-float wanted_current(Loop& loop, float error_c, float forward_a, float most_cool_a) {
-    const float wanted_a = GAIN_P * error_c + loop.integral_a + forward_a;
+float wanted_current(Loop& loop, const Course& course, float forward_a, float most_cool_a) {
+    const float error_c = loop.target_c - course.plate_c;
+    const float wanted_a = (course.is_told ? GAIN_P : UNTOLD_GAIN_P) * error_c + loop.integral_a + forward_a;
     const float given_a = clamp(wanted_a, -most_cool_a, HEAT_LIMIT_A);
     loop.saturated = given_a < wanted_a ? 1 : (given_a > wanted_a ? -1 : 0);
     if (loop.saturated) loop.limited |= LIMIT_CURRENT;
     if (!loop.saturated || (error_c > 0.0f) != (wanted_a > 0.0f))
-        loop.integral_a += GAIN_I * error_c * STEP_S;
+        loop.integral_a += (course.is_told ? GAIN_I : UNTOLD_GAIN_I) * error_c * STEP_S;
     return given_a;
 }
 
@@ -70,32 +72,14 @@ int16_t dithered(Loop& loop, float current_a) {
     return (int16_t)whole;
 }
 
-// Returns the cooling limit of a cool sink, which is larger while the store fills.
-float cool_limit_a(const Loop& loop) {
-    return clamp(STORE_PASSES_A - STORE_OPPOSES_S * loop.store_v, COOL_LIMIT_A, BURST_LIMIT_A);
-}
-
-void fill_store(Loop& loop, float cool_a) {
-    const float filling = STORE_FILLS * cool_a - STORE_DIODE - STORE_LEAKS * loop.store_v;
-    loop.store_v += STEP_S * fmaxf(filling, -STORE_EMPTIES * loop.store_v);
-}
-
-// A warm sink allows no burst: its reduced current would never fill the store, and so last.
-float ceiling_of(const Loop& loop, float sink_c, float cool_ceiling_a) {
-    const float share = sink_share(sink_c);
-    return fminf(cool_ceiling_a, share > 0.0f ? COOL_LIMIT_A * (1.0f - share) : cool_limit_a(loop));
-}
-
-void reset(Loop& loop) {
-    const float store_v = loop.store_v;
-    loop = Loop();
-    loop.store_v = store_v;
+float ceiling_of(float sink_c, float cool_ceiling_a) {
+    return fminf(cool_ceiling_a, COOL_LIMIT_A * (1.0f - sink_share(sink_c)));
 }
 
 // Suspends the loop during a test pulse, because it would work against the pulse.
 float pulsed_current(Loop& loop, const Course& course, float forward_a, float ceiling_a) {
     if (course.pulse_a != 0.0f) return clamp(loop.held_a + course.pulse_a, -ceiling_a, HEAT_LIMIT_A);
-    const float wanted_a = wanted_current(loop, loop.target_c - course.plate_c, forward_a, ceiling_a);
+    const float wanted_a = wanted_current(loop, course, forward_a, ceiling_a);
     loop.held_a += HELD_SHARE * (wanted_a - loop.held_a);
     return wanted_a;
 }
@@ -103,16 +87,12 @@ float pulsed_current(Loop& loop, const Course& course, float forward_a, float ce
 }  // namespace
 
 void start_loop(Loop& loop, float plate_c) {
-    reset(loop);
+    loop = Loop();
     loop.goal_c = loop.target_c = clamp(plate_c, SETPOINT_LOW_C, SETPOINT_HIGH_C);
 }
 
 void stop_loop(Loop& loop) {
-    reset(loop);
-}
-
-void pause_loop(Loop& loop) {
-    fill_store(loop, 0.0f);
+    loop = Loop();
 }
 
 float limited_setpoint(Loop& loop, float setpoint_c, float sink_c, bool heat_is_spent) {
@@ -127,19 +107,18 @@ float limited_setpoint(Loop& loop, float setpoint_c, float sink_c, bool heat_is_
 }
 
 bool has_room(const Loop& loop, float sink_c, float cool_ceiling_a) {
-    return loop.current_a + PULSE_A <= HEAT_LIMIT_A && loop.current_a - PULSE_A >= -ceiling_of(loop, sink_c, cool_ceiling_a);
+    return loop.current_a + PULSE_A <= HEAT_LIMIT_A && loop.current_a - PULSE_A >= -ceiling_of(sink_c, cool_ceiling_a);
 }
 
 void follow(Loop& loop, const Course& course) {
     loop.goal_c = course.goal_c;
     const float forward_a = slew(loop, course.goal_c, course.plate_c);
-    const float ceiling_a = ceiling_of(loop, course.sink_c, course.cool_ceiling_a);
+    const float ceiling_a = ceiling_of(course.sink_c, course.cool_ceiling_a);
     const float wanted_a = pulsed_current(loop, course, forward_a, ceiling_a);
     loop.counts = dithered(loop, wanted_a);
     if ((loop.limited & LIMIT_CURRENT) && wanted_a < 0.0f && ceiling_a < COOL_LIMIT_A)
         loop.limited |= LIMIT_SINK;
     loop.current_a = loop.counts / COUNTS_PER_A;
-    fill_store(loop, fmaxf(-loop.current_a, 0.0f));
 }
 
 }  // namespace plate

@@ -59,7 +59,7 @@ void send_hello(const Board& board, uint8_t seq) {
     out.u16(SLEW_COOL_MC_S);
     out.u16(MAX_TTL_MS);
     out.u16(HEAT_LIMIT_MA);
-    out.u16(BURST_LIMIT_MA);
+    out.u16(COOL_LIMIT_MA);
     out.u16((uint16_t)((int32_t)HEAT_CAP_COUNTS * 1000 / FULL_SCALE_COUNTS));
     out.u16((uint16_t)((int32_t)COOL_CAP_COUNTS * 1000 / FULL_SCALE_COUNTS));
     out.u8(TELEMETRY_HZ);
@@ -142,7 +142,7 @@ void send_telemetry(Board& board) {
     out.u32(hal_uptime_ms());
     out.u8((uint8_t)board.state);
     out.u32(board.faults);
-    for (uint8_t place = 0; place < PLACES; place++) out.u32(reading_mc(board.sensors.now[place]));
+    for (uint8_t place = 0; place <= SINK; place++) out.u32(reading_mc(board.sensors.now[place]));
     out.u32((uint32_t)(driving ? milli(board.loop.target_c) : NO_READING));
     out.u16((uint16_t)(int16_t)((int32_t)board.loop.counts * 1000 / FULL_SCALE_COUNTS));
     out.u8(board.loop.limited);

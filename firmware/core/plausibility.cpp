@@ -8,7 +8,9 @@ namespace plate {
 namespace {
 
 const float KELVIN = 273.15f;
-const float HARD = 0.6f;  // share of the limit that counts as hard driving
+// Currents that count as hard driving: 0.6 of the limits of a small plate, less for a smaller one.
+const float HARD_HEAT_A = HEAT_LIMIT_MA < 750 ? 0.6f * HEAT_LIMIT_A : 0.45f;
+const float HARD_COOL_A = COOL_LIMIT_MA < 2000 ? 0.6f * COOL_LIMIT_A : 1.2f;
 
 struct Drive {
     float current_a, error_c, power_w;  // means of PROGRESS_MS
@@ -17,8 +19,8 @@ struct Drive {
 
 // Returns 1 or -1 when this power must warm or cool the plate, else 0.
 int8_t push_of(float current_a, float power_w) {
-    if (current_a >= HARD * HEAT_LIMIT_A && power_w >= PUSH_HEAT_W) return 1;
-    if (current_a <= -HARD * COOL_LIMIT_A && power_w <= -PUSH_COOL_W) return -1;
+    if (current_a >= HARD_HEAT_A && power_w >= PUSH_HEAT_W) return 1;
+    if (current_a <= -HARD_COOL_A && power_w <= -PUSH_COOL_W) return -1;
     return 0;
 }
 
@@ -156,7 +158,7 @@ float sink_power_w(float current_a, float plate_c, float sink_c) {
 
 void start_judging(Plausibility& state) {
     state = Plausibility();
-    state.cool_ceiling_a = BURST_LIMIT_A;
+    state.cool_ceiling_a = COOL_LIMIT_A;
 }
 
 void pause_judging(Plausibility& state) {
@@ -194,9 +196,6 @@ uint32_t judge_growth(Plausibility& state, const Sensors& sensors, float current
 uint32_t judge(Plausibility& state, const Sensors& sensors, bool grown, float current_a, float error_c) {
     if (!plate_is_known(sensors) || !sensors.now[SINK].known) return 0;
     const float plate = plate_c(sensors), sink = sensors.now[SINK].c;
-    // A burst counts as the lasting limit: a board without a store gets no more, and its end does not look like a loop
-    // that eases.
-    current_a = fmaxf(current_a, -COOL_LIMIT_A);
     state.open_ms = 0;
     state.driven_a += current_a;
     state.driven_steps++;

@@ -5,7 +5,7 @@
 namespace plate {
 
 enum : uint8_t { PROTOCOL_MAJOR = 1, PROTOCOL_MINOR = 3 };
-enum : uint8_t { FIRMWARE_MAJOR = 1, FIRMWARE_MINOR = 5, FIRMWARE_PATCH = 0 };
+enum : uint8_t { FIRMWARE_MAJOR = 1, FIRMWARE_MINOR = 6, FIRMWARE_PATCH = 0 };
 
 enum : uint8_t {
     MAX_PAYLOAD = 48,
@@ -95,7 +95,10 @@ enum Fault : uint8_t {
     SINK_IMPLAUSIBLE = 20,
     CUT_OUT_OPEN = 21,
     CUT_OUT_UNTESTED = 22,
-    FAULTS_END = 23,
+    CUT_OUT_BEAD = 23,
+    PLATE_A_STRAYS = 24,
+    PLATE_B_STRAYS = 25,
+    FAULTS_END = 26,
 };
 
 }  // namespace plate

@@ -17,10 +17,14 @@ uint32_t wire_faults(const Sensors& sensors) {
            wire_faults_of(sensors.now[SINK].wire, SINK_OPEN, SINK_SHORT);
 }
 
-// Returns by how much the estimated face is ahead of its reading. Neither a glitch nor a wrong lag can move it far.
-float ahead_c(const Sensors& sensors, uint8_t place) {
-    const float moved_c = (sensors.lag_s + FACE_FILTER_S) * sensors.slope_c_s[place];
+// Returns by how much a face is ahead of a reading that lags. Neither a glitch nor a wrong lag can move it far.
+float ahead_c(const Sensors& sensors, uint8_t place, float lag_s) {
+    const float moved_c = (lag_s + FACE_FILTER_S) * sensors.slope_c_s[place];
     return fminf(fmaxf(moved_c, -MOST_AHEAD_C), MOST_AHEAD_C);
+}
+
+float ahead_c(const Sensors& sensors, uint8_t place) {
+    return ahead_c(sensors, place, sensors.lag_s);
 }
 
 uint32_t trips_of_plate(const Sensors& sensors, bool only_plausible) {
@@ -100,6 +104,59 @@ uint32_t freezing(const Sensors& sensors) {
     return frozen ? bit(PLATE_FROZEN) : 0;
 }
 
+const float MOST_LAG_S = MAX_LAG_MS * 0.001f;
+const float NOWHERE_C = 1000.0f;
+
+// Widens the band in which the cut-out's bead must read. It and the plate's have any lag up to MOST_LAG_S, so the face
+// is between a plate's reading and its estimate for that lag, and a bead forgets where the face was at that rate.
+void follow_band(Sensors& sensors) {
+    float low_c = NOWHERE_C, high_c = -NOWHERE_C;
+    for (uint8_t place = PLATE_A; place <= PLATE_B; place++) {
+        const Reading& reading = sensors.now[place];
+        if (!reading.known) continue;
+        const float ahead = ahead_c(sensors, place, MOST_LAG_S);
+        const float low = reading.c + fminf(ahead, 0.0f), high = reading.c + fmaxf(ahead, 0.0f);
+        low_c = fminf(low_c, low);
+        high_c = fmaxf(high_c, high);
+    }
+    if (low_c > high_c) return;
+    const float share = STEP_S / MOST_LAG_S;
+    sensors.low_c = fminf(low_c, sensors.low_c + share * (low_c - sensors.low_c));
+    sensors.high_c = fmaxf(high_c, sensors.high_c + share * (high_c - sensors.high_c));
+}
+
+uint32_t strange_cut_out(Sensors& sensors) {
+    const Reading& bead = sensors.now[CUT_OUT];
+    const bool fits = bead.known && bead.c > sensors.low_c - DISAGREE_C && bead.c < sensors.high_c + DISAGREE_C;
+    if (fits) sensors.strange_ms = 0;
+    else if (sensors.strange_ms < STRANGE_MS) sensors.strange_ms += STEP_MS;
+    return sensors.strange_ms >= STRANGE_MS ? bit(CUT_OUT_BEAD) : 0;
+}
+
+// Returns the fault of the plate's bead that is alone: the other is where the cut-out's can be, whatever its lag.
+uint32_t alone(const Sensors& sensors) {
+    const Reading& bead = sensors.now[CUT_OUT];
+    if (!bead.known || !plate_is_known(sensors)) return 0;
+    const float ahead = ahead_c(sensors, CUT_OUT, MOST_LAG_S);
+    float away_c[2];
+    for (uint8_t place = PLATE_A; place <= PLATE_B; place++) {
+        const float apart_c = sensors.now[place].c - bead.c;
+        away_c[place] = fmaxf(fmaxf(fminf(ahead, 0.0f) - apart_c, apart_c - fmaxf(ahead, 0.0f)), 0.0f);
+    }
+    const float more_c = away_c[PLATE_A] - away_c[PLATE_B];
+    if (fabsf(more_c) < STRAY_C) return 0;
+    return bit(more_c > 0.0f ? PLATE_A_STRAYS : PLATE_B_STRAYS);
+}
+
+const uint32_t OF_ONE = bit(OVER_TEMPERATURE) | bit(UNDER_TEMPERATURE) | bit(PLATE_DISAGREES) | bit(PLATE_FROZEN);
+
+// What one bead does alone is told by its name, not by the limit that it happens to pass.
+uint32_t named(const Sensors& sensors, uint32_t faults) {
+    const bool apart = !sensors.agree || (faults & bit(PLATE_FROZEN));
+    const uint32_t strays = apart && (faults & OF_ONE) ? alone(sensors) : 0;
+    return strays ? (faults & ~OF_ONE) | strays : faults;
+}
+
 // Adds the means over PROGRESS_MS, which have a fifth of the noise power.
 void remember(Sensors& sensors) {
     for (uint8_t place = PLATE_A; place <= PLATE_B; place++) {
@@ -113,9 +170,9 @@ void remember(Sensors& sensors) {
 }
 
 // A reading that the plate cannot have had is no movement.
-void follow_slope(Sensors& sensors, uint8_t place, bool was_plausible) {
+void follow_slope(Sensors& sensors, uint8_t place, bool is_plausible) {
     float& slope_c_s = sensors.slope_c_s[place];
-    if (sensors.implausible_steps[place] || !was_plausible) slope_c_s = 0.0f;
+    if (!is_plausible) slope_c_s = 0.0f;
     else slope_c_s += (STEP_S / FACE_FILTER_S) * ((sensors.now[place].c - sensors.before[place].c) / STEP_S - slope_c_s);
 }
 
@@ -130,18 +187,23 @@ void forget_past(Sensors& sensors) {
 void start_sensors(Sensors& sensors) {
     sensors = Sensors();
     for (uint8_t& steps : sensors.implausible_steps) steps = PLAUSIBLE_AGAIN_STEPS;
+    sensors.low_c = NOWHERE_C;
+    sensors.high_c = -NOWHERE_C;
 }
 
 bool take_readings(Sensors& sensors, const uint16_t sums[PLACES]) {
     for (uint8_t place = 0; place < PLACES; place++) {
         sensors.before[place] = sensors.now[place];
-        sensors.now[place] = read_thermistor(sums[place]);
+        sensors.now[place] = read_thermistor(sums[place], place == CUT_OUT ? CUT_OUT_BETA_K : NTC_BETA_K);
     }
     bool was_plausible[2];
     for (uint8_t place = PLATE_A; place <= PLATE_B; place++)
         was_plausible[place] = !sensors.implausible_steps[place];
     judge_readings(sensors);
-    for (uint8_t place = PLATE_A; place <= PLATE_B; place++) follow_slope(sensors, place, was_plausible[place]);
+    for (uint8_t place = PLATE_A; place <= PLATE_B; place++)
+        follow_slope(sensors, place, was_plausible[place] && !sensors.implausible_steps[place]);
+    follow_slope(sensors, CUT_OUT, sensors.now[CUT_OUT].known && sensors.before[CUT_OUT].known);
+    follow_band(sensors);
     if (!plate_is_plausible(sensors)) {
         forget_past(sensors);
         return false;
@@ -155,8 +217,8 @@ bool take_readings(Sensors& sensors, const uint16_t sums[PLACES]) {
 }
 
 uint32_t sensor_faults(Sensors& sensors) {
-    return wire_faults(sensors) | trips(sensors) | jumps(sensors) | freezing(sensors) |
-           disagreement(sensors);
+    return wire_faults(sensors) | strange_cut_out(sensors) | jumps(sensors) |
+           named(sensors, trips(sensors) | freezing(sensors) | disagreement(sensors));
 }
 
 bool plate_is_known(const Sensors& sensors) {
@@ -169,6 +231,13 @@ float plate_c(const Sensors& sensors) {
 
 float face_c(const Sensors& sensors) {
     return plate_c(sensors) + 0.5f * (ahead_c(sensors, PLATE_A) + ahead_c(sensors, PLATE_B));
+}
+
+float cut_out_face_c(const Sensors& sensors) {
+    const Reading& bead = sensors.now[CUT_OUT];
+    const bool still = sensors.past_known > WINDOW && span_c(sensors.past_c[PLATE_A]) < FROZEN_C &&
+                       span_c(sensors.past_c[PLATE_B]) < FROZEN_C;
+    return bead.known && still ? bead.c + ahead_c(sensors, CUT_OUT, CUT_OUT_LEAD_S) : NEUTRAL_C;
 }
 
 float hottest_plausible_c(const Sensors& sensors) {

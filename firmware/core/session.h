@@ -15,12 +15,10 @@ void count_step(Session& session, float plate_c, bool heating);
 bool dose_is_spent(const Session& session);
 bool heat_is_spent(const Session& session);
 
-// The faults cleared once and twice recently, the time since the last clearing, and whether the cut-out was
-// seen open since power-on: a relay with welded contacts never opens.
+// The faults cleared once and twice recently, and the time since the last clearing.
 struct Memory {
     uint32_t cleared_once, cleared_twice;
     uint16_t quiet_ms;
-    uint16_t cut_out_tested;
 };
 
 // The state that outlives a reset.

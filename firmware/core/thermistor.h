@@ -12,6 +12,6 @@ struct Reading {
     float c;     // only when known
 };
 
-Reading read_thermistor(uint16_t sum);
+Reading read_thermistor(uint16_t sum, float beta_k);
 
 }  // namespace plate

@@ -15,10 +15,10 @@ HERE = Path(__file__).parent
 WIDTH, HEIGHT, STEP = 1240, 1022, 42
 # Title, left edge, top edge, parts from top to bottom.
 SHEETS = (
-    ("Board and thermistors", 20, 30, "U1 R1 RT1 C1 R2 RT2 C2 R3 RT3 C3 R4 R5 R6 R24"),
-    ("Control voltage", 330, 30, "R7 R8 C4 R11 R9 R10 C5 R12 U2 R25 C7"),
-    ("Driver and module", 640, 30, "U3 L1 RS L2 R20 R21 R22 R23 J1 R13 D1 R14 C9 C10 C11 TEC1"),
-    ("Cut-out", 950, 30, "J2 F1 R15 RT4 C6 R16 R17 R18 U4A U4B C8 R19 Q1 K1 D2 D3 S1 S2"),
+    ("Board and thermistors", 20, 30, "U1 R1 RT1 C1 R2 RT2 C2 R3 RT3 C3 R4 R5 R6 R24 R26"),
+    ("Control voltage", 330, 30, "R7 R8 C4 R11 R9 R10 C5 R12 U2A R25 C7"),
+    ("Driver and module", 640, 30, "U3 L1 RS L2 R20 R21 R22 R23 J1 R13 D1 R14 TEC1"),
+    ("Cut-out", 950, 30, "J2 F1 R15 RT4 C6 U2B R16 R17 R18 U4A U4B C8 R19 Q1 Q2 K1 D2 D3 S1 S2"),
 )
 INK = "#1b1f24"
 
@@ -44,7 +44,7 @@ def readable(part: Part) -> str:
     if part.name.startswith("J"):
         return f"{value:g} V"
     if part.name.startswith("C"):
-        return f"{value:g} F" if value > 0.1 else f"{value * 1e9:g} nF"
+        return f"{value * 1e9:g} nF"
     return f"{value / 1e3:g} kohm" if value >= 1e3 else f"{value:g} ohm"
 
 

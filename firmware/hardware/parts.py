@@ -9,7 +9,15 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-BOARD = {"D7": "SENSE", "D8": "ENABLE", "D9": "HEAT", "D10": "COOL", "A0": "A0", "A1": "A1"}
+BOARD = {
+    "D6": "PERMIT",
+    "D7": "SENSE",
+    "D8": "ENABLE",
+    "D9": "HEAT",
+    "D10": "COOL",
+    "A0": "A0",
+    "A1": "A1",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +34,7 @@ def _two(name: str, value: float | str, what: str, one: str, other: str) -> Part
     return Part(name, value, what, {"1": one, "2": other})
 
 
-CELL = "supercapacitor CAP-XX HW101F, 2.75 V, 0.05 ohm, 20 %: mind its polarity"
+MOSFET = "logic-level MOSFET: drops millivolts at 0.14 A"
 
 PARTS = (
     # Board and its thermistors
@@ -34,7 +42,7 @@ PARTS = (
         "U1",
         "Uno or Nano",
         "ATmega328P, 16 MHz, optiboot",
-        BOARD | {"A2": "A2", "5V": "BOARD5V", "GND": "GND"},
+        BOARD | {"A2": "A2", "A3": "A3", "5V": "BOARD5V", "GND": "GND"},
     ),
     _two("RT1", 10e3, "NTC, beta 3950, 1 %, on the face", "A0", "GND"),
     _two("RT2", 10e3, "NTC, beta 3950, 1 %, on the face, wires of its own", "A1", "GND"),
@@ -59,9 +67,9 @@ PARTS = (
     _two("C5", 100e-9, "ceramic", "H2", "GND"),
     _two("R12", 30.1e3, "1 %", "MINUS", "CTLI"),
     Part(
-        "U2",
-        "MCP6001",
-        "rail-to-rail operational amplifier, or similar",
+        "U2A",
+        "MCP6002",
+        "half of a rail-to-rail operational amplifier, or similar",
         {"+": "PLUS", "-": "MINUS", "out": "DRIVE", "V+": "BOARD5V", "V-": "GND"},
     ),
     _two("R25", 10e3, "protects a driver without supply", "DRIVE", "CTLI"),
@@ -94,46 +102,42 @@ PARTS = (
     _two("L1", "choke 1", "on the kit; 3 uH, 5 A, at most 0.05 ohm", "LX1", "CS"),
     _two("RS", 0.05, "on the kit; the driver's sense resistor, 1 %, 1 W", "CS", "OS1"),
     _two("L2", "choke 2", "on the kit; 3 uH, 5 A, at most 0.05 ohm", "LX2", "OS2"),
-    _two("R20", 30.1e3, "1 %, limit of the heating current", "REF", "MAXIP"),
+    _two("R20", 6.65e3, "1 %, limit of the heating current", "REF", "MAXIP"),
     _two("R21", 10.0e3, "1 %", "MAXIP", "GND"),
     _two("R22", 1.0e3, "1 %, limit of the cooling current", "REF", "MAXIN"),
     _two("R23", 100.0e3, "1 %", "MAXIN", "GND"),
     Part("J1", "plug", "between driver and module", {"1": "OS1", "2": "OS2", "3": "M1", "4": "M2"}),
-    _two("R13", 6.2, "25 W in an aluminium case, on a plate of its own", "M1", "TEC+"),
+    _two("R13", 2.0, "25 W in an aluminium case, on a plate of its own", "M1", "TEC+"),
     Part("D1", "SB340", "Schottky, 3 A: conducts while cooling", {"A": "M1", "K": "D1K"}),
-    _two("R14", 2.0, "25 W in an aluminium case, beside R13", "D1K", "TEC+"),
-    # The store: cooling begins with a larger current while these fill; R14 empties them. Three, so
-    # that a shorted one leaves the others within their voltage and the store within its bounds.
-    Part("C9", 0.76, CELL, {"+": "D1K", "-": "STORE1"}),
-    Part("C10", 0.76, CELL, {"+": "STORE1", "-": "STORE2"}),
-    Part("C11", 0.76, CELL, {"+": "STORE2", "-": "TEC+"}),
+    _two("R14", 1.36, "25 W in an aluminium case, beside R13", "D1K", "TEC+"),
     Part("TEC1", "TEC1-03108", "31 couples, 20 x 20 mm, 0.37 ohm", {"+": "TEC+", "-": "M2"}),
-    # Cut-out: window comparator, relay that holds itself
+    # Cut-out: window comparator, relay that holds itself while the comparator and the board let it.
+    # The board's supply feeds the thermistor and all that compares it, so that the board reads it
+    # as it reads the others, and an unplugged board opens the relay. The follower lets the board
+    # read without a way back: no program can move the comparator's thresholds.
     Part(
         "J2", 5.0, "supply of the module, 4 A or more, not the board's", {"+": "FUSED", "-": "GND"}
     ),
-    _two("F1", "3 A", "fuse, slow", "FUSED", "+5V"),
+    _two("F1", "4 A", "fuse, slow", "FUSED", "+5V"),
     _two("RT4", 100e3, "NTC, beta 4267, 1 %, of another maker, on the face", "BEAD", "GND"),
-    _two("R15", 100e3, "0.1 %", "+5V", "BEAD"),
+    _two("R15", 100e3, "0.1 %", "BOARD5V", "BEAD"),
     _two("C6", 100e-9, "ceramic", "BEAD", "GND"),
-    _two("R16", 29.1e3, "0.1 %", "+5V", "COLD"),
+    Part("U2B", "MCP6002", "the other half", {"+": "BEAD", "-": "A3", "out": "A3"}),
+    _two("R16", 29.1e3, "0.1 %", "BOARD5V", "COLD"),
     _two("R17", 20.0e3, "0.1 %", "COLD", "HOT"),
     _two("R18", 23.2e3, "0.1 %", "HOT", "GND"),
     Part(
         "U4A",
         "TLC393",
         "half of a CMOS comparator, open drain",
-        {"+": "BEAD", "-": "HOT", "out": "GOOD", "V+": "+5V", "V-": "GND"},
+        {"+": "BEAD", "-": "HOT", "out": "GOOD", "V+": "BOARD5V", "V-": "GND"},
     ),
     Part("U4B", "TLC393", "the other half", {"+": "COLD", "-": "BEAD", "out": "GOOD"}),
-    _two("C8", 100e-9, "ceramic, at U4", "+5V", "GND"),
-    _two("R19", 10e3, "pull-up", "+5V", "GOOD"),
-    Part(
-        "Q1",
-        "IRLZ44N",
-        "logic-level MOSFET: drops millivolts at 0.14 A",
-        {"G": "GOOD", "D": "COIL-", "S": "GND"},
-    ),
+    _two("C8", 100e-9, "ceramic, at U4", "BOARD5V", "GND"),
+    _two("R19", 10e3, "pull-up", "BOARD5V", "GOOD"),
+    Part("Q1", "IRLZ44N", MOSFET, {"G": "GOOD", "D": "COIL-", "S": "LEAVE"}),
+    Part("Q2", "IRLZ44N", MOSFET, {"G": "PERMIT", "D": "LEAVE", "S": "GND"}),
+    _two("R26", 10e3, "pull-down", "PERMIT", "GND"),
     Part(
         "K1",
         "5 V relay",
@@ -166,22 +170,18 @@ KIT_STEPS = (
     "Remove the jumper that ties SHDN high. Solder R24 there; R6 must pull it low.",
     "Solder a wire to REF for R11. Solder the supply from SW and GND to the kit's supply pads.",
     "Solder J1 to OS1 and OS2, behind the kit's filter capacitors, never to LX1, LX2 or CS.",
-    "Before the module: measure MAXIP 0.25 and MAXIN 0.99 of REF, and CTLI equal to REF at duty 0.",
+    "Before the module: measure MAXIP 0.60 and MAXIN 0.99 of REF, and CTLI equal to REF at duty 0.",
 )
 
 # Ratings from data sheets or the type of part: W for resistors, A and V for the others.
 POWER_W = {"RS": 1.0, "R13": 25.0, "R14": 25.0}
 SMALL_POWER_W = 0.1
-CURRENT_A = {"D1": 3.0, "K1": 5.0, "F1": 3.0, "J1": 5.0, "L1": 5.0, "L2": 5.0, "U3": 3.0}
-# For a tenth of a second, into an empty store from a shorted bridge: the diode's surge rating, that
-# of larger cells of this maker, and our choice for the others. The fuse may blow.
-PEAK_A = {"D1": 80.0, "K1": 10.0, "J1": 10.0, "L1": 10.0, "L2": 10.0, "TEC1": 8.0, "C9": 20.0}
-CELL_V, CELL_TOLERANCE = 2.75, 0.2
+CURRENT_A = {"D1": 3.0, "K1": 5.0, "F1": 4.0, "J1": 5.0, "L1": 5.0, "L2": 5.0, "TEC1": 8.0}
 REVERSE_V = {"D1": 40.0, "D2": 50.0, "D3": 50.0}
-# R13 and R14 dissipate up to 7 W together. They are screwed with thermal paste to their own
-# aluminium plate, 100 x 100 x 2 mm, upright in free air [assumption: 5 K/W], a hand's length from
+# R13 and R14 dissipate up to 10 W together. They are screwed with thermal paste to their own
+# aluminium plate, 150 x 100 x 2 mm, upright in free air [assumption: 3.5 K/W], a hand's length from
 # the palm, behind a cover with holes. They must not be on the module's sink, which they would warm.
-RESISTORS_K_PER_W = 5.0
+RESISTORS_K_PER_W = 3.5
 TOUCHABLE_C = 70.0  # bare metal for a second (docs/physics.md 3.1)
 BEAD_BETA_K = 4267.0
 

@@ -18,7 +18,12 @@ LEDS = (
     ("D9", HOT, "heat: the brighter, the more current"),
     ("D10", COLD, "cold: the brighter, the more current"),
 )
-DIVIDERS = (("A0", "plate thermistor 1"), ("A1", "plate thermistor 2"), ("A2", "sink thermistor"))
+DIVIDERS = (
+    ("A0", "plate thermistor 1"),
+    ("A1", "plate thermistor 2"),
+    ("A2", "sink thermistor"),
+    ("A3", "cut-out's thermistor"),
+)
 
 
 def main() -> int:
@@ -69,22 +74,23 @@ def rung1() -> str:
 
 
 def rung2() -> str:
-    """Return an Uno with six resistors, three light-emitting diodes and a bridge."""
+    """Return an Uno with eight resistors, three light-emitting diodes and a wire."""
     body = [
         _text(20, 30, "Step 2: the real firmware, no plate", "bold", size=15),
-        *_box(330, 60, 150, 370, "", ""),
+        *_box(330, 60, 150, 400, "", ""),
         _text(405, 80, "Arduino Uno", "bold", "middle"),
         _text(405, 95, "or Nano, optiboot", anchor="middle"),
         _text(405, 285, "USB to the computer", anchor="middle", ink=SOFT),
-        *(_text(at, 422, name, "bold", "middle") for at, name in ((360, "5V"), (450, "GND"))),
+        *(_text(at, 452, name, "bold", "middle") for at, name in ((360, "5V"), (450, "GND"))),
     ]
     for row, (pin, what) in enumerate(DIVIDERS):
-        body += _divider(110 + 100 * row, pin, what)
+        body += _divider(110 + 92 * row, pin, what)
     body += [
-        _text(474, 114, "D7", "bold", "end"),
-        _wire(480, 110, 600, 110),
-        _text(606, 114, "free end"),
-        _text(500, 96, "a wire: at GND the cut-out reads as open"),
+        _text(474, 94, "D6", "bold", "end"),
+        _text(474, 124, "D7", "bold", "end"),
+        _line("M480 90H520V120H480"),
+        _text(530, 102, "a wire instead of the relay: from D7"),
+        _text(530, 117, "to GND it reads as open"),
     ]
     for row, (pin, colour, what) in enumerate(LEDS):
         body += _led(180 + 70 * row, pin, colour, what)
@@ -93,14 +99,14 @@ def rung2() -> str:
         _text(405, 358, "L, on the board", "bold", "middle"),
         _text(405, 374, "steady: driving", anchor="middle"),
         _text(405, 389, "5 blinks a second: fault", anchor="middle"),
-        _text(20, 460, "Resistors at A0 to A2: six of 10 kohm. At D8 to D10: 1 kohm each."),
+        _text(20, 490, "Resistors at A0 to A3: eight of 10 kohm. At D8 to D10: 1 kohm each."),
         _text(
             20,
-            477,
+            507,
             "Two equal resistors are a thermistor at 25 degC. 5V, GND: pins of the board.",
         ),
     ]
-    return _svg(760, 495, body)
+    return _svg(760, 525, body)
 
 
 def rung2b() -> str:
@@ -111,8 +117,7 @@ def rung2b() -> str:
         *_box(200, 60, 120, 100, "board", "Uno or Nano"),
         *_box(410, 60, 130, 100, "driver", "MAX1968 kit"),
         *_box(610, 60, 110, 100, "limiter", "D1, R13, R14"),
-        _text(665, 141, "store C9-C11", anchor="middle"),
-        *_box(20, 250, 110, 70, "supply", "5 V, fuse 3 A"),
+        *_box(20, 250, 110, 70, "supply", "5 V, fuse 4 A"),
         *_box(410, 250, 130, 70, "cut-out", "relay K1"),
         f'<path d="M610 250H720V274H610Z" fill="{HOT}" stroke="{INK}"/>',
         f'<path d="M610 274H720V330H610Z" fill="#d1d5db" stroke="{INK}"/>',
@@ -136,12 +141,15 @@ def rung2b() -> str:
         _wire(490, 250, 490, 160),
         _text(496, 210, "5 V, switched"),
         _line("M410 265H300V160"),
-        _text(306, 210, "D7: relay released"),
+        _text(306, 202, "D6: leave to hold"),
+        _text(306, 218, "D7: relay released"),
         _wire(540, 256, 610, 256),
         _text(565, 247, "RT4", anchor="middle"),
         _line("M610 268H585V360H220V160"),
-        _text(402, 353, "A0, A1: thermistors of the plate; A2: of the sink", anchor="middle"),
-        _text(20, 392, "The cut-out has its own thermistor, RT4, and obeys no program."),
+        _text(
+            402, 353, "A0, A1: thermistors of the plate; A2: of the sink; A3: RT4", anchor="middle"
+        ),
+        _text(20, 392, "RT4 is the cut-out's. The board may open it; its button closes it."),
         _text(20, 409, "Grounds join at one point. Every value and pin is in wiring.md."),
     ]
     return _svg(850, 425, body)

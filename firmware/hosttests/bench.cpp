@@ -1,5 +1,6 @@
 #include "bench.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -29,6 +30,9 @@ void hal_send(const uint8_t* bytes, uint8_t count) {
 }
 bool hal_cut_out_is_open() {
     return bench.cut_out_is_open;
+}
+void hal_permit_cut_out(bool permitted) {
+    bench.cut_out_is_permitted = permitted;
 }
 PersistentState& hal_persistent_state() {
     return bench.persistent_state;
@@ -77,8 +81,8 @@ Telemetry parsed(const std::vector<uint8_t>& content) {
 
 }  // namespace
 
-uint16_t sum_at(double celsius) {
-    const double ratio = std::exp(NTC_BETA_K * (1.0 / (celsius + 273.15) - 1.0 / 298.15));
+uint16_t sum_at(double celsius, double beta_k) {
+    const double ratio = std::exp(beta_k * (1.0 / (celsius + 273.15) - 1.0 / 298.15));
     return (uint16_t)std::lround(READING_FULL_SCALE * ratio / (1.0 + ratio) - 8.0);
 }
 
@@ -87,21 +91,22 @@ Rig::Rig(uint16_t lag_ms) {
     std::memset(&bench.persistent_state, 0xA7, sizeof bench.persistent_state);  // uninitialised RAM
     save_lag(lag_ms);
     start(board);
-    test_cut_out();
+    start_cut_out();
 }
 
-void Rig::test_cut_out() {
-    bench.cut_out_is_open = true;
-    step(6);
-    bench.cut_out_is_open = false;
-    step();
+void Rig::start_cut_out() {
+    for (bool is_open : {true, false, true, false}) {
+        bench.cut_out_is_open = is_open;
+        for (int i = 0; i < 20 && bench.cut_out_is_permitted != is_open; i++) step();
+    }
 }
 
 void Rig::reset(uint8_t cause) {
     bench.reset_cause = cause;
     bench.counts = 0;
     start(board);
-    if (cause & RESET_POWER_ON) board.memory.cut_out_tested = 1;
+    bench.cut_out_is_permitted = false;
+    start_cut_out();
 }
 
 void Rig::step(int steps) {
@@ -112,7 +117,10 @@ void Rig::step(int steps) {
 }
 
 void Rig::step_on(std::initializer_list<uint16_t> sums) {
-    plate::step(board, sums.begin());
+    uint16_t all[PLACES];
+    std::copy(sums.begin(), sums.end(), all);
+    all[CUT_OUT] = sum_at(b_c + cut_out_off_c, CUT_OUT_BETA_K);
+    plate::step(board, all);
     bench.uptime_ms += STEP_MS;
 }
 

@@ -12,7 +12,7 @@ struct Bench {
     int16_t counts = 0;  // current output
     unsigned fed = 0;    // number of watchdog resets
     bool light = false;
-    bool cut_out_is_open = false;
+    bool cut_out_is_open = false, cut_out_is_permitted = false;
     std::vector<uint8_t> sent;
     plate::PersistentState persistent_state;
     uint8_t parameters[plate::PARAMETER_BYTES] = {0xFF, 0xFF, 0xFF, 0xFF};  // as in a new chip
@@ -20,7 +20,7 @@ struct Bench {
 extern Bench bench;
 
 // Returns the sum of 16 conversions of a working thermistor.
-uint16_t sum_at(double celsius);
+uint16_t sum_at(double celsius, double beta_k = plate::NTC_BETA_K);
 
 struct Telemetry {
     uint32_t uptime_ms;
@@ -36,16 +36,17 @@ struct Telemetry {
 struct Rig {
     plate::Board board;
     double a_c = 32.0, b_c = 32.0, sink_c = 25.0;
+    double cut_out_off_c = 0.0;  // its thermistor reads so much more than the second of the plate
 
     double a_answers = 1.0, b_answers = 1.0;  // share of a test pulse that each thermistor reports
     double pulsed_c = 0.0;                    // movement of the plate by the pulse so far
 
-    // Just switched on, plate at room temperature, cut-out tested; `lag_ms` is the lag in its EEPROM.
+    // Just switched on, plate at room temperature, cut-out started; `lag_ms` is the lag in its EEPROM.
     explicit Rig(uint16_t lag_ms = 0);
-    void test_cut_out();           // its button: opens briefly, then closes again
-    void reset(uint8_t cause);     // restarts the chip; persistent memory survives; power-on tests the cut-out
+    void start_cut_out();          // its button: the relay closes, lets go when asked, closes again
+    void reset(uint8_t cause);     // restarts the chip; persistent memory survives; starts the cut-out
     void step(int steps = 1);      // control steps of 20 ms
-    void step_on(std::initializer_list<uint16_t> sums);
+    void step_on(std::initializer_list<uint16_t> sums);  // of the plate and the sink
     void plate_at(double celsius) { a_c = b_c = celsius; }
 
     // Sends one frame and returns the code of its ACK, -1 without an ACK.

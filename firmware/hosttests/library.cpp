@@ -1,5 +1,6 @@
 // Exports the core as a shared library with one board, for measurements from Python:
 //   g++ -std=gnu++14 -O2 -shared -fPIC -I../core library.cpp ../core/*.cpp -o core.so
+#include <cmath>
 #include <cstring>
 
 #include "board.h"
@@ -10,6 +11,7 @@ plate::Board board;
 plate::PersistentState persistent_state;
 uint32_t uptime_ms;
 int16_t driven;
+bool permits;
 uint8_t parameters[plate::PARAMETER_BYTES] = {0xFF, 0xFF, 0xFF, 0xFF};
 }  // namespace
 
@@ -25,7 +27,7 @@ void hal_drive(int16_t counts) {
 }
 void hal_send(const uint8_t*, uint8_t) {}
 bool hal_cut_out_is_open() {
-    return uptime_ms < 200;  // until its button is pressed
+    return !permits;  // its button is held
 }
 PersistentState& hal_persistent_state() {
     return persistent_state;
@@ -38,6 +40,9 @@ void hal_write_parameters(const uint8_t* bytes) {
     std::memcpy(parameters, bytes, PARAMETER_BYTES);
 }
 void hal_light(bool) {}
+void hal_permit_cut_out(bool permitted) {
+    permits = permitted;
+}
 }  // namespace plate
 
 extern "C" {
@@ -53,7 +58,10 @@ void core_receive(const uint8_t* bytes, int count) {
 
 // Runs one control step and returns the new output in counts.
 int core_step(int plate_a, int plate_b, int sink) {
-    const uint16_t sums[plate::PLACES] = {(uint16_t)plate_a, (uint16_t)plate_b, (uint16_t)sink};
+    const double share = plate_b / plate::READING_FULL_SCALE;
+    const double ratio = std::pow(share / (1.0 - share), plate::CUT_OUT_BETA_K / plate::NTC_BETA_K);
+    const auto cut_out = (uint16_t)(plate::READING_FULL_SCALE * ratio / (1.0 + ratio));  // as warm as the plate
+    const uint16_t sums[plate::PLACES] = {(uint16_t)plate_a, (uint16_t)plate_b, (uint16_t)sink, cut_out};
     plate::step(board, sums);
     uptime_ms += plate::STEP_MS;
     return driven;

@@ -86,12 +86,12 @@ TEST_CASE("a pulse leaves the mean current as it was and stays within the limits
     for (uint8_t tick = 1; tick <= 2 * PULSE_HALF; tick++) {
         pulse.ticks = tick;
         for (int i = 0; i < 5; i++) {
-            follow(loop, {30.0f, 30.0f, 25.0f, BURST_LIMIT_A, pulse_a(pulse)});
+            follow(loop, {30.0f, 30.0f, 25.0f, COOL_LIMIT_A, pulse_a(pulse), true});
             sum += loop.current_a;
             CHECK(loop.current_a <= HEAT_LIMIT_A);
         }
     }
     CHECK(sum / (10 * PULSE_HALF) == doctest::Approx(0.3).epsilon(0.01));
     loop.current_a = HEAT_LIMIT_A - 0.5f * PULSE_A;
-    CHECK_FALSE(has_room(loop, 25.0f, BURST_LIMIT_A));
+    CHECK_FALSE(has_room(loop, 25.0f, COOL_LIMIT_A));
 }

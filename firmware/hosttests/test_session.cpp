@@ -62,7 +62,7 @@ TEST_CASE("uninitialised RAM restores nothing") {
 TEST_CASE("the newest saved record is restored, however often state was saved") {
     PersistentState persistent_state = blank();
     for (int i = 0; i < 600; i++) {
-        save(persistent_state, Saved{Session{0.0f, (float)i, 0.0f}, (uint32_t)i, Memory{0, 0, (uint16_t)i, 1}});
+        save(persistent_state, Saved{Session{0.0f, (float)i, 0.0f}, (uint32_t)i, Memory{0, 0, (uint16_t)i}});
         Saved saved{};
         REQUIRE(restore(persistent_state, saved));
         REQUIRE(saved.session.heated_s == (float)i);

@@ -26,14 +26,26 @@ from hapticvlm.devices.simulated.plant import (
     Plant,
 )
 
-from .hardware import NOISE_MV, PLATE_A, PLATE_B, SINK, CutOut, Driver, Skin, thermistor_mv
+from .hardware import (
+    CUT_OUT,
+    CUT_OUT_BETA_K,
+    NOISE_MV,
+    PLATE_A,
+    PLATE_B,
+    SINK,
+    CutOut,
+    Driver,
+    Skin,
+    thermistor_mv,
+)
 
 HZ = 16_000_000
 STEP_S = 0.01
 STEP_CYCLES = round(STEP_S * HZ)
 RESET_POWER_ON, RESET_EXTERNAL, RESET_BROWN_OUT = 1, 2, 4  # as in MCUSR
 PARAMETERS_AT = 4  # in the EEPROM
-CUT_OUT_STARTED_S = 0.2  # the cut-out is open until its button is pressed
+DDRD, PORTD, PERMIT = 0x2A, 0x2B, 1 << 6  # of the cut-out's relay
+STARTED_S = 0.5  # by then the button has closed the cut-out, and its proof is over
 _STOPPED = (6, 7)  # simavr's cpu_Done and cpu_Crashed
 
 Sensor = Callable[["Board"], float]  # millivolts at its pin
@@ -94,6 +106,11 @@ def sink_mv(board: Board) -> float:
     return thermistor_mv(board.plant.sink_c)
 
 
+def cut_out_mv(board: Board) -> float:
+    """Return the voltage of the cut-out's thermistor, which opens it as well."""
+    return thermistor_mv(board.cut_out.bead.c, CUT_OUT_BETA_K)
+
+
 @dataclass(frozen=True)
 class Build:
     """What differs between builds: lag of the plate's beads in s, heat capacity of the face, J/K.
@@ -130,13 +147,19 @@ class Board:
         self._module = Module(face_j_per_k=build.face_j_per_k)
         self.plant = plant = Plant(ambient_c, module=self._module)
         self.bead = Bead(plant.plate_c, build.bead_lag_s)
-        self.sensors: dict[int, Sensor] = {PLATE_A: plate_mv, PLATE_B: plate_mv, SINK: sink_mv}
+        self.sensors: dict[int, Sensor] = {
+            PLATE_A: plate_mv,
+            PLATE_B: plate_mv,
+            SINK: sink_mv,
+            CUT_OUT: cut_out_mv,
+        }
         self.driver = Driver()
         self.cut_out = CutOut(plant.plate_c)
         self.skin = Skin()
         self.hottest_plate_c = self.coldest_plate_c = plant.plate_c
         self.hottest_sink_c = plant.sink_c
         self.cut_out_opened_at: float | None = None
+        self._pressed_until_s = STARTED_S
         self.limited_s = 0.0  # time during which the passive limit acted
         self.duty = self.current_a = 0.0
         self.shared_ground_ohm = 0.0  # of the ground that thermistors and module share
@@ -246,9 +269,9 @@ class Board:
         for _ in range(round(seconds / 0.1)):
             self._live(0.0, 0.1)
 
-    @property
-    def _is_started(self) -> bool:
-        return self.cut_out.is_welded or self.now >= CUT_OUT_STARTED_S
+    def press_start(self) -> None:
+        """Hold the cut-out's start button for half a second, beginning now."""
+        self._pressed_until_s = self.now + STARTED_S
 
     def _write_lag(self, lag_ms: int) -> None:
         """Store the lag as the firmware does: its two bytes, then their CRC."""
@@ -265,10 +288,13 @@ class Board:
     def _step(self) -> None:
         bridge = self._look(restart=True)
         self.duty = bridge.heat - bridge.cool
-        conducts = not self.cut_out.is_open
-        if not self._is_started:  # the plant starts when the cut-out is started
+        self.cut_out.is_pressed = self.now < self._pressed_until_s
+        self.cut_out.is_permitted = bool(self.peek(DDRD) & self.peek(PORTD) & PERMIT)
+        if self.now < STARTED_S:  # the plant starts when the cut-out is started
+            self.cut_out.feel(self.plant.plate_c, STEP_S)
             self._sense()
             return
+        conducts = not self.cut_out.is_open
         emf_v = SEEBECK * (self.plant.plate_c - self.plant.sink_c)
         self._live(self.driver.current_a(self.duty, emf_v) if conducts else 0.0, STEP_S)
         self.limited_s += STEP_S * (conducts and self.driver.is_limiting(self.duty))
@@ -277,7 +303,6 @@ class Board:
     def _live(self, current_a: float, dt_s: float) -> None:
         self.current_a = current_a
         self.plant.step(current_a, dt_s)
-        self.driver.carry(current_a, dt_s)
         self.bead.feel(self.plant.plate_c, dt_s)
         self.cut_out.feel(self.plant.plate_c, dt_s)
         if self.cut_out.is_open and self.cut_out_opened_at is None:
@@ -291,6 +316,5 @@ class Board:
         shift_mv = 1000.0 * self.shared_ground_ohm * self.current_a
         for channel, sensor in self.sensors.items():
             self._library.host_voltage(self._host, channel, sensor(self) + shift_mv)
-        is_released = self.cut_out.is_open or not self._is_started
-        grounds = {"whole": is_released, "broken": False, "grounded": True}
+        grounds = {"whole": self.cut_out.is_open, "broken": False, "grounded": True}
         self._library.host_cut_out(self._host, int(grounds[self.cut_out_wire]))

@@ -3,23 +3,22 @@
 A fault is injected into a running board. `sees_s` is the time until the fault has any effect;
 its deadline counts from there. Each `sees_s` follows from the plant and the scene, not from
 measurements of the firmware: nothing is driven before IDLE_S; a pair must differ by 1.5 degC; heat
-at the limit of 0.75 A moves a plate by less than 2 degC/s.
+at the limit of 1.8 A moves a plate by less than 7 degC/s.
 """
 
 from __future__ import annotations
 
-import math
 import random
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, replace
+from typing import Any, Literal
 
-from hapticvlm.devices.simulated.limiter import STORE_FARAD, STORE_OHM, Limiter
-from hapticvlm.devices.simulated.plant import SINK_J_PER_K
+from hapticvlm.devices.simulated.plant import SINK_J_PER_K, Bead
 
 from .board import RESET_BROWN_OUT, RESET_EXTERNAL, Board, Sensor, plate_mv, sink_mv
 from .hardware import (
-    BETA_K,
+    CUT_OUT,
+    CUT_OUT_BETA_K,
     OTHER_BETA_K,
     PLATE_A,
     PLATE_B,
@@ -34,11 +33,12 @@ ELECTRICAL_S = 0.15  # electrical and computing faults
 HOST_S = 0.5  # silent host: the setpoint ends
 WINDOW_S = 1.5  # implausible sensor: runaway window of 1 s, and the time to reach full drive
 SLOW_S = 420.0  # slow heating or harmless faults: the only deadline is the skin's limits
-IDLE_S = 2.3  # the host is silent for 0.3 s, then rests at neutral for 2 s
+IDLE_S = 2.6  # the host is silent for 0.6 s, then rests at neutral for 2 s
 
 Guard = Literal["firmware", "current limit", "cut-out"]
 BAG_BETA_K = 3380.0  # the next common type below 3950
 HUM_MV = 100.0
+IN_AIR_S = 5.0  # lag of a bead that is off, or half off
 TIMSK0 = 0x6E  # TIMSK1 and TIMSK2 follow
 
 
@@ -148,11 +148,29 @@ def _shorted(direction: int) -> Callable[[Board], None]:
     return begin
 
 
-def _store(farad: float, ohm: float = STORE_OHM) -> Callable[[Board], None]:
+def _limiter(**changed: Any) -> Callable[[Board], None]:
     def begin(board: Board) -> None:
-        board.driver.limiter = Limiter(farad, ohm)
+        board.driver.limiter = replace(board.driver.limiter, **changed)
 
     return begin
+
+
+def _bead_off(board: Board) -> None:
+    """The cut-out's bead hangs in the air beside the hand."""
+    board.cut_out.bead = Bead(board.cut_out.bead.c, IN_AIR_S)
+    board.cut_out.feels = lambda _: max(board.ambient_c, 20.0)
+
+
+def _bead_slow(board: Board) -> None:
+    board.cut_out.bead = Bead(board.cut_out.bead.c, IN_AIR_S)
+
+
+def _comparator_stuck(board: Board) -> None:
+    board.cut_out.is_stuck = True
+
+
+def _leave_ignored(board: Board) -> None:
+    board.cut_out.ignores_firmware = True
 
 
 def _no_current(board: Board) -> None:
@@ -191,7 +209,8 @@ def _one_bag(board: Board) -> None:
 def one_bag_and_the_cut_out(board: Board) -> None:
     """The cut-out's bead is of the same wrong kind: what its own make and value prevent."""
     _one_bag(board)
-    board.cut_out.reads = lambda true_c: taken_for_c(true_c, BAG_BETA_K, BETA_K)
+    board.cut_out.reads = lambda true_c: taken_for_c(true_c, BAG_BETA_K, CUT_OUT_BETA_K)
+    board.sensors[CUT_OUT] = lambda b: thermistor_mv(b.cut_out.bead.c, BAG_BETA_K)
 
 
 def _nothing(board: Board) -> None:
@@ -199,10 +218,26 @@ def _nothing(board: Board) -> None:
 
 
 BOTH = (PLATE_A, PLATE_B)
-_LIES = ("PLATE_DISAGREES", "READING_JUMPS", "RUNAWAY", "WIRED_BACKWARDS", "PLATE_FROZEN")
-_ONE_LIES = ("PLATE_DISAGREES", "READING_JUMPS", "PLATE_FROZEN")
+_LIES = ("RUNAWAY", "WIRED_BACKWARDS", "PLATE_FROZEN", "READING_JUMPS", "CUT_OUT_BEAD")
+# Unnamed while the cut-out's bead is between both, as it is where the plate moves fast.
+_A_LIES = ("PLATE_A_STRAYS", "READING_JUMPS", "PLATE_DISAGREES", "PLATE_FROZEN")
+_B_LIES = ("PLATE_B_STRAYS", *_A_LIES[1:])
 _LIES_TOO = (*_LIES, "CUT_OUT_OPEN")
 _REBOOT = ("WATCHDOG", "RESTARTED_DRIVING")
+
+# Parts of limiter and cut-out: the guards behind the firmware, most of which fail unseen.
+PARTS = (
+    Fault("D1 shorted", _limiter(diode_shorted=True), guards=(), deadline_s=SLOW_S, at_start=True),
+    Fault("D1 open", _limiter(bypass_ohm=1e9), guards=(), deadline_s=SLOW_S, at_start=True),
+    Fault("R13 shorted", _limiter(series_ohm=1e-3), guards=(), deadline_s=SLOW_S, at_start=True),
+    Fault("R14 shorted", _limiter(bypass_ohm=1e-3), guards=(), deadline_s=SLOW_S, at_start=True),
+    # Half-way to the air after 3.5 s: in the warm room at last by 10 degC.
+    Fault("RT4 off", _bead_off, ("CUT_OUT_BEAD",), (), SLOW_S),
+    Fault("RT4 slow", _bead_slow, ("CUT_OUT_BEAD",), (), SLOW_S, at_start=True),
+    Fault("RT4's reading frozen", _frozen(CUT_OUT), ("CUT_OUT_BEAD",), (), SLOW_S),
+    Fault("U4 open or Q1 shorted", _comparator_stuck, (), (), SLOW_S, at_start=True),
+    Fault("Q2 shorted", _leave_ignored, ("CUT_OUT_UNTESTED",), sees_s=IDLE_S, at_start=True),
+)
 
 FAULTS = (
     Fault("plate A open", _volts(SUPPLY_MV, PLATE_A), ("PLATE_A_OPEN",)),
@@ -213,19 +248,19 @@ FAULTS = (
     Fault("sink open", _volts(SUPPLY_MV, SINK), ("SINK_OPEN",)),
     Fault("sink short", _volts(0.0, SINK), ("SINK_SHORT",)),
     # Shows when the working one has moved by 1.5 degC: at 1 to 2 degC/s.
-    Fault("plate A frozen", _frozen(PLATE_A), _ONE_LIES, deadline_s=WINDOW_S, sees_s=1.5),
-    Fault("plate B frozen", _frozen(PLATE_B), _ONE_LIES, deadline_s=WINDOW_S, sees_s=1.5),
+    Fault("plate A frozen", _frozen(PLATE_A), _A_LIES, deadline_s=WINDOW_S, sees_s=1.5),
+    Fault("plate B frozen", _frozen(PLATE_B), _B_LIES, deadline_s=WINDOW_S, sees_s=1.5),
     # 1.5 degC apart after 3 s.
-    Fault("plate A drifts up", _wrong(0, 0.5, PLATE_A), _ONE_LIES, deadline_s=WINDOW_S, sees_s=3.0),
+    Fault("plate A drifts up", _wrong(0, 0.5, PLATE_A), _A_LIES, deadline_s=WINDOW_S, sees_s=3.0),
     Fault(
-        "plate A drifts down", _wrong(0, -0.5, PLATE_A), _ONE_LIES, deadline_s=WINDOW_S, sees_s=3.0
+        "plate A drifts down", _wrong(0, -0.5, PLATE_A), _A_LIES, deadline_s=WINDOW_S, sees_s=3.0
     ),
-    Fault("plate A jumps", _wrong(8, 0, PLATE_A), ("READING_JUMPS", "PLATE_DISAGREES")),
+    Fault("plate A jumps", _wrong(8, 0, PLATE_A), ("READING_JUMPS", "PLATE_A_STRAYS")),
     # At last they read as a short does.
     Fault(
         "plate A too fast",
         _wrong(0, 150, PLATE_A),
-        ("READING_JUMPS", "PLATE_DISAGREES", "PLATE_A_SHORT"),
+        ("READING_JUMPS", "PLATE_A_STRAYS", "PLATE_A_SHORT"),
     ),
     Fault(
         "sink too fast",
@@ -238,7 +273,7 @@ FAULTS = (
     Fault(
         "plate A wrong beta",
         _other_beta(PLATE_A),
-        _ONE_LIES,
+        _A_LIES,
         deadline_s=WINDOW_S,
         sees_s=5.7,
         at_start=True,
@@ -246,7 +281,7 @@ FAULTS = (
     ),
     # No wire is broken: two plausible readings disagree, which takes 0.3 s to be no noise. Hence
     # the class of implausible sensors, although nothing is driven yet.
-    Fault("plate A swapped with sink", _swapped, _ONE_LIES, deadline_s=WINDOW_S, at_start=True),
+    Fault("plate A swapped with sink", _swapped, _A_LIES, deadline_s=WINDOW_S, at_start=True),
     # A frozen sink reading is harmless by itself, because the plate's own guards do not need it.
     Fault("sink frozen", _frozen(SINK), ("SINK_IMPLAUSIBLE",), (), SLOW_S),
     Fault("both frozen alike", _frozen(*BOTH), _LIES, deadline_s=WINDOW_S, sees_s=1.5),
@@ -368,17 +403,7 @@ FAULTS = (
     Fault("sense wire of the cut-out grounded", _sense_grounded, ("CUT_OUT_OPEN",)),
     # Found before anything is driven: its break contact was never closed since the power came.
     Fault("cut-out welded", _welded, ("CUT_OUT_UNTESTED",), sees_s=IDLE_S, at_start=True),
-    # Also a board that was built before there was a store: it cools with 2 A from the first moment.
-    Fault("store open", _store(0.0), guards=(), deadline_s=SLOW_S, at_start=True),
-    # More than one shorted cell of three makes of it.
-    Fault(
-        "store of twice its value",
-        _store(2.0 * STORE_FARAD, STORE_OHM / 2.0),
-        guards=(),
-        deadline_s=SLOW_S,
-        at_start=True,
-    ),
-    Fault("store shorted", _store(math.inf), guards=(), deadline_s=SLOW_S, at_start=True),
+    *PARTS,
     Fault("bridge shorted to heat", _shorted(1), guards=("current limit", "cut-out")),
     Fault("bridge shorted to cool", _shorted(-1), guards=("current limit", "cut-out")),
 )

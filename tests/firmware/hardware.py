@@ -9,39 +9,41 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
-from hapticvlm.devices.simulated.limiter import SERIES_OHM, Limiter
+from hapticvlm.devices.simulated.plant import Bead
 
 SUPPLY_MV = 5000.0
 DIVIDER_OHM, R25_OHM, BETA_K, OTHER_BETA_K = 10e3, 10e3, 3950.0, 3435.0
 COLDEST_C = -100.0  # lower limit of a drifting reading
-PLATE_A, PLATE_B, SINK = 0, 1, 2  # ADC channels
+PLATE_A, PLATE_B, SINK, CUT_OUT = 0, 1, 2, 3  # ADC channels
 NOISE_MV = 2.0  # standard deviation at the ADC pin [assumption]
 
 FULL_SCALE_A = 3.0  # module current at duty 1
-HEAT_LIMIT_A, COOL_LIMIT_A = 0.75, 2.0  # the firmware's limits
-BURST_LIMIT_A = 3.0  # of cooling, while the store fills
+HEAT_LIMIT_A, COOL_LIMIT_A = 1.8, 3.0  # the firmware's limits
 # The passive limiter works whatever the chip does. It is on the module's own leads beyond the
 # plug, so it follows the module's polarity and survives a shorted FET: an [assumption] of
 # firmware/README.md.
 SUPPLY_V, MODULE_OHM, LEADS_OHM = 5.0, 0.367, 0.1
 SENSE_OHM, CHOKE_OHM = 0.05, 0.05  # of the driver, one and two of them; a shorted FET leaves them
 FETS_OHM = 0.15  # two switches of a driver that still works [assumption]
+SERIES_OHM, BYPASS_OHM = 2.0, 1.36  # R13, R14
+DIODE_V, DIODE_OHM = 0.38, 0.04  # D1 from half an ampere on [assumption]
 
 # 15 min at 41.55 degC are 2 CEM43. Cold is as near the coldest setpoint, 18 degC, as the 1 % of two
-# thermistors lets it be: 2 A cool the skin by another 4 degC before a slow bead has felt it
+# thermistors lets it be.
 CUT_OUT_HOT_C, CUT_OUT_COLD_C = 41.5, 17.0  # [assumption]
-# Of its own thermistor: a build has to show 1 s at its first switch-on [assumption]
-CUT_OUT_LAG_S = 1.5
-MOST_CUT_OUT_LAG_S = 1.0  # that the first switch-on allows (firmware/README.md, step 6)
+CUT_OUT_TOLERANCE_C = 0.6  # its thermistor's: the simulated one opens that late
+CUT_OUT_LAG_S = 1.0  # of its thermistor: the most that the first switch-on allows, step 6
+RELEASE_S = 0.02  # of its relay [assumption]
+CUT_OUT_BETA_K, CUT_OUT_R25_OHM = 4267.0, 100e3  # with 100 kohm to the board's supply
 
 
 def thermistor_mv(temperature_c: float, beta_k: float = BETA_K) -> float:
-    """Return the voltage at the ADC pin: thermistor to ground, DIVIDER_OHM to the supply."""
+    """Return the voltage at the ADC pin: thermistor to ground, its R25 to the supply."""
     temperature_c = max(temperature_c, COLDEST_C)
-    ohm = R25_OHM * math.exp(beta_k * (1.0 / (temperature_c + 273.15) - 1.0 / 298.15))
-    return SUPPLY_MV * ohm / (ohm + DIVIDER_OHM)
+    ratio = math.exp(beta_k * (1.0 / (temperature_c + 273.15) - 1.0 / 298.15))
+    return SUPPLY_MV * ratio / (ratio + 1.0)
 
 
 def taken_for_c(true_c: float, beta_k: float, taken_for_k: float) -> float:
@@ -52,26 +54,65 @@ def taken_for_c(true_c: float, beta_k: float, taken_for_k: float) -> float:
 
 
 class CutOut:
-    """Window comparator with its own thermistor and a relay that holds itself, in series with
-    the module: once open it stays open until its button is pressed.
+    """Window comparator with its own thermistor, and a relay that holds itself, in series with the
+    module: once open it stays open until its button is pressed.
 
-    `reads` converts the bead's temperature to the one its dividers represent.
+    The relay holds only while its thermistor is within the window and the firmware permits it.
+    `reads` converts the bead's temperature to the one its dividers represent, `feels` the plate's
+    to that of the surface on which the bead is. Failed parts: `is_welded` is its switching contact
+    (force guidance then keeps the break contact open), `is_stuck` comparator or transistor, and
+    `ignores_firmware` the transistor of the firmware.
     """
 
     def __init__(self, plate_c: float, lag_s: float = CUT_OUT_LAG_S) -> None:
-        self._bead_c = plate_c
-        self._lag_s = lag_s
-        self.is_open = False
-        self.is_welded = (
-            False  # its switching contact; force guidance then keeps the break contact open
-        )
+        self.bead = Bead(plate_c, lag_s)
+        self.is_open = True
+        self.is_pressed = False  # its start button
+        self.is_permitted = False
+        self.has_tripped = False
+        self.is_welded = self.is_stuck = self.ignores_firmware = False
         self.reads: Callable[[float], float] = float
+        self.feels: Callable[[float], float] = float
+        self._released_s = 0.0
 
     def feel(self, plate_c: float, dt_s: float) -> None:
         """Let `dt_s` pass beside a plate at `plate_c`."""
-        self._bead_c += (plate_c - self._bead_c) * min(dt_s / self._lag_s, 1.0)
-        if not self.is_welded and not CUT_OUT_COLD_C < self.reads(self._bead_c) < CUT_OUT_HOT_C:
+        self.bead.feel(self.feels(plate_c), dt_s)
+        read_c = self.reads(self.bead.c)
+        late_c = CUT_OUT_TOLERANCE_C
+        within = CUT_OUT_COLD_C - late_c < read_c < CUT_OUT_HOT_C + late_c
+        holds = (within or self.is_stuck) and (self.is_permitted or self.ignores_firmware)
+        self.has_tripped |= not self.is_open and not within and not self.is_stuck
+        self._released_s = 0.0 if holds else self._released_s + dt_s
+        if self._released_s >= RELEASE_S:
             self.is_open = True
+        elif holds and self.is_pressed:
+            self.is_open = False
+        self.is_open &= not self.is_welded
+
+
+@dataclass(frozen=True)
+class Limiter:
+    """R13 in the module's lead; beside it, while it is cooled, D1 with R14."""
+
+    series_ohm: float = SERIES_OHM
+    bypass_ohm: float = BYPASS_OHM
+    diode_v: float = DIODE_V
+    diode_shorted: bool = False
+
+    def most_a(self, source_v: float, inner_ohm: float, *, heats: bool) -> float:
+        """Return the current that a voltage behind a resistance drives through it."""
+        if source_v <= 0.0:
+            return 0.0
+        diode_v, bypass_ohm = self.diode_v, self.bypass_ohm + DIODE_OHM
+        if self.diode_shorted:
+            diode_v, bypass_ohm = 0.0, self.bypass_ohm
+        alone_v = source_v * self.series_ohm / (inner_ohm + self.series_ohm)
+        if alone_v <= diode_v or (heats and not self.diode_shorted):
+            return (source_v - alone_v) / inner_ohm
+        fed_a = source_v / inner_ohm + diode_v / bypass_ohm
+        drop_v = fed_a / (1.0 / inner_ohm + 1.0 / self.series_ohm + 1.0 / bypass_ohm)
+        return (source_v - drop_v) / inner_ohm
 
 
 @dataclass
@@ -87,11 +128,7 @@ class Driver:
     polarity: int = 1
     shorted: int = 0
     is_ideal: bool = False
-    limiter: Limiter = field(default_factory=Limiter)
-
-    def carry(self, current_a: float, dt_s: float) -> None:
-        """Let this current pass for `dt_s`; heat is positive."""
-        self.limiter.take(-current_a, dt_s)
+    limiter: Limiter = Limiter()
 
     def current_a(self, duty: float, emf_v: float = 0.0) -> float:
         """Return the current into the module, heating the plate when positive.
@@ -103,7 +140,7 @@ class Driver:
 
     def is_limiting(self, duty: float) -> bool:
         """Return whether the passive limiter reduces the current below the firmware's limits."""
-        return not -BURST_LIMIT_A <= self._wanted_a(duty) <= HEAT_LIMIT_A
+        return not -COOL_LIMIT_A <= self._wanted_a(duty) <= HEAT_LIMIT_A
 
     def _wanted_a(self, duty: float) -> float:
         if not self.polarity:
@@ -113,12 +150,13 @@ class Driver:
     def _most_a(self, emf_v: float) -> tuple[float, float]:
         """Return the current limits of cooling and heating."""
         if self.is_ideal:
-            return BURST_LIMIT_A, HEAT_LIMIT_A
+            return COOL_LIMIT_A, HEAT_LIMIT_A
         inner = MODULE_OHM + LEADS_OHM + SENSE_OHM + 2.0 * CHOKE_OHM
         inner += 0.0 if self.shorted else FETS_OHM
-        heat_a = (SUPPLY_V - emf_v) / (inner + SERIES_OHM)
-        cool_a = self.limiter.most_a(SUPPLY_V + emf_v, inner)
-        return max(cool_a, 0.0), max(heat_a, 0.0)
+        return (
+            self.limiter.most_a(SUPPLY_V + emf_v, inner, heats=False),
+            self.limiter.most_a(SUPPLY_V - emf_v, inner, heats=True),
+        )
 
 
 @dataclass

@@ -47,6 +47,9 @@ FAULTS = (
     "SINK_IMPLAUSIBLE",
     "CUT_OUT_OPEN",
     "CUT_OUT_UNTESTED",
+    "CUT_OUT_BEAD",
+    "PLATE_A_STRAYS",
+    "PLATE_B_STRAYS",
 )  # by number
 LIMITS = {2: "slew", 4: "current", 8: "sink", 16: "dose"}
 _TELEMETRY = struct.Struct("<IBIiiiihBHHHHB")

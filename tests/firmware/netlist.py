@@ -14,14 +14,20 @@ from typing import Protocol
 
 import numpy as np
 
-from hapticvlm.devices.simulated.limiter import CELL_OHM, DIODE_V
-
-from .hardware import CHOKE_OHM, FETS_OHM, LEADS_OHM, MODULE_OHM, SUPPLY_V, Driver
+from .hardware import (
+    CHOKE_OHM,
+    DIODE_OHM,
+    DIODE_V,
+    FETS_OHM,
+    LEADS_OHM,
+    MODULE_OHM,
+    SUPPLY_V,
+    Driver,
+)
 
 BOARD_V = 5.0
 LEAK_OHM = 1e9  # between every net and the driver's second output, so that no net floats
 RESISTORS, CHOKES = ("RS", "R13", "R14"), ("L1", "L2")
-STORE = ("C9", "C10", "C11")
 
 
 class Part(Protocol):
@@ -59,10 +65,8 @@ class Netlist:
         self._ohm = {part.name: part.value for part in parts if isinstance(part.value, float)}
         self._turned = turned
 
-    def flow(self, duty: float, emf_v: float = 0.0, store_v: float | None = None) -> Flow:
+    def flow(self, duty: float, emf_v: float = 0.0) -> Flow:
         """Return the currents at a mean duty (heat positive) and a voltage of the module.
-
-        `store_v` is that of the store; None is a full one, through which nothing flows.
 
         The driver adjusts its output until the voltage over its sense pins equals what its control
         input demands, or saturates at its supply.
@@ -72,24 +76,24 @@ class Netlist:
         low_v, high_v = -SUPPLY_V, SUPPLY_V
         for _ in range(24):
             middle_v = (low_v + high_v) / 2.0
-            if self._sensed_v(middle_v, emf_v, store_v) < wanted_v:
+            if self._sensed_v(middle_v, emf_v) < wanted_v:
                 low_v = middle_v
             else:
                 high_v = middle_v
-        return self._currents(high_v, emf_v, FETS_OHM, store_v)
+        return self._currents(high_v, emf_v, FETS_OHM)
 
-    def shorted(self, direction: int, emf_v: float = 0.0, store_v: float | None = None) -> Flow:
+    def shorted(self, direction: int, emf_v: float = 0.0) -> Flow:
         """Return the currents with two shorted transistors of the bridge."""
-        return self._currents(direction * SUPPLY_V, emf_v, 0.0, store_v)
+        return self._currents(direction * SUPPLY_V, emf_v, 0.0)
 
     def _control_v(self, duty: float) -> float:
         """Return CTLI - REF: the operational amplifier brings its inputs to the same voltage."""
         heat_v, cool_v = max(duty, 0.0) * BOARD_V, max(-duty, 0.0) * BOARD_V
         levels = {self._pins["U1"]["D9"]: heat_v, self._pins["U1"]["D10"]: cool_v}
-        plus, minus = self._pins["U2"]["+"], self._pins["U2"]["-"]
+        plus, minus = self._pins["U2A"]["+"], self._pins["U2A"]["-"]
         reference, control = self._pins["U3"]["REF"], self._pins["U3"]["CTLI"]
         assert control in self._pins["R25"].values(), "the loop is closed behind this resistor"
-        assert self._pins["U2"]["out"] in self._pins["R25"].values()
+        assert self._pins["U2A"]["out"] in self._pins["R25"].values()
         plus_v, _ = self._divided(plus, levels | {reference: 0.0})
         fed_v, share = self._divided(minus, levels | {control: 0.0})
         return (plus_v - fed_v) / share
@@ -125,19 +129,17 @@ class Netlist:
         share, _ = self._divided(net, {reference: 1.0, "GND": 0.0})
         return 0.15 * share
 
-    def _sensed_v(self, output_v: float, emf_v: float, store_v: float | None) -> float:
-        volts = self._solved(output_v, emf_v, FETS_OHM, store_v)[0]
+    def _sensed_v(self, output_v: float, emf_v: float) -> float:
+        volts = self._solved(output_v, emf_v, FETS_OHM)[0]
         return volts[self._pins["U3"]["OS1"]] - volts[self._pins["U3"]["CS"]]
 
-    def _currents(
-        self, output_v: float, emf_v: float, fets_ohm: float, store_v: float | None
-    ) -> Flow:
-        volts, branches = self._solved(output_v, emf_v, fets_ohm, store_v)
+    def _currents(self, output_v: float, emf_v: float, fets_ohm: float) -> Flow:
+        volts, branches = self._solved(output_v, emf_v, fets_ohm)
         through = {it.name: _current_a(it, volts) for it in branches}
         return Flow(through["TEC1"], through)
 
     def _solved(
-        self, output_v: float, emf_v: float, fets_ohm: float, store_v: float | None
+        self, output_v: float, emf_v: float, fets_ohm: float
     ) -> tuple[dict[str, float], list[_Branch]]:
         """Return the net voltages with the diode blocking, unless it would then conduct.
 
@@ -145,7 +147,6 @@ class Netlist:
         """
         for conducts in (False, True):
             branches = self._branches(output_v, emf_v, fets_ohm, conducts=conducts)
-            branches += [] if store_v is None else self._cells(store_v)
             volts = _node_voltages(branches)
             if not conducts and self._forward_v(volts) <= DIODE_V:
                 break
@@ -170,16 +171,10 @@ class Netlist:
             *(self._between(it, CHOKE_OHM) for it in CHOKES if it in self._pins),
         ]
         if conducts:
-            found.append(_Branch("D1", diode["A"], diode["K"], 1e-3, -DIODE_V))
-        cells = {net for name in STORE for net in self._pins.get(name, {}).values()}
+            found.append(_Branch("D1", diode["A"], diode["K"], DIODE_OHM, -DIODE_V))
         nets = {net for it in found for net in (it.one, it.other)} | set(diode.values())
-        leaks = [_Branch(f"leak {a}", a, b, LEAK_OHM) for a, b in pairwise(sorted(nets | cells))]
+        leaks = [_Branch(f"leak {a}", a, b, LEAK_OHM) for a, b in pairwise(sorted(nets))]
         return found + leaks
-
-    def _cells(self, store_v: float) -> list[_Branch]:
-        pins = [(name, self._pins[name]) for name in STORE if name in self._pins]
-        each_v = store_v / len(STORE)
-        return [_Branch(name, at["+"], at["-"], CELL_OHM, -each_v) for name, at in pins]
 
     def _between(self, name: str, ohm: float) -> _Branch:
         one, other = self._pins[name].values()
@@ -219,4 +214,4 @@ class DrawnDriver(Driver):
 
     def current_a(self, duty: float, emf_v: float = 0.0) -> float:
         """Return the current into the module, heating the plate when positive."""
-        return -self._netlist.flow(duty, emf_v, self.limiter.volts).module_a
+        return -self._netlist.flow(duty, emf_v).module_a

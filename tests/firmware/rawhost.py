@@ -10,7 +10,7 @@ from .line import Telemetry
 
 RENEW_S = 0.1  # as in the service: well within the time to live
 TTL_S = 0.25
-SWITCHED_ON_S = 0.3  # by then board and cut-out have started
+SWITCHED_ON_S = 0.6  # by then board and cut-out have started
 _SLICE_S = 0.01
 
 Course = Callable[[float], float]  # seconds since its start -> setpoint_c

@@ -23,6 +23,7 @@ from hapticvlm.rendering.heat.trajectory import ThermalTrajectory
 
 from .board import Board
 from .protocol_sim import BOARDS
+from .rawhost import SWITCHED_ON_S
 
 LEASE_S = 0.25
 _PACKAGE = __package__ or "firmware"
@@ -57,7 +58,9 @@ class Rig:
         self.board = board
         self.course = ThermalTrajectory()
         self.peltier = Peltier("sim://plate", clock=lambda: board.now)
-        self.peltier.connect()
+        self.peltier.connect()  # which resets the board, so its cut-out opens
+        board.press_start()
+        board.advance(SWITCHED_ON_S)
         self._setpoint_c = NEUTRAL_C
         self._strongest = Strongest()
         self._last = board.now

@@ -12,14 +12,14 @@ from hapticvlm.devices.simulated.plant import Module, Plant
 from . import scenes
 from .board import Board
 from .build import Chip
-from .hardware import PLATE_A, PLATE_B, SINK, SUPPLY_MV, Driver
+from .hardware import CUT_OUT, PLATE_A, PLATE_B, SINK, SUPPLY_MV, Driver
 from .rawhost import RawHost
 from .scenes import Rig
 
 PORTB, LIGHT = 0x25, 1 << 5  # the LED marked L
 ROOM_MV = SUPPLY_MV / 2.0  # two 10 kohm resistors: a thermistor at 25 degC
 PAD_W = 2.0
-MISSING = {"PLATE_A_OPEN", "PLATE_B_OPEN", "SINK_OPEN"}
+MISSING = {"PLATE_A_OPEN", "PLATE_B_OPEN", "SINK_OPEN", "CUT_OUT_BEAD"}
 
 
 def is_lit(board: Board) -> bool:
@@ -38,8 +38,8 @@ def blinks(host: RawHost, seconds: float) -> int:
 
 
 def reads(board: Board, millivolts: float) -> None:
-    """Replace the thermistors by three fixed resistors."""
-    for channel in (PLATE_A, PLATE_B, SINK):
+    """Replace the thermistors by fixed resistors."""
+    for channel in (PLATE_A, PLATE_B, SINK, CUT_OUT):
         board.sensors[channel] = lambda _: millivolts
 
 
@@ -57,7 +57,7 @@ PAD = Module(seebeck=1e-9, resistance=2.0, conductance=0.02)
 
 @pytest.fixture
 def bare(board: Board) -> RawHost:
-    """A board with only its three pull-up resistors, after a HELLO."""
+    """A board with only its pull-up resistors, after a HELLO."""
     reads(board, SUPPLY_MV)
     host = RawHost(board)
     host.greet()
@@ -66,7 +66,7 @@ def bare(board: Board) -> RawHost:
 
 @pytest.fixture
 def stand_in(board: Board) -> RawHost:
-    """A board with resistors of 10 kohm as thermistors, whose D7 touched ground once."""
+    """A board with resistors of 10 kohm as thermistors, whose D6 is wired to D7."""
     reads(board, ROOM_MV)
     host = RawHost(board)
     host.greet()
@@ -82,7 +82,7 @@ def test_a_bare_board_names_what_is_missing_and_blinks(bare: RawHost) -> None:
 
 def test_pins_that_float_are_faults_of_the_thermistors_and_drive_nothing(board: Board) -> None:
     chance = random.Random(3)
-    for channel in (PLATE_A, PLATE_B, SINK):
+    for channel in (PLATE_A, PLATE_B, SINK, CUT_OUT):
         board.sensors[channel] = lambda _: chance.uniform(0.0, SUPPLY_MV)
     host = RawHost(board)
     host.greet()

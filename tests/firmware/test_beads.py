@@ -55,7 +55,7 @@ def test_the_face_passes_its_goal_by_less_than_can_be_felt(
     board.close()
 
     assert faults == ()
-    assert max(past_c) <= 0.3, past_c
+    assert max(past_c) <= (0.3 if math.isfinite(palm) else 0.4), past_c
 
 
 @pytest.mark.parametrize("lag_s", LAGS_S)
@@ -104,20 +104,24 @@ def felt_share(
 
 
 def test_a_board_that_was_never_told_its_lag_stays_within_its_limits(chip: Chip) -> None:
-    # It assumes 0.3 s. Its face passes the goal, but never a trip, and nothing rings.
+    # It assumes 0.1 s and is slower. Nothing rings where `calibrate plate` swings; at the coldest
+    # setpoint the face passes the goal, and trips.
     board = chip.board(ROOM_C, build=Build(1.0, is_told=False))
     board.plant.touch(math.inf)
     host = RawHost(board)
     host.greet()
     host.hold(32.0, 3.0)
-    host.hold(18.0, 8.0)
+    host.hold(26.0, 12.0)
     steady_c = []
     for _ in range(20):
-        host.hold(18.0, 0.1)
+        host.hold(26.0, 0.1)
         steady_c.append(board.plant.plate_c)
-    faults, coldest_c = host.state().faults, board.coldest_plate_c
+    faults = host.state().faults
+    host.hold(18.0, 8.0)
+    cold_faults, coldest_c = host.state().faults, board.coldest_plate_c
     board.close()
 
     assert faults == ()
-    assert coldest_c > 13.0
     assert max(steady_c) - min(steady_c) < 0.3
+    assert set(cold_faults) <= {"UNDER_TEMPERATURE"}
+    assert coldest_c > 13.0

@@ -56,7 +56,7 @@ def test_a_bad_contact_is_named_as_one_and_costs_no_dose(
 
 
 @pytest.mark.parametrize("lag_s", [1.0, pytest.param(5.0, marks=pytest.mark.nightly)])
-def test_thermistors_that_come_off_a_plate_that_followed_are_no_reversed_wires(
+def test_thermistors_that_come_off_together_are_told_by_the_one_that_stayed(
     chip: Chip, lag_s: float
 ) -> None:
     board = chip.board(23.0)
@@ -70,8 +70,45 @@ def test_thermistors_that_come_off_a_plate_that_followed_are_no_reversed_wires(
         )
     host.follow(lambda _: 38.0, 20.0, until=lambda: host.state().state == "faulted")
 
-    assert host.state().faults == ("RUNAWAY",)
-    assert board.skin.highest_c < 38.0
+    assert host.state().faults == ("CUT_OUT_BEAD",)
+    assert board.skin.highest_c < 40.0
+    board.close()
+
+
+@pytest.mark.parametrize("lag_s", [1.0, pytest.param(5.0, marks=pytest.mark.nightly)])
+@pytest.mark.parametrize("place", [PLATE_A, pytest.param(PLATE_B, marks=pytest.mark.nightly)])
+def test_of_three_beads_the_one_that_came_off_is_named_once(
+    chip: Chip, place: int, lag_s: float
+) -> None:
+    board = chip.board(23.0)
+    host = RawHost(board)
+    host.greet()
+    host.hold(38.0, 12.0)
+    hot_c, from_s = board.plant.plate_c, board.now
+    board.sensors[place] = lambda board: thermistor_mv(
+        23.0 + (hot_c - 23.0) * 2.718 ** (-(board.now - from_s) / lag_s)
+    )
+    host.follow(lambda _: 38.0, 20.0, until=lambda: host.state().state == "faulted")
+    host.hold(38.0, 10.0)
+
+    assert host.state().faults == (f"{PLACES[place]}_STRAYS",)
+    board.close()
+
+
+@pytest.mark.parametrize("seconds", [0.3, pytest.param(2.0, marks=pytest.mark.nightly)])
+def test_a_wire_that_opens_slowly_is_not_told_as_a_cold_plate(chip: Chip, seconds: float) -> None:
+    board = chip.board(23.0)
+    host = RawHost(board)
+    host.greet()
+    host.hold(30.0, 6.0)
+    from_mv, from_s = board.sensors[PLATE_A](board), board.now
+    board.sensors[PLATE_A] = lambda board: min(
+        from_mv + (SUPPLY_MV - from_mv) * (board.now - from_s) / seconds, SUPPLY_MV
+    )
+    host.hold(30.0, 4.0)
+
+    assert set(host.state().faults) <= {"PLATE_A_STRAYS", "PLATE_A_OPEN", "READING_JUMPS"}
+    assert "PLATE_A_OPEN" in host.state().faults
     board.close()
 
 

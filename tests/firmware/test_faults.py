@@ -182,10 +182,12 @@ def test_a_fault_is_cleared_by_its_number_alone_and_only_without_its_cause(host:
     host.board.sensors[0] = sound
     host.advance(1.0)
     assert host.ask(5, bytes([2])) == "not_latched"
-    for number in range(1, 22):
+    for number in range(1, 26):
         host.ask(5, bytes([number]))
     assert host.state().state == "off"
     assert not host.board.is_driven, "clearing switches nothing on"
+    host.board.press_start()
+    host.advance(0.6)
     host.hold(38.0, 1.0)
     assert host.state().state == "holding"
 

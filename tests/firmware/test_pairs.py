@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import pytest
 from tiers import nightly_except
 
-from .board import Board
 from .build import Chip
-from .faults import BY_NAME
-from .hardware import MOST_CUT_OUT_LAG_S, CutOut
-from .situations import COLD, COLD_WARM, HELD_COLD, HOT, Situation
+from .faults import BY_NAME, PARTS
+from .situations import COLD, COLD_WARM, HELD_COLD, HELD_HOT, HOT, Situation
 from .trials import trial
 
 LONGEST_S = 60.0
@@ -57,24 +57,22 @@ def test_two_faults_at_once_leave_the_skin_safe(
     assert outcome.shoot_through == 0
 
 
-# With the slower cut-out of the sweep these three cool a pressed palm to 12.8 to 12.9 degC.
-@pytest.mark.nightly
+# Each of these may have failed before, unseen. Not so R13, which is looked for when the plate is
+# built, and Q2, which each start proves (firmware/README.md).
 @pytest.mark.parametrize(
-    ("first", "second"),
-    [
-        ("both read 8 low", "bridge shorted to cool"),
-        ("module backwards", "bridge shorted to heat"),
-        ("plate A swapped with sink", "bridge shorted to cool"),
-    ],
+    ("part", "short", "situation"),
+    nightly_except(
+        13,
+        product(
+            [part.name for part in PARTS if part.name not in ("R13 shorted", "Q2 shorted")],
+            ["bridge shorted to heat", "bridge shorted to cool"],
+            [HELD_HOT, HELD_COLD],
+        ),
+    ),
 )
-def test_a_cut_out_as_fast_as_asked_protects_a_pressed_palm_from_a_held_plate(
-    chip: Chip, first: str, second: str
+def test_a_part_of_the_guards_that_failed_unseen_leaves_the_skin_safe(
+    chip: Chip, part: str, short: str, situation: Situation
 ) -> None:
-    def board(ambient_c: float) -> Board:
-        made = chip.board(ambient_c)
-        made.cut_out = CutOut(made.plant.plate_c, MOST_CUT_OUT_LAG_S)
-        return made
-
-    outcome = trial(board, [BY_NAME[first], BY_NAME[second]], HELD_COLD, 120.0)
+    outcome = trial(chip.board, [BY_NAME[part], BY_NAME[short]], situation, 120.0)
 
     assert outcome.is_safe, outcome

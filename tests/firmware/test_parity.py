@@ -13,7 +13,7 @@ from hapticvlm.devices.simulated.simulated import SimulatedPlate
 from hapticvlm.devices.simulated.simulated_board import SimulatedBoard
 
 from . import line
-from .board import Board
+from .board import STARTED_S, Board
 from .build import Chip
 from .hardware import FULL_SCALE_A
 from .line import CLEAR, HELLO, OFF, REST, SETPOINT
@@ -85,7 +85,7 @@ class Simulated:
 
 def test_the_simulated_board_answers_the_same_bytes_as_the_firmware(board: Board) -> None:
     host, simulated = RawHost(board), Simulated()
-    host.advance(0.3)
+    host.advance(0.6)
     states: list[str] = []
     for seq, (type, payload) in enumerate(WORDS):
         wire = line.frame(type, seq, payload)
@@ -121,7 +121,7 @@ def test_the_simulated_plate_is_driven_like_the_firmware_drives_it(
     plate._plant._state_c[0] = sink_c
     host = RawHost(board)
     host.greet()
-    plate.advance(0.0)
+    plate.advance(STARTED_S)
     plate.advance(board.now)  # both have cooled alike, with nothing driven
     began_s = board.now
     apart_a, apart_c = [], []

@@ -50,7 +50,7 @@ class Outcome:
     @property
     def is_safe(self) -> bool:
         """Return whether the skin stayed within the project's limits."""
-        return self.skin_low_c >= 13.0 and self.skin_high_c <= 43.0 and self.dose_cem43 <= 2.0
+        return self.skin_low_c >= 13.0 and self.skin_high_c <= 43.0 and self.dose_cem43 <= 0.5
 
 
 class _Trial:
@@ -164,7 +164,7 @@ class _Trial:
             found.append("firmware")
         if self.board.limited_s:
             found.append("current limit")
-        if self.board.cut_out.is_open:
+        if self.board.cut_out.has_tripped:
             found.append("cut-out")
         return tuple(found)
 

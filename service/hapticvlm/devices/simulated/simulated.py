@@ -12,18 +12,13 @@ import math
 from hapticvlm.devices.plate.protocol import State
 from hapticvlm.devices.plate.requests import CHANGE_INTERVAL_S
 from hapticvlm.devices.plate.session import REST_S
-from hapticvlm.devices.simulated.limiter import Limiter
 from hapticvlm.devices.simulated.plant import AMBIENT_C, SINK_K_PER_W, Bead, Module, Plant
 from hapticvlm.perception import NEUTRAL_C, THERMAL_FLOOR_C
 from hapticvlm.rendering.heat import limits as plate_limits
 from hapticvlm.rendering.heat.contact import PLATE_RESISTANCE
 from hapticvlm.rendering.heat.limits import PlateReading, sink_share
 
-HEAT_LIMIT_A = 0.75  # stuck on in a room of 23 degC it stays below 43 degC (docs/physics.md 3.3)
-COOL_LIMIT_A = 2.0
-BURST_LIMIT_A = 3.0  # of cooling, while the store fills (physics.md 2.4)
-# What drives the limiter: 5 V against a plate 8 degC colder than its sink, module, leads and driver
-_SOURCE_V, _INNER_OHM = 4.9, 0.767
+HEAT_LIMIT_A, COOL_LIMIT_A = 1.8, 3.0  # what the limiter's resistors let pass (docs/physics.md 3.3)
 _GAIN_P, _GAIN_I = 1.0, 1.2  # A/K and A/(K s) (physics.md 2.4)
 _FORWARD_A_S_K = 0.16  # for a light face of 0.6 J/K, as an ampere moves 3.86 W
 _FALL_C = 0.25  # only a real fall, not the small steps of a host
@@ -64,7 +59,6 @@ class SimulatedPlate:
         module: Module = _MODULE,
     ) -> None:
         self._plant = Plant(ambient_c, SINK_K_PER_W, palm_resistance, module=module)
-        self._limiter = Limiter()
         self._bead = Bead(self._plant.plate_c, bead_lag_s)
         self.lag_s = bead_lag_s
         self._sensed_before_c: float | None = None
@@ -192,7 +186,6 @@ class SimulatedPlate:
             if not self._must_wait(limited.setpoint_c):
                 self._target_c = limited.setpoint_c
             self._control(slope_c_s, dt_s)
-        self._limiter.take(-self._current_a, dt_s)
         self._plant.step(self._current_a, dt_s)
         self._bead.feel(self._plant.plate_c, dt_s)
         self._account(dt_s)
@@ -267,10 +260,8 @@ class SimulatedPlate:
             self._integral_a += _GAIN_I * error_c * dt_s
 
     def _max_cool_a(self) -> float:
-        """Return the cooling limit, larger while the store fills and smaller on a warm sink."""
-        if share := sink_share(self._plant.sink_c):
-            return COOL_LIMIT_A * (1.0 - share)
-        return burst_a(self._limiter)
+        """Return the cooling limit, smaller on a warm sink."""
+        return COOL_LIMIT_A * (1.0 - sink_share(self._plant.sink_c))
 
     def _follow_slope(self, dt_s: float) -> None:
         sensed_c = self._sensed_c()
@@ -306,7 +297,7 @@ class SimulatedPlate:
         return self._bead.c if self._stuck_sensor_c is None else self._stuck_sensor_c
 
     def _reading(self) -> PlateReading:
-        limit_a = HEAT_LIMIT_A if self._current_a > 0.0 else BURST_LIMIT_A
+        limit_a = HEAT_LIMIT_A if self._current_a > 0.0 else COOL_LIMIT_A
         return PlateReading(
             plate_c=self._sensed_c(),
             sink_c=self._plant.sink_c,
@@ -318,9 +309,3 @@ class SimulatedPlate:
             faults=self._faults,
             current_a=self._current_a,
         )
-
-
-def burst_a(limiter: Limiter) -> float:
-    """Return the cooling current that a cool plate may ask for with its store filled so far, A."""
-    most_a = limiter.most_a(_SOURCE_V, _INNER_OHM)
-    return min(max(most_a, COOL_LIMIT_A), BURST_LIMIT_A)

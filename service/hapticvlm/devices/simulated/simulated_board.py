@@ -27,7 +27,7 @@ from hapticvlm.devices.plate.protocol import (
     Telemetry,
 )
 from hapticvlm.devices.simulated.simulated import (
-    BURST_LIMIT_A,
+    COOL_LIMIT_A,
     HEAT_LIMIT_A,
     TICK_S,
     SimulatedPlate,
@@ -172,9 +172,9 @@ class SimulatedBoard:
             slew_mc_s=round(plate_limits.COOL_SLEW_C_PER_S * 1000),
             max_ttl_ms=plate_protocol.MAX_TTL_MS,
             heat_limit_ma=round(HEAT_LIMIT_A * 1000),
-            cool_limit_ma=round(BURST_LIMIT_A * 1000),
+            cool_limit_ma=round(COOL_LIMIT_A * 1000),
             heat_cap=_permille(HEAT_LIMIT_A),
-            cool_cap=_permille(BURST_LIMIT_A),
+            cool_cap=_permille(COOL_LIMIT_A),
             telemetry_hz=TELEMETRY_HZ,
             reset_cause=_POWER_ON,
         )
