@@ -40,6 +40,7 @@ TEXT = frozenset(
         ".py",
         ".pyi",
         ".typed",
+        ".txt",
         ".html",
         ".css",
         ".js",
