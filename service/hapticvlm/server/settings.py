@@ -177,8 +177,8 @@ class ServeOptions:
         float,
         Flag(
             OUTPUTS,
-            "heat and cold as a share of what the contact model says, until a client sets "
-            "`thermal_gain`; lower it where a real steel block feels less cold than the plate",
+            "heat and cold as a share of the contact model's, until a client sets `thermal_gain`; "
+            "lower it where real steel feels less cold than the plate",
             "SHARE",
             range=(0.0, 1.0),
         ),
