@@ -21,7 +21,7 @@ Output = Literal["speaker", "peltier"]
 LEASE_S = LEASE_MS / 1000.0
 NAMES: tuple[HandName, ...] = ("left", "right")
 OUTPUTS: tuple[Output, ...] = ("speaker", "peltier")
-LEAD_WITHIN_S = 0.5  # to contact, from when the plate leads (physics.md 1.3); our choice
+LEAD_WITHIN_S = 0.46  # to contact, from when the plate leads (physics.md 1.3); our choice
 LONGEST_LEAD_S = 0.6  # without a contact, then the plate goes back to neutral; our choice
 # A full lead that no contact followed was a mistake, and the next one soon after it most likely is
 # too: a hand that reaches for cold metal again and again would be cold without ever touching. Only
