@@ -1,6 +1,6 @@
 """Draws the circuit of parts.py as circuit.svg and lists it in wiring.md: `python circuit.py`.
 
-Four sheets side by side; wires end in the name of their net, so that no line crosses another.
+Sheets side by side; wires end in the name of their net, so that no line crosses another.
 `--check` writes nothing and exits with 1 when a file is not current.
 """
 
@@ -18,7 +18,8 @@ SHEETS = (
     ("Board and thermistors", 20, 30, "U1 R1 RT1 C1 R2 RT2 C2 R3 RT3 C3 R4 R5 R6 R24 R26"),
     ("Control voltage", 330, 30, "R7 R8 C4 R11 R9 R10 C5 R12 U2A R25 C7"),
     ("Driver and module", 640, 30, "U3 L1 RS L2 R20 R21 R22 R23 J1 R13 D1 R14 TEC1"),
-    ("Cut-out", 950, 30, "J2 F1 R15 RT4 C6 U2B R16 R17 R18 U4A U4B C8 R19 Q1 Q2 K1 D2 D3 S1 S2"),
+    ("Cut-out", 950, 30, "J2 F1 R15 RT4 C6 U2B R16 R17 R18 U4A U4B C8 R19 Q1 Q2"),
+    ("Cut-out: relay", 330, 610, "K1 D2 D3 S1 S2"),
 )
 INK = "#1b1f24"
 
@@ -87,7 +88,7 @@ def wiring() -> str:
 
 
 def drawing() -> str:
-    """Return the four sheets."""
+    """Return the sheets."""
     body = [part for sheet in SHEETS for part in _sheet(*sheet)]
     head = (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" '

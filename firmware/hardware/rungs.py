@@ -78,9 +78,9 @@ def rung2() -> str:
     body = [
         _text(20, 30, "Step 2: the real firmware, no plate", "bold", size=15),
         *_box(330, 60, 150, 400, "", ""),
-        _text(405, 80, "Arduino Uno", "bold", "middle"),
-        _text(405, 95, "or Nano, optiboot", anchor="middle"),
-        _text(405, 285, "USB to the computer", anchor="middle", ink=SOFT),
+        _text(392, 80, "Arduino Uno", "bold", "middle"),
+        _text(392, 95, "or Nano, optiboot", anchor="middle"),
+        _text(405, 222, "USB to the computer", anchor="middle", ink=SOFT),
         *(_text(at, 452, name, "bold", "middle") for at, name in ((360, "5V"), (450, "GND"))),
     ]
     for row, (pin, what) in enumerate(DIVIDERS):
@@ -89,16 +89,16 @@ def rung2() -> str:
         _text(474, 94, "D6", "bold", "end"),
         _text(474, 124, "D7", "bold", "end"),
         _line("M480 90H520V120H480"),
-        _text(530, 102, "a wire instead of the relay: from D7"),
-        _text(530, 117, "to GND it reads as open"),
+        _text(530, 102, "a wire instead of the relay: with its"),
+        _text(530, 117, "end at D6 moved to GND it is open"),
     ]
     for row, (pin, colour, what) in enumerate(LEDS):
         body += _led(180 + 70 * row, pin, colour, what)
     body += [
-        f'<circle cx="405" cy="335" r="7" fill="{HOT}" stroke="none"/>',
-        _text(405, 358, "L, on the board", "bold", "middle"),
-        _text(405, 374, "steady: driving", anchor="middle"),
-        _text(405, 389, "5 blinks a second: fault", anchor="middle"),
+        f'<circle cx="405" cy="320" r="7" fill="{HOT}" stroke="none"/>',
+        _text(405, 343, "L, on the board", "bold", "middle"),
+        _text(405, 357, "steady: driving", anchor="middle"),
+        _text(405, 371, "5 blinks a second: fault", anchor="middle"),
         _text(20, 490, "Resistors at A0 to A3: eight of 10 kohm. At D8 to D10: 1 kohm each."),
         _text(
             20,
