@@ -13,6 +13,7 @@ from typing import Any
 
 import msgpack
 import pytest
+from lan_address import TOKEN, own_address
 from webxr_scene import EXAMPLES, served
 
 pytestmark = [
@@ -62,3 +63,9 @@ def test_a_box_under_the_pressed_pointer_is_felt_as_its_name_says(boxes: Path) -
         "SteelBlock",
     }
     assert complaints == []
+
+
+def test_by_network_address_the_password_of_the_page_lets_its_scene_in(boxes: Path) -> None:
+    with served((WIDTH, HEIGHT), boxes, token=TOKEN) as (service, page):
+        page.goto(f"{service.page.replace('0.0.0.0', own_address())}scene/")
+        page.locator("#said").get_by_text("Press on a box").wait_for()

@@ -54,13 +54,20 @@ class Visit:
 
 
 @contextmanager
-def served(size: tuple[int, int], folder: Path = EXAMPLES) -> Iterator[tuple[Service, Page]]:
-    """Serve the examples or another scene, and open a page that shows nothing yet."""
-    with running(["--scene", str(folder)]) as service, sync_playwright() as playwright:
+def served(
+    size: tuple[int, int], folder: Path = EXAMPLES, token: str | None = None
+) -> Iterator[tuple[Service, Page]]:
+    """Serve the examples or another scene, and open a page that shows nothing yet.
+
+    With a token, pages are open to the local network, and the browser gives it as the password.
+    """
+    options = ["--host", "0.0.0.0", "--pages-from", "lan", "--token", token] if token else []
+    given = {"http_credentials": {"username": "anyone", "password": token}} if token else {}
+    with running(["--scene", str(folder), *options]) as service, sync_playwright() as playwright:
         browser = playwright.chromium.launch(
             executable_path=shutil.which(CHROMIUM), args=["--no-sandbox", *LLVMPIPE]
         )
-        page = browser.new_page(viewport={"width": size[0], "height": size[1]})
+        page = browser.new_page(viewport={"width": size[0], "height": size[1]}, **given)
         page.set_default_timeout(SLOW_MS)
         try:
             yield service, page

@@ -80,9 +80,14 @@ def test_a_refused_token_is_answered_with_one_that_would_do(token: str | None) -
 
 @pytest.mark.parametrize("is_terminal", [True, False])
 def test_links_are_printed_and_to_a_terminal_alone_the_token_and_its_code(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, *, is_terminal: bool
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    *,
+    is_terminal: bool,
 ) -> None:
-    options = lan.opened(ServeOptions(lan=True))
+    (tmp_path / "index.html").write_text("<!doctype html>")
+    options = lan.opened(ServeOptions(lan=True, scene=tmp_path))
     monkeypatch.setattr(sys.stdout, "isatty", lambda: is_terminal)
     print_ready(options, 8790, DEVICES, has_priority=False)
     shown = capsys.readouterr().out
@@ -93,6 +98,7 @@ def test_links_are_printed_and_to_a_terminal_alone_the_token_and_its_code(
         return
     host = lan_pages.own_address() or "0.0.0.0"
     assert f"http://{host}:8790/try" in shown
+    assert f"http://{host}:8790/scene/" in shown
     assert f"password: {options.token}" in shown
     assert read_code(shown) == f"http://phone:{options.token}@{host}:8790/try"
 

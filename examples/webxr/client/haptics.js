@@ -286,6 +286,19 @@ export class Haptics extends EventTarget {
   }
 
   #refused(message) {
+    const isAsked = message.path === '$.token' && !this.#hello.token && new URL(this.#url).host === globalThis.location?.host;
+    if (isAsked) this.#getToken().then((isGiven) => isGiven || this.#tell(message));
+    else this.#tell(message);
+  }
+
+  /** Gets the token with which this browser got the page from the same service; the next connection has it. */
+  async #getToken() {
+    const answer = await fetch('/token', {cache: 'no-store'}).catch(() => null);
+    if (answer?.ok) this.#hello.token = await answer.text();
+    return Boolean(answer?.ok);
+  }
+
+  #tell(message) {
     if (message.code === 'unsafe') this.#isStopped = true;
     if (message.code === 'not_owner') this.#isOwner = false;
     if (!this.#isOpen || message.id === this.#feelId) this.#problem = message.text;

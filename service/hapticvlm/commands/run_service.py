@@ -193,11 +193,16 @@ def _addresses(options: ServeOptions, port: int) -> Iterator[str]:
     shown = "127.0.0.1" if options.lan and options.host == "0.0.0.0" else _bracketed(options.host)
     s = "" if options.tls_cert is None else "s"
     yield f"hapticvlm {__version__} ready on ws{s}://{shown}:{port}/"
-    yield f"  status page  http{s}://{shown}:{port}/"
-    yield f"  try it       http{s}://{shown}:{port}/try"
-    for path in [] if options.scene is None else scene_files.pages(options.scene):
-        yield f"  scene        http{s}://{shown}:{port}{path}"
+    base = f"http{s}://{shown}:{port}/"
+    yield f"  status page  {base}"
+    yield f"  try it       {base}try"
+    yield from _scenes(options, base)
     yield from _network(options, f"ws{s}", port)
+
+
+def _scenes(options: ServeOptions, base: str) -> Iterator[str]:
+    for path in [] if options.scene is None else scene_files.pages(options.scene):
+        yield f"  scene        {base.rstrip('/')}{path}"
 
 
 def _models(options: ServeOptions) -> Iterator[str]:
@@ -244,6 +249,7 @@ def _network(options: ServeOptions, scheme: str, port: int) -> Iterator[str]:
         base = f"{scheme.replace('ws', 'http')}://{host}:{port}/"
         is_read_by_one = sys.stdout.isatty()  # a log or a journal is read by others as well
         yield from lan.lines(base, options.token if is_read_by_one else None)
+        yield from _scenes(options, base)
         if options.tls_cert is None:
             yield "  unencrypted  others on the network can read everything, also the token"
         if is_read_by_one:
