@@ -55,7 +55,7 @@ def test_try_fits_a_phone_in_every_state_with_picture_and_answer_together(
     browser: Browser, service: Service
 ) -> None:
     with phone(browser, f"{service.page}try") as page:
-        expect(page.locator("#places .place").first).to_be_visible()
+        expect(page.locator("#object")).to_have_text("In this picture")
         expect(page.locator("#correct")).to_be_visible()
         check(page, "places")
         for part in ("#picture", "#material", "#stop"):

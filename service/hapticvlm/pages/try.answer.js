@@ -2,11 +2,10 @@
 import { byId, degrees, list, make, percent, setText } from "./dom.js";
 import { materialColour, warmthColour, warmthWord } from "./feel.js";
 import * as felt from "./felt.js";
-import { box } from "./try.light.js";
 import { agree, materialsOf, surest } from "./try.places.js";
 
 const MAX_LIKELY = 3;
-const PLACES = { object: "The most certain places", sure: "Touch an outlined place.", unsure: "Touch it: a part may be clearer than the whole." };
+const PLACES = { object: "In this picture", unsure: "not sure yet", sure: "Touch anything in it." };
 const WHOLE = { picture: "The whole picture", thing: "The whole picture, and the thing outlined on its plain ground" };
 const HAND = "Under the hand";
 const SOURCES = { ...felt.SOURCES, scene: "stated by you" };
@@ -42,7 +41,6 @@ export function clear() {
 export function show() {
   const decision = scene.decision();
   const places = placesNow();
-  outlinePlaces(places);
   byId("correct").hidden = byId("reasons").hidden = !decision?.object_id;
   if (decision) {
     list(byId("because"), because(decision));
@@ -64,8 +62,8 @@ function showPlaces(places) {
   const names = materialsOf(places);
   body(names[0]);
   setText(byId("object"), PLACES.object);
-  setText(byId("material"), names.length ? new Intl.ListFormat("en-GB").format(names) : "not sure yet");
-  setText(byId("sure"), names.length ? PLACES.sure : PLACES.unsure);
+  setText(byId("material"), names.length ? new Intl.ListFormat("en-GB").format(names) : PLACES.unsure);
+  setText(byId("sure"), PLACES.sure);
   for (const id of ["feel-warmth", "feel-vibration"]) byId(id).hidden = true;
 }
 
@@ -81,8 +79,15 @@ function showDecision(decision) {
 
 const body = (material) => byId("answer").style.setProperty("--body", materialColour(material));
 const whereOf = () => (scene.isWhole ? WHOLE[scene.thing ? "thing" : "picture"] : HAND);
-const nextOf = ({ material, runner_up: next }) => (material !== "unknown" && next ? `; next ${next}` : "");
-const sureness = (decision) => `${percent(decision.confidence)} sure, ${SOURCES[decision.source]}${nextOf(decision)}`;
+const nextOf = ({ runner_up: next }) => (next ? `; next ${next}` : "");
+
+// Says how sure the service is; where it names nothing, what is felt instead.
+function sureness(decision) {
+  const { material, basis, neutral_because: because, confidence, source } = decision;
+  if (because === "living") return "I do not feel people or animals.";
+  if (material !== "unknown") return `${percent(confidence)} sure, ${SOURCES[source]}${nextOf(decision)}`;
+  return basis === "neutral" ? "I cannot tell, so it is not felt." : `I cannot tell; it feels like ${felt.material(decision)}.`;
+}
 
 // Says what the hand does and how strongly that is felt now. Returns the words of the card beside the finger.
 export function showMotion(hand, speed, level) {
@@ -92,22 +97,6 @@ export function showMotion(hand, speed, level) {
   if (!decision) return { word: "…", source: "", decision: null, motion };
   setText(byId("feel-pattern"), act === null ? motion : felt.sentence(decision, act, level));
   return { word: felt.headline(decision), source: sureness({ ...decision, runner_up: null }), decision, motion };
-}
-
-// Outlines these places on the picture.
-function outlinePlaces(places) {
-  const key = JSON.stringify(places.map(({ region, decision }) => [region, decision.material]));
-  if (byId("places").dataset.shown === key) return;
-  byId("places").dataset.shown = key;
-  byId("places").replaceChildren(...places.map(placeOf));
-}
-
-function placeOf({ region, decision: { material } }) {
-  const place = make("i", "", { className: "place" });
-  place.style.setProperty("--body", materialColour(material));
-  place.append(make("b", material === "unknown" ? "touch here" : `${material}: touch here`));
-  box(place, region);
-  return place;
 }
 
 function offerCorrection(decision) {

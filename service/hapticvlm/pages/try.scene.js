@@ -172,7 +172,7 @@ export class TryScene {
       this.#isLooking = false;
       this.#want();
     } else if (message.type === "ownership") this.owner = message.owner;
-    else if (message.type === "decision") this.#decided(message);
+    else if (message.type === "decision" && message.evidence.length) this.#decided(message); // without, its picture is not recognised yet
     onMessage(message);
   }
 
