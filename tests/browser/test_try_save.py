@@ -81,7 +81,7 @@ def test_a_touch_is_saved_as_picture_sound_haptics_and_a_page(
 ) -> None:
     with visit(browser, service) as page:
         expect(page.locator("#save")).to_be_hidden()
-        sample(page, 3)
+        sample(page, "kettle")
         stroke(page)
         with page.expect_download() as download:
             page.locator("#save").click()
@@ -98,16 +98,3 @@ def stroke(page: Page) -> None:
             break
         at(page, 0.4 + 0.01 * (turn % 20), 0.5)
     page.mouse.up()
-
-
-@pytest.mark.nightly
-def test_a_correction_is_taken_back(browser: Browser, service: Service) -> None:
-    with visit(browser, service) as page:
-        sample(page, 3)
-        word = page.inner_text("#material")
-        page.locator("#correct-material").select_option("rubber")
-        page.get_by_role("button", name="Correct it").click()
-        expect(page.locator("#material")).to_have_text("rubber")
-        page.get_by_role("button", name="Take it back").click()
-        expect(page.locator("#material")).to_have_text(word)
-        expect(page.locator("#undo")).to_be_hidden()

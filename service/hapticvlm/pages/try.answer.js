@@ -1,14 +1,14 @@
-// Says in words what is under the hand, or which places are the most certain before anybody points, and takes corrections.
+// Says in words what is under the hand, and takes corrections.
 import { byId, degrees, list, make, percent, setText } from "./dom.js";
 import { materialColour, warmthColour, warmthWord } from "./feel.js";
 import * as felt from "./felt.js";
-import { agree, materialsOf, surest } from "./try.places.js";
 
 const MAX_LIKELY = 3;
-const PLACES = { object: "In this picture", unsure: "not sure yet", sure: "Touch anything in it." };
+const BEFORE = { object: "Nothing touched yet", material: "Touch anything in this picture" };
 const WHOLE = { picture: "The whole picture", thing: "The whole picture, and the thing outlined on its plain ground" };
 const HAND = "Under the hand";
-const SOURCES = { ...felt.SOURCES, scene: "stated by you" };
+const STATED = { us: "labelled by us", you: "stated by you" };
+const CANNOT = { living: "I do not feel people or animals", else: "I cannot tell" };
 const AT_REST = "press to feel it";
 
 let scene = null;
@@ -40,37 +40,30 @@ export function clear() {
 // Shows the decision about the patch under the hand; decisions about others are stored for later.
 export function show() {
   const decision = scene.decision();
-  const places = placesNow();
-  byId("correct").hidden = byId("reasons").hidden = !decision?.object_id;
+  byId("correct").hidden = byId("reasons").hidden = !decision?.object_id || isBefore();
   if (decision) {
     list(byId("because"), because(decision));
     offerCorrection(decision);
   }
-  if (places.length) showPlaces(places);
+  if (isBefore()) showBefore();
   else if (decision) showDecision(decision);
 }
 
-// Returns the most certain places of a picture of several materials, which has no material as a whole. There are none
-// once somebody points.
-export function placesNow() {
-  if (!scene.isWhole || scene.thing || scene.isStated) return [];
-  const decision = scene.decision();
-  return decision && agree(decision, scene.places) ? [] : surest(scene.places);
-}
+// Whether nobody has pointed at a picture of several things, which has no material as a whole.
+const isBefore = () => scene.isWhole && !scene.thing && !scene.isStated;
 
-function showPlaces(places) {
-  const names = materialsOf(places);
-  body(names[0]);
-  setText(byId("object"), PLACES.object);
-  setText(byId("material"), names.length ? new Intl.ListFormat("en-GB").format(names) : PLACES.unsure);
-  setText(byId("sure"), PLACES.sure);
+function showBefore() {
+  body(undefined);
+  setText(byId("object"), BEFORE.object);
+  setText(byId("material"), BEFORE.material);
+  setText(byId("sure"), "");
   for (const id of ["feel-warmth", "feel-vibration"]) byId(id).hidden = true;
 }
 
 function showDecision(decision) {
   body(decision.felt ?? decision.material);
   setText(byId("object"), whereOf());
-  setText(byId("material"), felt.headline(decision));
+  setText(byId("material"), headline(decision));
   setText(byId("sure"), sureness(decision));
   for (const id of ["feel-warmth", "feel-vibration"]) byId(id).hidden = false;
   byId("feel-warmth").style.setProperty("--now", decision.thermal_cue ? warmthColour(decision.setpoint_c) : "var(--line)");
@@ -79,14 +72,14 @@ function showDecision(decision) {
 
 const body = (material) => byId("answer").style.setProperty("--body", materialColour(material));
 const whereOf = () => (scene.isWhole ? WHOLE[scene.thing ? "thing" : "picture"] : HAND);
-const nextOf = ({ runner_up: next }) => (next ? `; next ${next}` : "");
+const nextOf = ({ material, runner_up: next }) => (material !== "unknown" && next ? `; next ${next}` : "");
+const headline = (decision) => (decision.material === "unknown" ? (CANNOT[decision.neutral_because] ?? CANNOT.else) : decision.material);
 
-// Says how sure the service is; where it names nothing, what is felt instead.
+// Says how sure a material is, and what is felt where none is said.
 function sureness(decision) {
-  const { material, basis, neutral_because: because, confidence, source } = decision;
-  if (because === "living") return "I do not feel people or animals.";
-  if (material !== "unknown") return `${percent(confidence)} sure, ${SOURCES[source]}${nextOf(decision)}`;
-  return basis === "neutral" ? "I cannot tell, so it is not felt." : `I cannot tell; it feels like ${felt.material(decision)}.`;
+  if (decision.source === "scene") return scene.target().thing && !scene.isCorrected ? STATED.us : STATED.you;
+  if (decision.material !== "unknown") return `${percent(decision.confidence)} sure, ${felt.SOURCES[decision.source]}${nextOf(decision)}`;
+  return decision.neutral_because ? "" : `it feels like ${felt.material(decision)}`;
 }
 
 // Says what the hand does and how strongly that is felt now. Returns the words of the card beside the finger.
@@ -94,9 +87,9 @@ export function showMotion(hand, speed, level) {
   const decision = scene.decision();
   const act = felt.gesture({ pressed: hand.pressed, touchedFor: performance.now() - hand.pressedAt, speed });
   const motion = act === null ? AT_REST : felt.motion(act, level);
-  if (!decision) return { word: "…", source: "", decision: null, motion };
+  if (!decision) return { word: scene.target()?.thing?.material ?? "…", source: "", decision: null, motion };
   setText(byId("feel-pattern"), act === null ? motion : felt.sentence(decision, act, level));
-  return { word: felt.headline(decision), source: sureness({ ...decision, runner_up: null }), decision, motion };
+  return { word: headline(decision), source: sureness({ ...decision, runner_up: null }), decision, motion };
 }
 
 function offerCorrection(decision) {

@@ -8,7 +8,7 @@ import * as answer from "./try.answer.js";
 import * as card from "./try.card.js";
 import { hand, offerHand, setSize, speed } from "./try.hand.js";
 import * as light from "./try.light.js";
-import { touchOnce } from "./try.opening.js";
+import { SPOT, touchOnce } from "./try.opening.js";
 import * as rumble from "./try.rumble.js";
 import * as saving from "./try.save.js";
 import { TryScene } from "./try.scene.js";
@@ -83,11 +83,10 @@ function vibrate(view) {
 function show() {
   answer.show();
   showHand();
-  const [place] = answer.placesNow();
-  if (!opens || !place || !scene.isScanned) return;
+  if (picture && scene.decision()) byId("pane").dataset.looked = picture.number;
+  if (!opens || !picture?.things.length || !scene.decision()) return;
   opens = false;
-  const { x, y, w, h } = place.region;
-  touchOnce({ x: x + w / 2, y: y + h / 2 }, picture.canvas, moved);
+  touchOnce(SPOT, picture.canvas, moved);
 }
 
 function moved() {
@@ -99,7 +98,9 @@ function showHand() {
   if (!picture) return;
   const target = scene.target();
   light.follow(hand, target.region, scene.decision(), size);
-  byId("region").hidden = scene.isWhole;
+  byId("region").hidden = scene.isWhole || Boolean(target.thing);
+  byId("lit").setAttribute("points", hand.over || hand.pressed ? (target.thing?.points.join(" ") ?? "") : "");
+  byId("lit").style.fill = hand.pressed ? "rgb(69 255 224 / .18)" : "none";
   if (hand.pressed) saving.touch({ decision: scene.decision(), region: target.region, canvas: picture.canvas, isContact: !wasPressed, isSlide: speed() > 0 });
   wasPressed = hand.pressed;
   byId("size").value = hand.size;

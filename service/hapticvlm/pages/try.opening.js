@@ -7,6 +7,7 @@ const COMES_MS = 900;
 const RESTS_MS = 350;
 const STROKES_MS = 1500;
 const START = { x: 1, y: 1 };
+export const SPOT = { x: 0.41, y: 0.38 }; // the kettle on the table
 const STROKE = 0.06; // of the picture, to each side
 
 // Touches `spot` ({x, y}, 0..1 of the picture); `onMove` is called on changes. A browser set to less motion shows nothing.

@@ -1,17 +1,17 @@
 // Acts as a scene of the service: sends pictures, touches the region under the hand, and stores the answers.
 //
 // A still picture is one object until the user points at it, and stays one if the user then states its
-// material. Once pointed at, it is a grid of patches, each a separate object. Some patches are recognised as soon as the
-// picture comes: a whole of many things has no material, and the most certain places are shown instead. The decision about
+// material. Once pointed at, it is patches, each a separate object; on a picture that ships, it is the things that we have
+// outlined and labelled. The decision about
 // a patch is stored, so that a returning hand feels it at once, and a slide to the next patch is not felt as an impact. A part
 // of an object carries less information than the whole. So an uncertain patch in a picture with a certain
 // material is also sent with the whole picture, and the service fuses both. A whole picture of a thing on a plain ground
 // is sent with the thing's outline as a mask, too, and the service averages both. A live picture changes
 // under the hand, so there the hand's region itself is touched, and every newer frame is sent.
 import { Link } from "./link.js";
-import { SIZES, hand, region, speed } from "./try.hand.js";
+import { hand, region, speed } from "./try.hand.js";
 import { pack } from "./try.packing.js";
-import { grid } from "./try.places.js";
+import { thingAt } from "./try.things.js";
 
 const TICK_MS = 50; // a lease lasts 250 ms
 const WHOLE = { x: 0, y: 0, w: 1, h: 1 };
@@ -30,9 +30,6 @@ export class TryScene {
   #one = null; // id of the picture that was stated to be of one material
   #stated = null; // target of the last statement
   #known = new Set(); // ids of targets whose pictures have all been answered
-  #unscanned = []; // places of the picture that are still to be recognised, before anybody points
-  #isScanning = false;
-  #scanned = []; // targets of those that are
   decisions = new Map(); // by object id; "" is a live region
   owner = false;
   isSimulated = false; // no real device is driven
@@ -70,10 +67,9 @@ export class TryScene {
     this.decisions.clear();
     this.#known.clear();
     this.#one = null;
-    this.#scanned = [];
-    this.#unscanned = this.#picture && !this.#picture.live && !this.thing ? grid(this.#picture.canvas, SIZES.first).map((spot) => this.#patch(spot)) : [];
     const among = this.#among ? { materials: this.#among } : {};
-    return this.#link.ask({ type: "scene", objects: [], replace: true, ...among });
+    const objects = (this.#picture?.things ?? []).map(({ name, material }) => ({ object_id: this.#idOf(name), name, material }));
+    return this.#link.ask({ type: "scene", objects, replace: true, ...among });
   }
 
   // Shows another picture and drops all decisions about the old one.
@@ -87,13 +83,16 @@ export class TryScene {
     this.#want();
   }
 
-  // Returns the region under the hand: {id, region}; id is null for a live picture.
+  #idOf(name) { return `picture ${this.#picture.number} ${name}`; }
+
+  // Returns the region under the hand: {id, region, thing?}; id is null for a live picture, `thing` is one that we labelled.
   target() {
     if (!this.#picture) return null;
     if (this.#picture.live) return { id: null, region: hand.pointed ? region(this.#picture.canvas) : WHOLE };
     const whole = this.#whole();
     if (!hand.pointed || this.#one === whole.id) return whole;
-    return this.#patch(hand);
+    const thing = thingAt(this.#picture.things, hand);
+    return thing ? { id: this.#idOf(thing.name), region: thing.region, thing } : this.#patch(hand);
   }
 
   #patch(place) {
@@ -103,17 +102,11 @@ export class TryScene {
     return { id: `patch ${this.#picture.number} ${column} ${row} ${spot.w.toFixed(2)}`, region: spot };
   }
 
-  // Returns the places that have been recognised before anybody points, [{region, decision}].
-  get places() {
-    const answers = this.#scanned.map(({ id, region: spot }) => ({ region: spot, decision: this.decisions.get(id) }));
-    return answers.filter(({ decision }) => decision);
-  }
+  // Returns whether the user has stated what is under the hand, also against our label.
+  get isCorrected() { return this.#stated?.id === this.target()?.id; }
 
   // Returns whether the whole picture has been stated to be of one material.
   get isStated() { return this.#one !== null; }
-
-  // Returns whether all places have been recognised.
-  get isScanned() { return this.#unscanned.length === 0 && !this.#isScanning; }
 
   #whole() { return { id: `picture ${this.#picture.number}`, region: WHOLE }; }
 
@@ -129,13 +122,12 @@ export class TryScene {
   // States the material under the hand; resolves with the service's answer.
   async state(material) {
     const target = this.target();
-    const before = this.#one;
+    const before = [this.#one, this.#stated];
     if (target.region === WHOLE) this.#one = target.id;
+    this.#stated = target;
     const answer = await this.#declare({ object_id: target.id, material }, target);
-    if (answer.type === "ok") {
-      this.#stated = target;
-      this.#known.add(target.id);
-    } else this.#one = before;
+    if (answer.type === "ok") this.#known.add(target.id);
+    else [this.#one, this.#stated] = before;
     return answer;
   }
 
@@ -143,6 +135,8 @@ export class TryScene {
   async unstate() {
     const target = this.#stated;
     if (this.#one === target.id) this.#one = null;
+    this.#stated = null;
+    if (target.thing) return this.#declare({ object_id: target.id, material: target.thing.material }, target);
     this.#known.delete(target.id);
     return this.#declare({ object_id: target.id }, target);
   }
@@ -185,14 +179,12 @@ export class TryScene {
   #want() {
     const target = this.target();
     const isOn = hand.over || !hand.pointed;
-    const isAfterScan = target?.region === WHOLE && this.#unscanned.length > 0;
-    if (target && isOn && !isAfterScan && !this.#known.has(target.id)) this.#wanted = target;
+    if (target && isOn && !this.#known.has(target.id)) this.#wanted = target;
     this.#pump();
   }
 
   async #pump() {
     if (this.#isLooking) return;
-    if (!this.#wanted && this.#unscanned.length) return this.#scan();
     if (!this.#wanted) return;
     const target = this.#wanted;
     this.#wanted = null;
@@ -207,20 +199,6 @@ export class TryScene {
     if (target.id && isAnswered) this.#known.add(target.id); // a live target is never known
     this.#isLooking = false;
     this.#pump();
-  }
-
-  // Recognises the next place of the picture.
-  async #scan() {
-    const target = this.#unscanned.shift();
-    const picture = this.#picture;
-    this.#isLooking = this.#isScanning = true;
-    const answer = await this.#look(target, "live");
-    this.#isLooking = this.#isScanning = false;
-    if (picture === this.#picture && answer.type === "decision") {
-      this.#scanned.push(target);
-      this.#decided(answer);
-    }
-    this.#want();
   }
 
   // Yields the pictures needed for a target, one after the other, as the next depends on the last decision. The

@@ -1,10 +1,11 @@
 // Provides the picture: from a file, the clipboard, a drop, a sample, a camera or a shared screen.
 //
 // `onPicture` receives each new picture: {number, canvas, jpeg, live, thing}; `thing` is the outline of what lies on a
-// plain ground in a still picture, or null. A live source is read ten times a second, and an unchanged picture is not passed on.
+// plain ground in a still picture, or null; `things` are those that we labelled on a sample. A live source is read ten times a second, and an unchanged picture is not passed on.
 import { byId, make, setText } from "./dom.js";
 import { contentBox } from "./try.bars.js";
 import { outlined } from "./try.outline.js";
+import { thingsOf } from "./try.things.js";
 
 const LONGEST_PX = 1024; // longest side of a sent picture; more would not help the encoder
 const QUALITY = 0.9;
@@ -41,7 +42,7 @@ export function offerSources(listener) {
 async function openSample(name) {
   const asked = ++wanted;
   const blob = await (await fetch(`try.${name}.jpg`)).blob();
-  if (asked === wanted) open(blob);
+  if (asked === wanted) open(blob, thingsOf(name));
 }
 
 function sample(name, words) {
@@ -66,12 +67,12 @@ function offerDrop(stage) {
 }
 
 // Shows a picture from a file or the clipboard; reports an error for other files.
-export async function open(file) {
+export async function open(file, things = []) {
   if (!file) return;
   wanted++;
   end();
   try {
-    give(await decoded(file), false);
+    give(await decoded(file), false, things);
     setText(byId("told"), "");
   } catch {
     setText(byId("told"), `${file.name || "The file"} is not a picture that this browser can read: use a JPEG, PNG or WebP.`);
@@ -184,12 +185,12 @@ function withoutBars(canvas) {
   return content;
 }
 
-async function give(image, live) {
+async function give(image, live, things = []) {
   const whole = scaled(image, GROUND);
   const canvas = live ? whole : withoutBars(whole);
   const mine = ++number;
   const blob = await new Promise((resolve) => canvas.toBlob(resolve, "image/jpeg", QUALITY));
   const jpeg = new Uint8Array(await blob.arrayBuffer());
-  const thing = live ? null : await outlined(canvas);
-  if (mine === number) onPicture({ number: mine, canvas, jpeg, live, thing });
+  const thing = live || things.length ? null : await outlined(canvas);
+  if (mine === number) onPicture({ number: mine, canvas, jpeg, live, thing, things });
 }
