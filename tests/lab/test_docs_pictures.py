@@ -16,7 +16,8 @@ pytestmark = pytest.mark.nightly
 
 ROOT = Path(__file__).parents[2]
 SHOWN = re.compile(r"!\[[^\]]+\]\(([^)#]+)\)")
-PAGES = (ROOT / "README.md", *(ROOT / "docs").rglob("*.md"), *ROOT.glob("examples/*/README.md"))
+FOLDERS = ("README.md", "docs/**/*.md", "examples/*/README.md", "service/hapticvlm_lab/*.md")
+PAGES = [page for pattern in FOLDERS for page in ROOT.glob(pattern)]
 
 
 def shown() -> set[Path]:

@@ -39,8 +39,6 @@ FEELS = {voice: opened(file) for voice, file in FILES.items()}
 MAX_BYTES = 250_000
 BLOCK = RATE_HZ // 100
 SEEDS = 3  # no two impacts are equal: the mean of some is compared
-SPEEDS_MPS = (0.1, 0.2, 0.4, 0.8, 1.5)
-FORCES_N = (0.5, 1.5, 5.0)
 
 
 @pytest.mark.parametrize("voice", VOICES)
@@ -119,26 +117,6 @@ def test_the_player_is_within_a_step_of_the_service_on_every_material() -> None:
     off = np.abs([row[1] for row in rows])
     assert np.quantile(off, 0.9) <= vectors.STEP_DB
     assert off.max() <= vectors.MOST_DB
-
-
-@pytest.mark.nightly
-def test_the_table_of_all_speeds_and_forces() -> None:
-    """Print how far the player is from the service; `pytest -s -m nightly` shows the table."""
-    print(
-        "\nvoice interaction  n  level dB: median p99 largest at | pitch %: median p99 | onset ms"
-    )
-    for voice in VOICES:
-        for kind in INTERACTIONS:
-            rows = compared(voice, kind, SPEEDS_MPS, FORCES_N)
-            off, pitch = (np.abs([row[column] for row in rows]) for column in (1, 2))
-            worst = rows[int(off.argmax())]
-            onset = max(abs(row[3]) for row in rows)
-            print(
-                f"{voice:5} {kind:6} {len(rows)} {np.median(off):.2f} {np.quantile(off, 0.99):.2f} "
-                f"{worst[1]:+.2f} {worst[0]} | {100 * np.median(pitch):.1f} "
-                f"{100 * np.quantile(pitch, 0.99):.1f} | {onset:.2f}, "
-                f"{sum(off > vectors.STEP_DB)} above {vectors.STEP_DB} dB"
-            )
 
 
 def played(touch: Json | None, surface: Json | None, gain: object) -> tuple[Json, set[str]]:
