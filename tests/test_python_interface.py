@@ -243,7 +243,8 @@ def test_a_notebook_draws_a_touch_and_plays_it_for_ears(tmp_path):
     touch = hapticvlm.feel("wood", "tap", seconds=0.5)
     drawing, player = touch._repr_html_().split("<br>")
     assert drawing == touch.plot().svg
-    heard = base64.b64decode(re.search(r'src="data:audio/wav;base64,([^"]+)"', player)[1])
+    (sound,) = re.findall(r'src="data:audio/wav;base64,([^"]+)"', player)
+    heard = base64.b64decode(sound)
     with wave.open(io.BytesIO(heard)) as file:
         assert file.getnframes() / file.getframerate() == pytest.approx(0.5)
     true, sound = tmp_path / "true.wav", tmp_path / "sound.wav"

@@ -62,7 +62,7 @@ def served(
     With a token, pages are open to the local network, and the browser gives it as the password.
     """
     options = ["--host", "0.0.0.0", "--pages-from", "lan", "--token", token] if token else []
-    given = {"http_credentials": {"username": "anyone", "password": token}} if token else {}
+    given: Any = {"http_credentials": {"username": "anyone", "password": token}} if token else {}
     with running(["--scene", str(folder), *options]) as service, sync_playwright() as playwright:
         browser = playwright.chromium.launch(
             executable_path=shutil.which(CHROMIUM), args=["--no-sandbox", *LLVMPIPE]

@@ -112,7 +112,7 @@ def test_each_of_44_wrong_uses_is_answered_in_one_line_that_names_the_cure(tmp_p
     offenders = []
     for use, named in WRONG_USES.items():
         try:
-            code = main(use.replace("nosuch", str(tmp_path / "nosuch")).split())
+            code: object = main(use.replace("nosuch", str(tmp_path / "nosuch")).split())
         except SystemExit as end:
             code = end.code
         said = capsys.readouterr().err.replace(str(tmp_path / "nosuch"), "nosuch")

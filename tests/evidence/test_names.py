@@ -477,8 +477,8 @@ def test_a_thin_blended_surface_may_be_glass_and_an_opaque_or_metallic_one_is_no
     pane = from_shader(None, None, 0.0, None, 0.3)
     assert pane is not None
     assert KNOWN <= pane.confidence < SURE
-    for opacity in (None, 0.0, 1.0):
-        assert from_shader(None, None, None, None, opacity) is None
+    for unclear in (None, 0.0, 1.0):
+        assert from_shader(None, None, None, None, unclear) is None
 
 
 def test_a_bare_metal_shader_means_metal() -> None:

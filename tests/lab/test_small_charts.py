@@ -19,5 +19,7 @@ def test_each_small_chart_is_what_the_tables_say_and_is_on_the_page():
 def test_no_text_of_a_chart_leaves_it():
     for name, svg in charts():
         for text in ElementTree.fromstring(svg).iter("{http://www.w3.org/2000/svg}text"):
-            ends_at = 260 - 8 if text.get("text-anchor") == "end" else 600 - float(text.get("x"))
-            assert 6.6 * len(text.text) <= ends_at, (name, text.text)
+            ends_at = (
+                260 - 8 if text.get("text-anchor") == "end" else 600 - float(text.get("x", ""))
+            )
+            assert 6.6 * len(text.text or "") <= ends_at, (name, text.text)

@@ -1,5 +1,7 @@
 """Training: what may teach, that a head learns, is the same again, and ships as it was fitted."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -172,10 +174,12 @@ def test_rounded_weights_stay_in_their_range_and_near_what_they_stand_for():
 
 def test_the_shipped_file_holds_the_start_weights_rounded_here():
     graph = onnx.load(SHIPPED / "lite0" / "encoder.onnx").graph
-    held = {each.name: onnx.numpy_helper.to_array(each) for each in graph.initializer}
+    held: dict[str, Any] = {
+        each.name: onnx.numpy_helper.to_array(each) for each in graph.initializer
+    }
     layers = start_weights.fold(start_weights.read())
     scales = {name: held[f"{name}.unit"][0] / held[f"{name}.steps"][0] for name in layers}
-    made = start_weights.quantise(layers, scales)
+    made: dict[str, Any] = dict(start_weights.quantise(layers, scales))
     for name in layers:
         np.testing.assert_array_equal(held[f"{name}.weights"], made[f"{name}.weights"])
         np.testing.assert_allclose(held[f"{name}.steps"], made[f"{name}.steps"], rtol=1e-6)

@@ -62,7 +62,8 @@ def test_a_shared_recogniser_says_what_is_alive(encoder, galleries):
     (row,) = encoder.embed(job.crops)
     answer = replies.write_answer(job, [Embedded(row, 1, 1.0, 2.0, alive=0.9)])
     _, (found,) = contract.read_answer(answer, job.named.identity, 1)
-    assert (found.evidence.material, found.evidence.confidence) == ("living", pytest.approx(0.9))
+    assert found.evidence.material == "living"
+    assert found.evidence.confidence == pytest.approx(0.9)
 
 
 def test_what_nobody_waits_for_is_not_answered(encoder, galleries):

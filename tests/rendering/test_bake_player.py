@@ -142,7 +142,9 @@ def compared(
                 own = [of_the_service(voice, material, kind, motion, seed) for seed in range(SEEDS)]
                 theirs = [of_the_player(voice, material, kind, motion, n) for n in range(SEEDS)]
                 begin = 0 if kind in IMPACTS else RATE_HZ // 5
-                one, other = (sum(bands(wave[begin:]) for wave in w) for w in (own, theirs))
+                one, other = (
+                    np.sum([bands(wave[begin:]) for wave in w], axis=0) for w in (own, theirs)
+                )
                 level_db = 10.0 * math.log10(other.max() / one.max())
                 onsets = [first(w[0]) for w in (theirs, own)]
                 onset_ms = 1000.0 * (onsets[0] - onsets[1]) if kind in IMPACTS else 0.0

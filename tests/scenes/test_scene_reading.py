@@ -465,8 +465,8 @@ def test_all_primitives_of_one_material_are_one_surface(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("form", ["NFC", "NFD"])
-def test_a_texture_is_found_whichever_form_of_unicode_names_it(tmp_path: Path, form: str) -> None:
-    other = {"NFC": "NFD", "NFD": "NFC"}[form]
+def test_a_texture_is_found_whichever_form_of_unicode_names_it(tmp_path: Path, form: Any) -> None:
+    other: Any = {"NFC": "NFD", "NFD": "NFC"}[form]
     (tmp_path / unicodedata.normalize(other, "Tür.png")).write_bytes(b"\x89PNG")
     named = unicodedata.normalize(form, "Tür.png")
     assert picture(scene_of(tmp_path, textured({"uri": named})))() == b"\x89PNG"

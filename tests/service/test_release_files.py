@@ -22,9 +22,9 @@ WAIT_S = 600
 pytestmark = [pytest.mark.nightly, pytest.mark.process]
 
 
-def command(*words: str, cwd: Path = ROOT, **more: str) -> str:
+def command(*words: str, cwd: Path = ROOT, env: dict[str, str] | None = None) -> str:
     done = subprocess.run(
-        words, cwd=cwd, capture_output=True, text=True, timeout=WAIT_S, check=False, **more
+        words, cwd=cwd, capture_output=True, text=True, timeout=WAIT_S, check=False, env=env
     )
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
@@ -66,7 +66,9 @@ def test_the_notes_are_at_most_ten_lines_and_readme_is_a_command_that_can_be_cop
     notes = (out / "RELEASE_NOTES.md").read_text().splitlines()
     assert 1 <= len([line for line in notes[1:] if line]) <= 10
     with tarfile.open(out / f"hapticvlm-{__version__}.tar.gz") as archive:
-        readme = archive.extractfile(f"hapticvlm-{__version__}/README.md").read().decode()
+        file = archive.extractfile(f"hapticvlm-{__version__}/README.md")
+        assert file is not None
+        readme = file.read().decode()
     assert f"git clone {ADDRESS} hapticvlm" in readme
     assert "REPOSITORY" not in readme
 

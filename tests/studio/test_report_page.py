@@ -2,6 +2,7 @@
 
 import codecs
 import csv
+import errno
 import re
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,7 @@ import pytest
 from plain_words import is_plain
 
 from hapticvlm.commands.main import main
-from hapticvlm.errors import CURE
+from hapticvlm.errors import CURES
 from hapticvlm_studio.design import design as designs
 from hapticvlm_studio.design.design import Plan
 from hapticvlm_studio.design.form import Form, read
@@ -212,4 +213,4 @@ def test_a_full_disk_is_named_with_the_folder_and_a_cure(
     message = capsys.readouterr().err
     assert is_plain(message)
     assert str(tmp_path) in message
-    assert CURE in message
+    assert CURES[errno.ENOSPC] in message

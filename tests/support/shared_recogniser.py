@@ -17,7 +17,8 @@ from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.remote import contract
 from hapticvlm_recogniser_app import replies
 from hapticvlm_recogniser_app.replies import Embedded, Refusal, load_galleries
-from hapticvlm_recogniser_app.tokens import TOKEN, Tokens
+from hapticvlm_recogniser_app.settings import TOKEN
+from hapticvlm_recogniser_app.tokens import Tokens
 
 HANG_S = 3.0
 # Beliefs in place of those of the gallery, by fault.
