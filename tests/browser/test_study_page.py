@@ -330,6 +330,7 @@ def _without_pattern_list(view: dict[str, Any]) -> dict[str, Any]:
 
 
 _PUBLIC = {
+    "minutes",
     "patterns",
     "participants",
     "devices",

@@ -236,10 +236,9 @@ async def test_a_frame_is_decided_and_an_unchanged_one_skipped(service):
 async def test_a_frame_of_a_known_object_needs_no_recognition(service):
     async with peer(service) as client:
         await owner_of(client)
-        before = status(service)["counts"].get("recognitions", 0)
         answer = await client.ask(**frame(1, object_id="table"))
         assert (answer["material"], answer["source"]) == ("wood", "scene")
-        assert status(service)["counts"].get("recognitions", 0) == before
+        assert "encode" not in (answer.get("stages_ms") or {})
 
 
 async def test_the_newest_frame_wins_and_every_frame_is_answered(service):
