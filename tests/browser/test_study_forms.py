@@ -223,7 +223,7 @@ def test_no_state_scrolls_sideways(sat: Sat) -> None:
 def test_after_the_choice_the_page_speaks_german(sat: Sat) -> None:
     participant = [text for text in sat.prompts if "asked" not in text and "All" not in text]
     assert participant == ["Who takes part?", "Willkommen", "Einige Fragen",
-                           "Sie haben alle Muster gespürt", "Welches Muster war es?",
+                           "Sie haben alle Muster gehört", "Welches Muster war es?",
                            "Wie war es?", "Einige Fragen", "Vielen Dank"]  # fmt: skip
 
 

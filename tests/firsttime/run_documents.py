@@ -153,6 +153,7 @@ def main() -> int:
             if not place.is_dir():
                 furnish(place)
                 shutil.copytree(folder / "record", place / PLACES["SESSION"])
+                shutil.copytree(folder / "record", place / "demo-output" / "session" / "1")
             wrong = run(command, place, programs)
             print(f"{'FAILED' if wrong else 'ok':<8}{command.place:<32}{command.text}", flush=True)
             if wrong:

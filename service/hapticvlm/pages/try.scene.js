@@ -228,7 +228,7 @@ export class TryScene {
   #tick() {
     const target = this.target();
     if (!target || this.#link.state !== "open") return;
-    if (target.id) this.#want(); // an earlier picture may have been superseded
+    if (target.id || !this.decision()) this.#want(); // an earlier picture may have been superseded, and a screen stands still
     if (!this.owner || (hand.isShown && !this.isSimulated)) return;
     const fields = {
       type: "touch", hand: "right", captured_at: performance.now() / 1000, speed_mps: Math.min(20, speed()),
