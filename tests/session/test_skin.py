@@ -280,3 +280,12 @@ def test_a_reach_that_touches_is_led_as_if_its_hand_did_not_slow_down(lasts_s, m
     led = palm("metal", 22.0, 5e-4, phases)
     monkeypatch.setattr(hands, "STOPS_SHORT_M", math.inf)
     assert skin(led) == pytest.approx(skin(palm("metal", 22.0, 5e-4, phases)), abs=0.02)
+
+
+def test_a_reach_is_judged_by_its_own_fastest_speed_and_not_by_an_earlier_reachs():
+    fresh, after_a_fast_one = hands.Slowing(), hands.Slowing()
+    after_a_fast_one.left_m(3.0, at=0.0)
+    for step, mps in enumerate((0.30, 0.28, 0.25, 0.21, 0.16)):
+        at = 10.0 + 0.02 * step
+        assert after_a_fast_one.left_m(mps, at) == fresh.left_m(mps, at)
+    assert math.isfinite(fresh.left_m(0.1, 10.1))

@@ -52,14 +52,14 @@ class Slowing:
     (1 - s), and slows down at 60 D/T^2 s (1 - s)(1 - 2 s). Near its end this leaves 2 v^2 / 3 a.
     """
 
-    fastest_mps: float = 0.0
+    fastest_mps: float = 0.0  # of this reach: a pause longer than _SLOWING_OVER_S ends one
     samples: tuple[tuple[float, float], ...] = ()  # time and speed, of the last _SLOWING_OVER_S
 
     def left_m(self, speed_mps: float, at: float) -> float:
         """Receive a speed; return how much further the hand goes by itself, m; inf: unknown."""
         kept = [sample for sample in self.samples if 0.0 < at - sample[0] <= _SLOWING_OVER_S]
         self.samples = (*kept, (at, speed_mps))
-        self.fastest_mps = max(self.fastest_mps, speed_mps)
+        self.fastest_mps = max(self.fastest_mps if kept else 0.0, speed_mps)
         # A line through the samples tells the speed in the midst of them and how it changes. The
         # way left is counted from there.
         count = len(self.samples)
