@@ -121,6 +121,15 @@ def test_a_second_bake_keeps_a_correction_and_says_so(
     assert "1 corrected by hand" in capsys.readouterr().out
 
 
+def test_names_of_a_scene_move_no_terminal(tmp_path: Path) -> None:
+    hostile = {"object_id": "\x1b]0;own\x07\u202e", "surfaces": [{"name": "\x1b[2J"}]}
+    source = tmp_path / "scene.json"
+    source.write_text(json.dumps({**SCENE, "objects": [hostile]}))
+    said = hapticvlm("bake", str(source), "-o", str(tmp_path / "out")).out
+    assert "not felt" in said
+    assert all(line.isprintable() for line in said.splitlines())
+
+
 def test_the_built_in_materials_are_what_the_web_client_ships(tmp_path: Path) -> None:
     assert main(["bake", "--materials", "-o", str(tmp_path)]) == 0
     shipped = Path(__file__).parents[2] / "examples" / "webxr" / "client" / "feel.json"

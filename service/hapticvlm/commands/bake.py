@@ -26,6 +26,7 @@ FEEL = "feel.json"
 FEEL_OF_VOICE = "feel.{voice}.json"
 MATERIALS = "materials.json"
 CLIPS = "clips"
+MOST_CHARS = 4000  # of a sentence that names things of a scene, whose names may hold anything
 CLIP_INTERACTIONS = ("strike", "slide")
 CLIP_FORMATS = ("wav", "haptic", "ahap")
 CLIP_S = 0.6
@@ -87,7 +88,7 @@ def _bake(options: argparse.Namespace) -> int:
         tables = feel_tables.feel(table)
         _write_feel(tables, table, options.out, with_clips=options.clips)
         for sentence in feel_tables.left_out(table):
-            print(f"  {sentence}")
+            print(f"  {printable(sentence, MOST_CHARS)}")
         return 0
     _require_known(options.unknown, table)
     scenes = _scenes_in(options.source)
@@ -171,9 +172,10 @@ def _report(baked: Bake, folder: Path) -> None:
     by_hand = sum(surface.by in corrected for each in objects for surface in each.surfaces)
     print(f"{folder / MATERIALS}: {len(objects)} objects, {by_hand} corrected by hand; not baked:")
     for sentence in baked.materials.not_baked:
-        print(f"  {sentence}")
+        print(f"  {printable(sentence, MOST_CHARS)}")
     if baked.lost:
-        print(f"  corrections of surfaces that the scene no longer has: {', '.join(baked.lost)}")
+        gone = printable(", ".join(baked.lost), MOST_CHARS)
+        print(f"  corrections of surfaces that the scene no longer has: {gone}")
 
 
 def _before(path: Path) -> Materials | None:
