@@ -23,7 +23,7 @@ import base64
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any, get_args
 
 import msgspec
@@ -241,13 +241,13 @@ class Feel(msgspec.Struct, frozen=True):
 
 
 def feel(table: Mapping[str, Material], voice: str) -> Feel:
-    """Return the feel of these materials in one of VOICES; some tenths of a second for each."""
-    writer = _Writer(voice, {}, {})
-    writer.loop("slips", loops.stick_slip(), [textures.slips_hz(speed) for speed in SPEEDS_MPS])
-    materials = {
-        name: _material(writer, name, material.vibration)
-        for name, material in sorted(table.items())
-    }
+    """Return the feel of these materials in one of VOICES; some tenths of a second for each new."""
+    writer = _Writer(voice, {}, {"slips": _slips(voice)})
+    materials = {}
+    for name, material in sorted(table.items()):
+        materials[name], own = _rendered(voice, name, material.vibration)
+        writer.clips.update(own.clips)
+        writer.loops.update(own.loops)
     return Feel(
         version=VERSION,
         voice=voice,
@@ -262,6 +262,20 @@ def feel(table: Mapping[str, Material], voice: str) -> Feel:
         clips=writer.clips,
         loops=writer.loops,
     )
+
+
+# A folder of scenes is baked in one go, and most of its scenes have the same materials.
+@lru_cache(maxsize=64)
+def _rendered(voice: str, name: str, facts: Vibration) -> tuple[MaterialFeel, _Writer]:
+    writer = _Writer(voice, {}, {})
+    return _material(writer, name, facts), writer
+
+
+@lru_cache(maxsize=2)
+def _slips(voice: str) -> LoopClip:
+    writer = _Writer(voice, {}, {})
+    writer.loop("slips", loops.stick_slip(), [textures.slips_hz(speed) for speed in SPEEDS_MPS])
+    return writer.loops["slips"]
 
 
 def encode(file: Feel) -> bytes:
