@@ -76,6 +76,7 @@ class _Reader:
         self._spelled = spellings(self._document)
         self._surfaces: dict[int, tuple[Surface, ...]] = {}
         self._materials: dict[int, Look] = {}
+        self._means: dict[int, tuple[float, float] | None] = {}  # of metallic-roughness maps
         self._unstated: dict[str, None] = {}  # materials that the file states and nobody knows
         self._unordered: Counter[str] = Counter()  # meshes by the reason why areas are not known
         self._notes: list[str] = []
@@ -212,22 +213,34 @@ class _Reader:
         if reference is None or not pbr.metallic_factor or material.extensions.glossiness:
             return shader
         named = names.from_name("", surface=name)
-        texture = None if named and is_sure([named]) else self._texture(reference.index)
-        if texture is None:
+        if named and is_sure([named]):
             return shader
+        if reference.index not in self._means:  # many materials share one atlas
+            self._means[reference.index] = self._mean_of_map(reference.index)
+        mean = self._means[reference.index]
+        if mean is None:
+            return shader
+        roughness, metallic = mean
+        return msgspec.structs.replace(
+            shader,
+            metallic=_share(metallic * pbr.metallic_factor),
+            roughness=_share(roughness * pbr.roughness_factor),
+        )
+
+    def _mean_of_map(self, index: int) -> tuple[float, float] | None:
+        """Return the mean roughness and metallic (0..1) of a texture; None: it cannot be read."""
+        texture = self._texture(index)
+        if texture is None:
+            return None
         label = texture.name or "a metallic-roughness map"
         try:
             frame = decode_frame(texture.read(), Path(label))
             pixels = cut_region(frame, WHOLE, MAP_PX)
         except (SceneError, FileError, PictureError) as error:
             self._notes.append(f"{label}: {error}")
-            return shader
+            return None
         _, roughness, metallic = pixels.reshape(-1, 3).mean(axis=0) / 255.0
-        return msgspec.structs.replace(
-            shader,
-            metallic=_share(float(metallic) * pbr.metallic_factor),
-            roughness=_share(float(roughness) * pbr.roughness_factor),
-        )
+        return float(roughness), float(metallic)
 
     def _texture(self, index: int) -> Texture | None:
         texture = _at(self._document.textures, index, "texture")
