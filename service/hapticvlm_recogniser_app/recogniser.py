@@ -23,9 +23,10 @@ from hapticvlm.vision.encoders import living
 from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.pictures import Crop
 from hapticvlm.vision.remote import contract
-from hapticvlm_recogniser_app import replies, tokens
+from hapticvlm_recogniser_app import replies
 from hapticvlm_recogniser_app.replies import Embedded, Named, Refusal, load_galleries
 from hapticvlm_recogniser_app.settings import TOKEN, TOKENS, Live, Model
+from hapticvlm_recogniser_app.tokens import Tokens
 
 HUNG_S = 10.0  # a batch that runs for longer counts as hung
 JSON = "application/json"
@@ -81,7 +82,7 @@ class Recogniser:
 
     def __init__(self, model: Model, gather: Gather, places: int) -> None:
         """Load the encoder. Raises HapticVLMError."""
-        self.tokens = tokens.from_environment()
+        self.tokens = Tokens(os.environ)
         if self.tokens.is_open and not model.is_open:
             raise UsageError(f"set {TOKEN} or {TOKENS} where it runs, or `is_open: true`")
         self._share = max(1, places // 2) if self.tokens.are_many else places

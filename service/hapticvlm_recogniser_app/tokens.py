@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import hmac
 import logging
-import os
 import re
 import time
 from collections.abc import Mapping
@@ -104,8 +103,3 @@ def _read(path: Path) -> tuple[tuple[int, int], dict[str, str]]:
             raise ValueError(f"{where}: each name and each token may stand once")
         clients[match["name"]] = match["token"]
     return stamp, clients
-
-
-def from_environment() -> Tokens:
-    """Return the tokens that this process was started with. Raises UsageError."""
-    return Tokens(os.environ)
