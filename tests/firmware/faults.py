@@ -18,11 +18,13 @@ from hapticvlm.devices.simulated.plant import SINK_J_PER_K, Bead
 from .board import RESET_BROWN_OUT, RESET_EXTERNAL, Board, Sensor, plate_mv, sink_mv
 from .hardware import (
     CUT_OUT,
+    CUT_OUT_BETA_K,
     OTHER_BETA_K,
     PLATE_A,
     PLATE_B,
     SINK,
     SUPPLY_MV,
+    taken_for_c,
     thermistor_mv,
 )
 from .situations import COLD, COLD_WARM, HOT, Situation
@@ -202,6 +204,13 @@ def _one_bag(board: Board) -> None:
     for channel in (PLATE_A, PLATE_B, SINK):
         true_c = _true_c(channel)
         board.sensors[channel] = lambda b, t=true_c: thermistor_mv(t(b), BAG_BETA_K)  # type: ignore[misc]
+
+
+def one_bag_and_the_cut_out(board: Board) -> None:
+    """The cut-out's bead is of the same wrong kind: what its own make and value prevent."""
+    _one_bag(board)
+    board.cut_out.reads = lambda true_c: taken_for_c(true_c, BAG_BETA_K, CUT_OUT_BETA_K)
+    board.sensors[CUT_OUT] = lambda b: thermistor_mv(b.cut_out.bead.c, BAG_BETA_K)
 
 
 def _nothing(board: Board) -> None:

@@ -10,7 +10,7 @@ import pytest
 from . import line
 from .board import RESET_POWER_ON, sink_mv
 from .build import Chip
-from .faults import BY_NAME, FAULTS, IDLE_S, SLOW_S, Fault
+from .faults import BY_NAME, FAULTS, IDLE_S, SLOW_S, Fault, one_bag_and_the_cut_out
 from .rawhost import RawHost
 from .situations import COLD_WARM, HOT, Situation
 from .trials import TEST_S, trial
@@ -56,14 +56,12 @@ def test_a_fault_is_caught_in_time_and_the_skin_is_safe(
 
 
 @pytest.mark.nightly
-def test_a_bridge_that_shorts_is_cut_off_where_all_beads_but_one_are_of_one_wrong_kind(
-    chip: Chip,
-) -> None:
-    # The reason why the cut-out's bead must be of another maker, value and beta.
-    shorted = BY_NAME["bridge shorted to heat"]
-    foreign = trial(chip.board, [BY_NAME["all beads of one wrong kind"], shorted], HOT, TEST_S)
-    assert foreign.is_safe, foreign
-    assert {"cut-out", "firmware"} & set(foreign.caught_by)
+def test_a_bridge_that_shorts_is_cut_off_where_beads_are_of_one_wrong_kind(chip: Chip) -> None:
+    bag = Fault("one bag", one_bag_and_the_cut_out, at_start=True)
+    for kind in (bag, BY_NAME["all beads of one wrong kind"]):
+        outcome = trial(chip.board, [kind, BY_NAME["bridge shorted to heat"]], HOT, TEST_S)
+        assert outcome.is_safe, outcome
+        assert {"cut-out", "firmware"} & set(outcome.caught_by)
 
 
 def test_a_broken_sense_wire_keeps_the_bridge_off_from_the_power_on(host: RawHost) -> None:
