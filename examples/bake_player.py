@@ -36,7 +36,7 @@ SINE: Json = {
 
 
 class Piece(NamedTuple):
-    """What sounds of one clip for a moment. Positions are in s of the clip.
+    """The sound of one clip for a moment. Positions are in s of the clip.
 
     `begin` and `end` are the gain of the samples, `pad` that of the tracks. `felt` and `hz` are
     those of a loop; a shot has them in its tracks.

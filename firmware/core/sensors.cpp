@@ -150,7 +150,7 @@ uint32_t alone(const Sensors& sensors) {
 
 const uint32_t OF_ONE = bit(OVER_TEMPERATURE) | bit(UNDER_TEMPERATURE) | bit(PLATE_DISAGREES) | bit(PLATE_FROZEN);
 
-// What one bead does alone is told by its name, not by the limit that it happens to pass.
+// A movement of one bead alone is told by its name, not by the limit that it happens to pass.
 uint32_t named(const Sensors& sensors, uint32_t faults) {
     const bool apart = !sensors.agree || (faults & bit(PLATE_FROZEN));
     const uint32_t strays = apart && (faults & OF_ONE) ? alone(sensors) : 0;

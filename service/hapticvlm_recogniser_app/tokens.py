@@ -24,7 +24,7 @@ logger = logging.getLogger(__name__)
 
 
 class Tokens:
-    """Who may use the recogniser, from the environment. Raises UsageError."""
+    """The clients that may use the recogniser, from the environment. Raises UsageError."""
 
     def __init__(self, environment: Mapping[str, str]) -> None:
         self._one = environment.get(TOKEN) or None

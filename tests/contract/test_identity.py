@@ -31,7 +31,7 @@ def asked(*arguments: str | Path) -> Any:
 
 @pytest.fixture(scope="module")
 def meshes(tmp_path_factory: pytest.TempPathFactory) -> list[dict[str, Any]]:
-    """What three.js finds of a scene whose names are as hard as exporters make them."""
+    """The things that three.js finds in a scene whose names are as hard as exporters make them."""
     folder = tmp_path_factory.mktemp("scene")
     position = {"POSITION": 0}
     one = {"primitives": [{"attributes": position, "material": 0}], "name": "Cup"}

@@ -1,4 +1,4 @@
-"""Who may use a shared recogniser."""
+"""The tokens of a shared recogniser: one for all, one each, and a damaged file."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""What `make release` writes: each file is installed as its user installs it, from that file."""
+"""The files of `make release`: each is installed as its user installs it, from that file."""
 
 import json
 import subprocess

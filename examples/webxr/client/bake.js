@@ -1,5 +1,5 @@
 /**
- * What a bake (`materials.json`) says of a touched thing, and which of its objects an object of a page is.
+ * Finds an object of a page in a bake (`materials.json`), and tells how its surfaces feel.
  *
  * A thing is found by its id, else by the path of its names, else by its material's name. The bake has the paths as
  * glTF, three.js, Babylon.js and Godot spell them; an index decides only between surfaces of which nothing else is known.

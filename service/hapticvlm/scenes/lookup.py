@@ -19,14 +19,14 @@ AS_THE_SCENE = "scene"
 
 
 class Surface(msgspec.Struct, frozen=True, omit_defaults=True, kw_only=True):
-    """What tells a surface of an object apart: its material's name, and its primitives in glTF."""
+    """The marks of a surface of an object: its material's name, and its primitives in glTF."""
 
     name: str | None = None
     primitives: tuple[int, ...] = ()
 
 
 class Thing(msgspec.Struct, frozen=True, omit_defaults=True, kw_only=True):
-    """What tells an object apart: the paths of its names as engines spell them, and surfaces.
+    """The marks of an object: the paths of its names as engines spell them, and its surfaces.
 
     An engine that is not in `paths` spells names as the scene (`scene`) does.
     """
@@ -37,7 +37,7 @@ class Thing(msgspec.Struct, frozen=True, omit_defaults=True, kw_only=True):
 
 @dataclass(frozen=True, slots=True)
 class Query:
-    """What a client knows of a touched thing; `paths` are spellings of `engine`, the best first."""
+    """A touched thing as a client knows it; `paths` are spellings of `engine`, the best first."""
 
     object_id: str | None = None
     paths: tuple[str, ...] = ()

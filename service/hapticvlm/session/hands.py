@@ -45,7 +45,7 @@ STILL = Motion(speed_mps=0.0, force_n=0.0)
 
 @dataclass(slots=True)
 class Slowing:
-    """Where an approach will stop, by how it slows down; times are those of the client's clock.
+    """Predicts where an approach stops by how it slows down; times are the client's.
 
     Reaches have minimum jerk (Flash and Hogan 1985): at a share s of its time before its end, one
     of length D in T s has the speed 30 D/T s^2 (1 - s)^2, which is sqrt(speed / fastest) = 4 s

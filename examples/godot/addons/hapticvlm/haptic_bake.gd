@@ -1,6 +1,6 @@
 class_name HapticBake
 extends RefCounted
-## What a bake (`materials.json`) says of a touched thing, and which of its objects a node is.
+## Finds a node in a bake (`materials.json`), and tells how its surfaces feel.
 ##
 ## A thing is found by its id, else by the path of its names, else by its material's name. The bake has the paths as
 ## glTF and the engines spell them; an index decides only between surfaces of which nothing else is known.

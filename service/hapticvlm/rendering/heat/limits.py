@@ -66,7 +66,7 @@ class Limited:
 
 @dataclass(frozen=True, slots=True)
 class Strongest:
-    """Where the plate would be by now for the strongest material, and the limit that keeps it.
+    """The plate's place by now for the strongest material, and the limit that keeps it there.
 
     `setpoint_c` is where it would be a moment later, which a setpoint in motion has to lead by.
     """

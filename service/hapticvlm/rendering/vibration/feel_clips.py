@@ -135,7 +135,7 @@ class Texture(msgspec.Struct, frozen=True):
 
 
 class Carving(msgspec.Struct, frozen=True):
-    """How carving differs from sliding: the layers and their factor, and the breaks of fibres.
+    """Carving as it differs from sliding: the layers, their factor, and the breaks of fibres.
 
     `layers` null: those of sliding. There are `per_s` breaks by speed, each a grain of `level`.
     """
@@ -178,7 +178,7 @@ class ImpactTable(msgspec.Struct, frozen=True):
 
 
 class PadRules(msgspec.Struct, frozen=True):
-    """What a pad plays of a level: scale[form] * level^exponent, 0 below `min_level`."""
+    """The rules of pads: of a level they play scale[form] * level^exponent, 0 below `min_level`."""
 
     horizon_s: float
     period_s: dict[str, float]
