@@ -309,7 +309,10 @@ def test_a_phones_camera_reads_the_address_of_this_very_page(browser):
 @pytest.mark.parametrize("source", ["screen", "camera"])
 def test_a_live_source_is_looked_at_and_felt_until_it_is_ended(browser, service, source):
     with visit(browser, service) as page:
+        expect(page.locator("#pane")).to_have_attribute("data-picture", "1")
         page.locator(f"#{source}").click()
+        # The hand points at the picture that is shown, not at one that comes later.
+        expect(page.locator("#pane")).not_to_have_attribute("data-picture", "1")
         expect(page.locator(f"#{source}")).to_have_attribute("aria-pressed", "true")
         expect(page.locator("#object")).to_have_text("Nothing touched yet")
         at(page, 0.5, 0.5)
