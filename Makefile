@@ -40,6 +40,7 @@ check: $(VENV)/.dev
 	$(BIN)/lint-imports --no-logo
 	$(BIN)/python schemas/generate.py --check
 	$(BIN)/python unity_client/Tools~/metas.py --check
+	$(BIN)/python firmware/prebuilt.py --check
 	$(BIN)/python .ci/rooms --check
 
 # Lines of code of each room, and how many it may have.

@@ -1,7 +1,7 @@
 // Turns pointer, finger or keyboard into a hand over the picture: its position, speed and pressure.
 //
 // `hand` holds the state: x, y (0..1 of the picture), size (share of its shorter side), over, pressed and
-// pointed (the user has pointed at this picture); `isShown` while the page moves it itself; `speed` returns m/s. `onMove` is called on changes. The
+// `presses` (their number), pointed (the user has pointed at this picture); `isShown` while the page moves it itself; `speed` returns m/s. `onMove` is called on changes. The
 // picture is assumed to be WIDE_M wide: our choice.
 const WIDE_M = 0.3;
 export const SIZES = { least: 0.08, first: 0.5, most: 0.9 };
@@ -9,7 +9,7 @@ const STEP = 0.04; // share of the picture per arrow key
 const KEYS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 const FORGOTTEN_MS = 120; // a resting pointer sends no events, so its speed ends after this time
 
-export const hand = { x: 0.5, y: 0.5, size: SIZES.first, over: false, pressed: false, pointed: false, pressure: 0, isShown: false, pressedAt: 0 };
+export const hand = { x: 0.5, y: 0.5, size: SIZES.first, over: false, pressed: false, presses: 0, pointed: false, pressure: 0, isShown: false, pressedAt: 0 };
 let moved = { at: 0, mps: 0 };
 let pinned = { x: 0.5, y: 0.5 }; // the last pressed position, which a button outside the picture refers to
 
@@ -68,7 +68,10 @@ export function region({ width, height }, { x, y, size } = hand) {
 }
 
 export function press() {
-  if (!hand.pressed) hand.pressedAt = performance.now();
+  if (!hand.pressed) {
+    hand.pressedAt = performance.now();
+    hand.presses++;
+  }
   hand.pressed = true;
 }
 

@@ -22,6 +22,7 @@ export class TryScene {
   #picture = null;
   #target = null; // target of the last tick
   #pressed = false;
+  #presses = 0; // of the hand, at the last tick
   #isLooking = false;
   #wanted = null;
   #among = null;
@@ -229,17 +230,25 @@ export class TryScene {
     if (!target || this.#link.state !== "open") return;
     if (target.id || !this.decision()) this.#want(); // an earlier picture may have been superseded, and a screen stands still
     if (!this.owner || (hand.isShown && !this.isSimulated)) return;
+    // A press or a release between two ticks is sent, too: a quick tap is felt, and a new press after a stop is a new touch.
+    const isNew = hand.presses !== this.#presses;
+    const isPressed = hand.pressed || isNew;
     const fields = {
       type: "touch", hand: "right", captured_at: performance.now() / 1000, speed_mps: Math.min(20, speed()),
-      force_n: hand.pressed ? Math.max(FORCE_N.light, FORCE_N.most * hand.pressure) : 0,
+      force_n: isPressed ? Math.max(FORCE_N.light, FORCE_N.most * hand.pressure) : 0,
       ...(target.id ? { object_id: target.id } : { region: target.region }),
     };
     const isOther = target.id !== this.#target?.id;
-    if (hand.pressed) this.#touch(fields, this.#pressed ? (speed() || isOther ? "slide" : "contact") : "contact");
+    if (isNew && this.#pressed) {
+      this.#touch({ ...fields, force_n: 0 }, "release");
+      this.#pressed = false;
+    }
+    if (isPressed) this.#touch(fields, this.#pressed ? (speed() || isOther ? "slide" : "contact") : "contact");
     else if (this.#pressed || (!hand.over && this.#target)) this.#touch({ ...fields, force_n: 0 }, "release");
     else if (hand.over) this.#touch({ ...fields, force_n: 0 }, "approach");
-    this.#pressed = hand.pressed;
-    this.#target = hand.over || hand.pressed ? target : null;
+    this.#pressed = isPressed;
+    this.#presses = hand.presses;
+    this.#target = hand.over || isPressed ? target : null;
   }
 
   async #touch(fields, phase) {

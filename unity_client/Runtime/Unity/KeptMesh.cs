@@ -91,8 +91,15 @@ namespace HapticVLM
                 subMeshes[i] = Indices.ToArray();
                 kept.Areas[i] = SurfaceTriangles.Area(vertices, subMeshes[i]);
             }
-            ThreadPool.QueueUserWorkItem(_ => kept.triangles = new SurfaceTriangles(vertices, subMeshes));
+            ThreadPool.QueueUserWorkItem(_ => kept.Order(vertices, subMeshes));
             return kept;
+        }
+
+        // Unity aborts the pool's threads when it unloads the scripts; Array.Sort wraps that abort in an error, which would end the process.
+        void Order(float[] vertices, int[][] subMeshes)
+        {
+            try { triangles = new SurfaceTriangles(vertices, subMeshes); }
+            catch (InvalidOperationException error) when (error.InnerException is ThreadAbortException) { }
         }
 
         [RuntimeInitializeOnLoadMethod(RuntimeInitializeLoadType.SubsystemRegistration)]
