@@ -173,7 +173,7 @@ def test_streaming_without_a_service_says_how_to_start_one(tmp_path):
         [sys.executable, "-m", "hapticvlm", "stream", str(tmp_path), "--url", "ws://127.0.0.1:9/"],
         capture_output=True,
         text=True,
-        timeout=30,
+        timeout=60 * PACE,
         check=False,
     )
     assert done.returncode == 2

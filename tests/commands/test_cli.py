@@ -6,6 +6,7 @@ import sys
 from typing import Any
 
 import pytest
+from pace import PACE
 
 from hapticvlm.commands.main import FOR_DEVELOPERS, MODULES, PARTS, _guarded, command_line, main
 
@@ -15,7 +16,11 @@ HEAVY = ("torch", "transformers", "numpy", "scipy", "websockets", "msgspec")
 def loaded_by(code):
     script = f"import sys; {code}; print([m for m in {HEAVY!r} if m in sys.modules])"
     done = subprocess.run(
-        [sys.executable, "-c", script], capture_output=True, text=True, check=True, timeout=30
+        [sys.executable, "-c", script],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=60 * PACE,
     )
     return done.stdout.strip().splitlines()[-1]
 
@@ -54,7 +59,7 @@ def command(*arguments):
         capture_output=True,
         text=True,
         check=False,
-        timeout=30,
+        timeout=60 * PACE,
     )
 
 

@@ -16,7 +16,7 @@ BLOCK = 128
 
 
 def _strike() -> Command:
-    until = time.monotonic() + 0.25
+    until = time.monotonic() + 600.0
     return Command(0, "metal", "strike", True, Motion(0.5, 1.0), seed=1, expires_at=until)
 
 
@@ -92,7 +92,7 @@ def test_hands_with_a_channel_each_are_rendered_apart_and_rest_together():
     ring = Ring.create()
     engine = Engine(ring, AudioSettings(channels=Channels(1, 2)))
     engine.fill(BLOCK)
-    until = time.monotonic() + 10.0
+    until = time.monotonic() + 600.0
     ring.put(Command(1, "wood", "slide", False, Motion(0.3, 2.0), 1, until), time.monotonic())
     right = np.concatenate([engine.fill(BLOCK) for _ in range(40)])
     assert right.shape == (40 * BLOCK, 2)

@@ -6,6 +6,7 @@ import subprocess
 import sys
 
 import pytest
+from pace import PACE
 
 WAITING = """
 import time
@@ -25,6 +26,6 @@ def test_sigterm_unwinds_what_a_demo_has_started():
     assert process.stdout is not None
     assert process.stdout.readline() == "waiting\n"
     process.send_signal(signal.SIGTERM)
-    said, _ = process.communicate(timeout=30)
+    said, _ = process.communicate(timeout=60 * PACE)
     assert said == "stopped the service\n"
     assert process.returncode == 143
