@@ -1,16 +1,21 @@
 """Names and shaders: what they imply, how surely, and when they say nothing."""
 
 import time
+from functools import partial
+from pathlib import Path
 
 import pytest
-from each_case import each, each_row
+from each_case import each_row
 from hypothesis import given
 from hypothesis import strategies as st
+from word_tables import words
 
 from hapticvlm import materials
 from hapticvlm.evidence.ladder import KNOWN, SURE, Evidence
 from hapticvlm.evidence.names import from_name
 from hapticvlm.evidence.shader import from_shader
+
+WORDS = partial(words, Path(__file__).with_name("names.csv"))
 
 
 def read(name: str) -> Evidence:
@@ -20,60 +25,19 @@ def read(name: str) -> Evidence:
     return evidence
 
 
-@each_row(
-    ("name", "material"),
-    [
-        ("Oak_Table_02", "wood"),
-        ("M_BrushedSteel", "metal"),
-        ("Curtain.001", "fabric"),
-        ("GlassPane", "glass"),
-        ("SM_WoodenCrate_LOD0", "wood"),
-        ("T_BrickWall_01_diff_2k", "stone"),
-        ("glassware", "glass"),
-        ("tablecloth", "fabric"),
-        ("paper_towel", "paper"),
-        ("stone washed jeans", "fabric"),
-        ("fiberglass hull", "plastic"),
-        ("steel wool", "metal"),
-        ("rubber_plant", "foliage"),
-        ("Leaves", "foliage"),
-        ("kitchenKnives", "metal"),
-        ("terra-cotta", "ceramic"),
-        ("oaktable", "wood"),
-        ("marble_tile", "stone"),
-        ("carpet tile", "fabric"),
-        ("gold_curtain", "fabric"),
-        ("leather sofa", "leather"),
-        ("cast_iron_stove", "metal"),
-    ],
-)
+@each_row(("name", "material"), WORDS("sure"))
 def test_a_name_with_a_class_word_is_sure(name: str, material: str) -> None:
     assert read(name).material == material
     assert read(name).confidence >= SURE
 
 
-@pytest.mark.parametrize(
-    ("name", "material"),
-    [("kettle", "metal"), ("Sofa_03", "fabric"), ("desk", "wood"), ("jar", "glass")],
-)
+@each_row(("name", "material"), WORDS("alone"))
 def test_a_thing_alone_is_believed_but_not_sure(name: str, material: str) -> None:
     assert read(name).material == material
     assert KNOWN <= read(name).confidence < SURE
 
 
-@each_row(
-    ("name", "material"),
-    [
-        ("glass table", "glass"),
-        ("Table_Glass_Top", "glass"),
-        ("wooden handle steel pan", "metal"),
-        ("pan with wooden handle", "metal"),
-        ("Wood_Table_Metal_Legs", "wood"),
-        ("statue of marble", "stone"),
-        ("wooden_tea_cup", "wood"),
-        ("aluminium_window_frame", "metal"),
-    ],
-)
+@each_row(("name", "material"), WORDS("head"))
 def test_the_head_is_distinguished_from_modifiers_and_parts(name: str, material: str) -> None:
     assert read(name).material == material
 
@@ -83,30 +47,7 @@ def test_an_imitation_of_a_material_is_not_that_material(name: str) -> None:
     assert read(name).confidence < KNOWN
 
 
-@each(
-    name=[
-        "",
-        " ",
-        "Material.001",
-        "Cube.003",
-        "lambert1",
-        "Default-Material",
-        "plasticine",
-        "woodpecker",
-        "iron_age",
-        "non_metal",
-        "NonMetallic",
-        "no glass",
-        "carpenter",
-        "a" * 256,
-        "7" * 256,
-        "😀🪵",
-        "стол",
-        "été",
-        "шкаф",
-        "\u202e\u0000_-.",
-    ]
-)
+@each_row(("name",), [*WORDS("nothing"), ("a" * 256,), ("7" * 256,), ("\u202e\u0000_-.",)])
 def test_a_name_without_known_words_gives_no_evidence(name: str) -> None:
     assert from_name(name) is None
 
@@ -126,76 +67,17 @@ def test_a_name_of_256_characters_is_read_in_milliseconds() -> None:
         assert time.process_time() - start < 0.05
 
 
-@each(
-    name=[
-        "Sound_GlassBreak",
-        "sfx_metal_hit",
-        "IconHammer",
-        "StoneSpawner",
-        "sword_spawner_03",
-        "ChairSnapZone",
-        "BarrelGrabPoint",
-        "TeleportPad_Stone",
-        "SettingsCanvas",
-        "Camera_Dolly_Target",
-        "WoodDebugLine",
-        "MetalScrollView",
-        "gamemanager",
-        "steel_boxspawner",
-        "Chair_uicanvas",
-        "Kettle_Tooltip",
-        "HingeJoint_Door",
-        "CSGCombiner_Brick",
-        "ReflectionProbe_Kitchen",
-        "VFX_WoodChips",
-        "SnapTurnProvider",
-        "XRRayInteractor",
-        "Mug_Outline",
-    ]
-)
+@each_row(("name",), WORDS("engine"))
 def test_words_of_engines_take_all_meaning_from_a_name(name: str) -> None:
     assert from_name(name) is None
 
 
-@each(
-    name=[
-        "ChairArea",
-        "SofaPosition",
-        "Lantern_Origin",
-        "WaterSurface",
-        "vase_locator",
-        "RoomBounds",
-        "BottleManager",
-        "DogHouse_Dog",
-        "MainCamera",
-        "PuddleWater",
-        "LeftHand_Thumb",
-        "Wall Socket Label",
-    ]
-)
+@each_row(("name",), WORDS("no thing"))
 def test_a_head_that_is_no_thing_says_nothing_whatever_stands_before_it(name: str) -> None:
     assert from_name(name) is None
 
 
-@each_row(
-    ("name", "material"),
-    [
-        ("Door Visuals", "wood"),
-        ("Kettle_Model_Red", "metal"),
-        ("Pillow (Interactable)", "fabric"),
-        ("SM_Crate_Small_Left_02", "wood"),
-        ("Vase_Broken_Collider", "ceramic"),
-        ("WaterTank_Steel", "metal"),
-        ("HandSaw", "metal"),
-        ("Stone_Path", "stone"),
-        ("WoodPanel", "wood"),
-        ("SteelBeam", "metal"),
-        ("Canvas_Tent", "fabric"),
-        ("ShipAnchor_Iron", "metal"),
-        ("Power Socket", "plastic"),
-        ("Desk Lamp", "metal"),
-    ],
-)
+@each_row(("name", "material"), WORDS("neutral"))
 def test_neutral_words_leave_the_thing_its_material(name: str, material: str) -> None:
     assert read(name).material == material
     assert read(name).confidence >= KNOWN
@@ -223,15 +105,7 @@ def test_things_before_an_unknown_word_are_not_believed(name: str) -> None:
     assert read(name).confidence < KNOWN
 
 
-@pytest.mark.parametrize(
-    ("name", "material"),
-    [
-        ("Wooden Frobnicator", "wood"),
-        ("SteelGizbo_02", "metal"),
-        ("leather wobble", "leather"),
-        ("Granite Quux", "stone"),
-    ],
-)
+@each_row(("name", "material"), WORDS("before unknown"))
 def test_a_class_word_before_an_unknown_word_is_believed_but_not_sure(
     name: str, material: str
 ) -> None:
@@ -239,46 +113,13 @@ def test_a_class_word_before_an_unknown_word_is_believed_but_not_sure(
     assert KNOWN <= read(name).confidence < SURE
 
 
-@each_row(
-    ("path", "material"),
-    [
-        ("Pistol/Magazine", "metal"),
-        ("Weapons/AssaultRifle/Barrel", "metal"),
-        ("Shotgun/Stock", "wood"),
-        ("BasketballHoop/Net", "fabric"),
-        ("Bicycle/Bike_Grip", "rubber"),
-        ("Kitchen/Shelf/Cooking/Pot", "metal"),
-        ("Garden/Pot_Clay", "ceramic"),
-        ("OakTable/Visuals", "wood"),
-        ("Sofa_03/Mesh/LOD0", "fabric"),
-        ("Kettle/Collider", "metal"),
-        ("House/Chair_02/Legs", "wood"),
-        ("Room/GlassVase", "glass"),
-        ("/Room//GlassVase/", "glass"),
-        ("Vase w/ Steel Rim", "ceramic"),
-        ("AudioStudio/Guitar", "wood"),
-        ("MenuRoom/OakTable", "wood"),
-    ],
-)
+@each_row(("path", "material"), WORDS("parent"))
 def test_parents_give_the_sense_or_the_thing(path: str, material: str) -> None:
     assert read(path).material == material
     assert read(path).confidence >= KNOWN
 
 
-@each(
-    path=[
-        "Avatar/Hand/Nail_03",
-        "Palm_L",
-        "Insect/Antenna",
-        "Cave/Bat",
-        "Canvas/Panel/Wood",
-        "PauseMenu/UI/Table",
-        "Audio/GlassBreak",
-        "Room/Cube",
-        "/",
-        "//",
-    ]
-)
+@each_row(("path",), WORDS("parent takes"))
 def test_parents_can_take_the_meaning(path: str) -> None:
     assert from_name(path) is None
 
@@ -287,19 +128,7 @@ def test_a_parent_is_believed_less_than_its_own_name() -> None:
     assert read("Crate/Visuals").confidence < read("Crate").confidence
 
 
-@each_row(
-    ("name", "surface", "material"),
-    [
-        ("Table_03", "M_BrushedSteel", "metal"),
-        ("WoodenDoor", "Glass_Clear", "glass"),
-        ("Chair", "T_Leather_Brown_D.png", "leather"),
-        ("mesh2057", "textures/oak/planks_02.jpg", "wood"),
-        ("OakTable", "mat14", "wood"),
-        ("OakTable", "Table_Diffuse", "wood"),
-        ("", "Rubber_Frobnicated", "rubber"),
-        ("Canvas/Image", "Wood_Planks", "wood"),
-    ],
-)
+@each_row(("name", "surface", "material"), WORDS("surface"))
 def test_the_name_of_a_surface_says_more_than_that_of_its_object(
     name: str, surface: str, material: str
 ) -> None:
@@ -314,68 +143,13 @@ def test_a_surface_that_agrees_or_says_nothing_changes_no_belief() -> None:
     assert agreed == from_name("OakDesk")
 
 
-@each_row(
-    ("name", "material"),
-    [
-        ("Harpoon_Net", "fabric"),
-        ("traffic_light_02", "metal"),
-        ("FireHydrant", "metal"),
-        ("parking meter", "metal"),
-        ("TennisRacket", "wood"),
-        ("SoccerBall", "leather"),
-        ("Longsword_Blade", "metal"),
-        ("ShotgunShell_Bullet", "metal"),
-        ("Turbine_01", "metal"),
-        ("PistonRod", "metal"),
-        ("Parachute", "fabric"),
-        ("Kayak_Blue", "plastic"),
-        ("Sarcophagus", "stone"),
-        ("Dandelion_Patch_Leaves", "foliage"),
-        ("SpellBook", "paper"),
-        ("sun flower", "foliage"),
-        ("Fire_Place", "stone"),
-        ("trashcan", "metal"),
-        ("PiggyBank_Pink", "ceramic"),
-    ],
-)
+@each_row(("name", "material"), WORDS("thing"))
 def test_things_of_streets_sports_weapons_and_machines_are_known(name: str, material: str) -> None:
     assert read(name).material == material
     assert read(name).confidence >= KNOWN
 
 
-@each_row(
-    ("name", "material"),
-    [
-        ("Tisch", "wood"),
-        ("Küchentisch_02", "wood"),
-        ("Eichenschrank", "wood"),
-        ("Glasscheibe", "glass"),
-        ("Ledersofa", "leather"),
-        ("SCHLÜSSEL", "metal"),
-        ("bois", "wood"),
-        ("Bouteille_Verre", "glass"),
-        ("Étagère", "wood"),
-        ("Chaise rouge", "wood"),
-        ("Botella de vidrio", "glass"),
-        ("Mesa redonda", "wood"),
-        ("Sarten_Negra", "metal"),
-        ("Bottiglia", "glass"),
-        ("Muro di pietra", "stone"),
-        ("Cadeira_Madeira", "wood"),
-        ("Xícara", "ceramic"),
-        ("硝子の瓶", "glass"),
-        ("木の椅子", "wood"),
-        ("革のソファ_01", "leather"),
-        ("ｶｰﾃﾝ", "fabric"),
-        ("玻璃瓶", "glass"),
-        ("铁门", "metal"),
-        ("橡胶轮胎", "rubber"),
-        ("나무책상", "wood"),
-        ("가죽소파", "leather"),
-        ("ガラスGlass", "glass"),
-        ("木_Holz", "wood"),
-    ],
-)
+@each_row(("name", "material"), WORDS("language"))
 def test_common_words_of_eight_other_languages_are_read(name: str, material: str) -> None:
     assert read(name).material == material
     assert read(name).confidence >= KNOWN
@@ -405,54 +179,7 @@ def test_any_text_gives_evidence_of_known_materials_or_none(name: str) -> None:
         assert beliefs == sorted(beliefs, reverse=True)
 
 
-@each_row(
-    ("name", "material"),
-    [
-        ("Taxi/Roof", "metal"),
-        ("Lorry/Door_Left", "metal"),
-        ("House/Door", "wood"),
-        ("Bus/Seats", "fabric"),
-        ("Lamp/Shade", "fabric"),
-        ("House/Floor_Outside", "stone"),
-        ("Villa/Terrace_Floor", "stone"),
-        ("Office/Waste_Basket", "plastic"),
-        ("Picnic_Basket", "wood"),
-        ("Headset/Face_Plate_Front", "plastic"),
-        ("MarbleTrack_1x3", "none"),
-        ("Marble_Floor", "stone"),
-        ("Minivan/Door_Left", "metal"),
-        ("Jeep/Bodycolor", "metal"),
-        ("TowTruck/HeadLight", "glass"),
-        ("oculus_touch_left/trigger", "plastic"),
-        ("Rifle/Trigger", "metal"),
-        ("Gamepad/Bumper_R", "plastic"),
-        ("Car/Bumper", "metal"),
-        ("generic_button_R/Plate", "plastic"),
-        ("window_frame", "wood"),
-        ("Aluminium_Window_Frame", "metal"),
-        ("BedFrame", "wood"),
-        ("shipWheel", "wood"),
-        ("dutch_ship_medium_hull", "wood"),
-        ("Submarine/Hull", "metal"),
-        ("EmeraldGreen.001", "none"),
-        ("Ring_Emerald", "stone"),
-        ("Brick_Red", "stone"),
-        ("simpleShaderBallMat", "none"),
-        ("file1", "none"),
-        ("camera_tile", "none"),
-        ("Tile_Straight", "none"),
-        ("Kitchen_Tile", "ceramic"),
-        ("Tiled_Floor", "ceramic"),
-        ("WoodFloor_tiled", "wood"),
-        ("pinkCoreEnergy_tiled.png", "none"),
-        ("Flower_Decals", "none"),
-        ("Spaceship/Floor", "metal"),
-        ("SciFi_Door", "metal"),
-        ("Castle/Floor", "stone"),
-        ("Castle/Oak_Floor", "wood"),
-        ("Barn/Wall", "wood"),
-    ],
-)
+@each_row(("name", "material"), WORDS("part"))
 def test_a_part_is_of_what_its_whole_or_its_place_is_made_of(name: str, material: str) -> None:
     evidence = from_name(name)
     said = evidence.material if evidence and evidence.confidence >= KNOWN else "none"

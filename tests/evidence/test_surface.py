@@ -1,11 +1,14 @@
 """Surface temperature: the scene's word, the name, the sun, the ambient, in that order."""
 
+from functools import partial
+from pathlib import Path
 from typing import get_args
 
 import pytest
-from each_case import each, each_row
+from each_case import each_row
 from hypothesis import given
 from hypothesis import strategies as st
+from word_tables import words
 
 from hapticvlm import materials, messages
 from hapticvlm.evidence import temperature_words
@@ -21,6 +24,7 @@ from hapticvlm.evidence.surface import (
     surface,
 )
 
+WORDS = partial(words, Path(__file__).with_name("temperatures.csv"))
 ROOM = Ambient(21.0, 19.0, 23.0, "scene")
 FROST = Ambient(-12.0, -15.0, -9.0, "scene")
 HEAT_WAVE = Ambient(38.0, 36.0, 40.0, "scene")
@@ -76,56 +80,14 @@ def test_an_object_id_is_read_without_a_name() -> None:
     assert surface(SurfaceFacts("sofa", "IceCube_03"), ROOM).source == "ambient"
 
 
-@each_row(
-    ("name", "low", "high"),
-    [
-        ("Radiator_White_02", 40, 75),
-        ("SM_IceCube_LOD0", -1, 0),
-        ("icicles", -1, 0),
-        ("T_Snow_01_diff", -1, 0),
-        ("mug_with_steam", 40, 75),
-        ("SteamingMug", 40, 75),
-        ("cup_of_hot_coffee", 40, 75),
-        ("Hot_Coffee_Mug", 40, 75),
-        ("Stove_On", 80, 350),
-        ("hot_steel_pan", 80, 350),
-        ("Kettle_Boiling", 60, 100),
-        ("boiling_hot_kettle", 60, 100),
-        ("bowl_of_soup", 40, 75),
-        ("cold_beer_glass", 1, 12),
-        ("frozen_peas", -18, 0),
-        ("fridge_interior", 1, 8),
-        ("freezer_interior", -22, -12),
-        ("Lamp_On", 22, 60),
-        ("bulb_lit", 35, 150),
-        ("Laptop_On", 26, 45),
-        ("EngineRunning", 60, 120),
-        ("Car_Hood_Hot", 35, 80),
-        ("steam_iron_hot", 80, 230),
-        ("frozen_lake", -1, 0),
-        ("fireplace_with_fire", 50, 350),
-    ],
-)
-def test_a_name_gives_a_temperature(name: str, low: float, high: float) -> None:
-    assert low <= felt(name).value_c <= high
+@each_row(("name", "low", "high"), WORDS("warm"))
+def test_a_name_gives_a_temperature(name: str, low: str, high: str) -> None:
+    assert float(low) <= felt(name).value_c <= float(high)
     assert felt(name).low_c <= felt(name).value_c <= felt(name).high_c
     assert felt(name).source == "name"
 
 
-@each(
-    name=[
-        "Stove",
-        "Mug",
-        "Kettle",
-        "Lamp_03",
-        "Laptop",
-        "Engine",
-        "car_hood",
-        "Fridge",
-        "lava",
-        "Beer",
-    ]
-)
+@each_row(("name",), WORDS("on or off"))
 def test_a_thing_that_may_be_on_or_off_gives_no_temperature_by_itself(name: str) -> None:
     assert by_name(name) is None
 
@@ -137,54 +99,12 @@ def test_a_thing_that_is_off_gives_no_temperature(name: str) -> None:
     assert by_name(name) is None
 
 
-@each(
-    name=[
-        "not_hot_pan",
-        "mug_without_steam",
-        "no_fire",
-        "toy_stove_on",
-        "fake_ice_cube",
-        "felt_snowman",
-        "glass_icicle",
-        "plastic_ice_cube",
-    ]
-)
+@each_row(("name",), WORDS("denied"))
 def test_negations_and_imitations_give_no_temperature(name: str) -> None:
     assert by_name(name) is None
 
 
-@each(
-    name=[
-        "Ice_Blue_Sofa",
-        "HotPink",
-        "HotPink_Mug",
-        "radiator_grille",
-        "iron_gate",
-        "flat_iron",
-        "cold_steel",
-        "Snow_White",
-        "Cold_Steel_Knife",
-        "SnowGlobe",
-        "fire_hydrant",
-        "FireExtinguisher",
-        "hot_dog_bun",
-        "ice_axe",
-        "ice_cream_truck",
-        "Soup_Can",
-        "campfire_stones",
-        "Frozen_Castle",
-        "frozen_elsa_mug",
-        "steampunk_lamp",
-        "warm_white_lamp",
-        "stove_off_white",
-        "fridge_magnet",
-        "lava_lamp",
-        "Fridge_Open",
-        "Fire_Red_Car",
-        "Hot_Wheels",
-        "water_heater",
-    ]
-)
+@each_row(("name",), WORDS("false friend"))
 def test_a_false_friend_gives_no_temperature(name: str) -> None:
     assert by_name(name) is None
 
