@@ -1,7 +1,6 @@
 """The rig of stop and the hostile clients: what they make of what they measured."""
 
 import subprocess
-import time
 from pathlib import Path
 
 import numpy as np
@@ -11,12 +10,10 @@ from null_sink import Recording
 from hapticvlm.client.local_service import Service
 from hapticvlm.devices.speaker.speaker_files import read_patterns
 from hapticvlm.materials import MATERIALS
-from hapticvlm.messages import MAX_MESSAGE_BYTES
 from hapticvlm.rendering.vibration.patterns import LONGEST_S
 from hapticvlm.rendering.vibration.vibration import IMPACTS
 from hapticvlm.server.edge.limits import MAX_SCENES
-from hapticvlm_lab.bench.reliability.board import PING, PtyBoard, board_on_a_terminal
-from hapticvlm_lab.bench.reliability.flood_clients import KINDS, TINY
+from hapticvlm_lab.bench.reliability.board import PtyBoard, board_on_a_terminal
 from hapticvlm_lab.bench.reliability.stop import Outputs, Trial, _holds, _row
 from hapticvlm_lab.bench.reliability.stop import summary as stopped
 from hapticvlm_lab.bench.reliability.stop_conditions import (
@@ -61,7 +58,7 @@ def test_the_recordings_that_a_stop_is_measured_beside_are_ones_a_service_takes(
 
 
 def test_one_stop_that_never_came_is_the_p99():
-    trials = [Trial(1.0, 10.0, 20.0, 20.0, 0.2)] * 30 + [Trial(1.0, 10.0, 20.0, float("inf"), 0.2)]
+    trials = [Trial(1.0, 10.0, 20.0, 20.0)] * 30 + [Trial(1.0, 10.0, 20.0, float("inf"))]
     found = stopped(trials)
     assert found["silent"] == {"median": 10.0, "p99": 10.0, "max": 10.0}
     assert found["bridge"]["p99"] == float("inf")
@@ -77,24 +74,12 @@ def test_a_condition_that_fails_is_reported_and_holds_nothing():
     row = _row(condition, Outputs(heard(), PtyBoard("")), nowhere, 3)
     assert row["failed"] == "OSError: no browser"
     assert not _holds(row)
-    assert _holds(stopped([Trial(1.0, 10.0, 20.0, 20.0, 0.2)] * 3))
-    assert not _holds(stopped([Trial(1.0, 10.0, 20.0, 60.0, 0.2)] * 3))
-
-
-def test_every_hostile_message_is_small_enough_to_be_taken():
-    sizes = {name: len(kind.data()) for name, kind in KINDS.items()}
-    most = {name: MAX_MESSAGE_BYTES * (2 if name in TINY else 1) for name in KINDS}
-    assert [name for name, size in sizes.items() if size >= most[name]] == []
+    assert _holds(stopped([Trial(1.0, 10.0, 20.0, 20.0)] * 3))
+    assert not _holds(stopped([Trial(1.0, 10.0, 20.0, 60.0)] * 3))
 
 
 def test_a_board_on_a_terminal_is_there_until_the_context_ends():
     with board_on_a_terminal() as board:
         assert Path(board.port).exists()
-        assert board.state == "OFF"
-        since = time.monotonic()
-        board.ping()
-        while board.first(PING, since, time.monotonic()) is None:
-            assert time.monotonic() < since + 30.0
-            time.sleep(0.01)
         assert board.state == "OFF"
     assert not Path(board.port).exists()

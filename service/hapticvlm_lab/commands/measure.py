@@ -24,9 +24,9 @@ def add(commands: Commands) -> None:
         kinds,
         "invariants",
         _invariants,
-        "what must hold beside random and hostile clients, kills, freezes",
+        "what must hold beside random clients, kills and freezes",
     )
-    number(invariants, "--minutes", 10.0, "M", "minutes of random clients, 0: none")
+    number(invariants, "--minutes", 10.0, "M", "minutes of random clients")
     number(invariants, "--seed", 0, "N", "seed of the random requests")
     marks = _kind(kinds, "marks", _marks, "the figures that the project has marks for")
     marks.add_argument("--write", action="store_true", help="write the table into FIGURES.md")

@@ -5,7 +5,7 @@ each OFF that arrives and for each new state of the plate, with its time of the 
 
 A pseudo-terminal hands its bytes over through a kernel thread of normal priority. On a busy machine
 that thread waits, whatever priority both ends have: 12 ms at p99 beside a load of 11, where a
-socket takes 0.2. A second terminal, which carries only a ping, shows the share of that delay.
+socket takes 0.2.
 """
 
 from __future__ import annotations
@@ -29,9 +29,7 @@ from hapticvlm_lab.bench.rigs import Process, first_line, helper
 
 TURN_S = 0.005  # longest step of the simulated plate
 READ_BYTES = 4096
-PING_BYTES = 16  # somewhat more than an OFF
 OFF = "OFF on the line"
-PING = "ping on the line"
 
 
 @dataclass(slots=True)
@@ -39,7 +37,6 @@ class PtyBoard:
     """Our end: the board's port, and its events as (monotonic s, event)."""
 
     port: str
-    spare: int = -1  # our end of the second terminal
     pid: int = 0
     events: list[tuple[float, str]] = field(default_factory=list)
 
@@ -47,13 +44,9 @@ class PtyBoard:
     def state(self) -> str:
         """The newest state of the plate."""
         for _, what in reversed(self.events):
-            if what not in (OFF, PING):
+            if what != OFF:
                 return what
         return "OFF"
-
-    def ping(self) -> None:
-        """Send something over the second terminal."""
-        os.write(self.spare, b"\0" * PING_BYTES)
 
     def first(self, what: str, since: float, until: float) -> float | None:
         """Return the first time of this event in between, if it happened."""
@@ -65,8 +58,7 @@ class PtyBoard:
 def board_on_a_terminal() -> Iterator[PtyBoard]:
     """Run a board for as long as the context lasts."""
     with helper("reliability.board") as process:
-        port, spare = first_line(process).split()
-        board = PtyBoard(port, os.open(spare, os.O_WRONLY | os.O_NOCTTY), process.pid)
+        board = PtyBoard(first_line(process), process.pid)
         reader = threading.Thread(target=_read, args=(board, process), daemon=True)
         reader.start()
         try:
@@ -74,7 +66,6 @@ def board_on_a_terminal() -> Iterator[PtyBoard]:
         finally:
             process.kill()
             reader.join(5.0)
-            os.close(board.spare)
 
 
 def _read(board: PtyBoard, process: Process) -> None:
@@ -86,10 +77,9 @@ def _read(board: PtyBoard, process: Process) -> None:
 
 def main() -> None:
     """Serve until killed."""
-    (master, slave), (pinged, spare) = pty.openpty(), pty.openpty()
+    master, slave = pty.openpty()
     tty.setraw(slave)
-    tty.setraw(spare)
-    print(os.ttyname(slave), os.ttyname(spare), flush=True)
+    print(os.ttyname(slave), flush=True)
     request_priority()
     board = SimulatedBoard()
     deframer = Deframer()
@@ -97,12 +87,9 @@ def main() -> None:
     while True:
         # Bytes wake the loop at once; without any it wakes after TURN_S, so that the simulated
         # plate's time goes on.
-        ready, _, _ = select.select([master, pinged], [], [], TURN_S)
+        ready, _, _ = select.select([master], [], [], TURN_S)
         data = os.read(master, READ_BYTES) if master in ready else b""
         now = time.monotonic()
-        if pinged in ready:
-            os.read(pinged, READ_BYTES)
-            print(json.dumps((now, PING)), flush=True)
         for frame in deframer.feed(data):
             if isinstance(plate_protocol.decode(frame), plate_protocol.Off):
                 print(json.dumps((now, OFF)), flush=True)

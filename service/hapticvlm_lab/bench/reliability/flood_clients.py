@@ -11,7 +11,6 @@ import contextlib
 import json
 import sys
 import time
-import zlib
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -38,11 +37,7 @@ class Kind:
 
 
 def _many(opcode: Opcode, data: bytes) -> bytes:
-    return _once(opcode, data, BURST)
-
-
-def _once(opcode: Opcode, data: bytes, count: int = 1) -> bytes:
-    return b"".join(Frame(opcode, data).serialize(mask=True) for _ in range(count))
+    return b"".join(Frame(opcode, data).serialize(mask=True) for _ in range(BURST))
 
 
 def _packed(**message: Any) -> bytes:
@@ -55,50 +50,16 @@ def _wrong_material() -> bytes:
     return _many(Opcode.BINARY, _packed(type="scene", objects=objects, replace=False))
 
 
-def _large_scene() -> bytes:
-    objects = [{"object_id": f"object {number}", "name": "Oak"} for number in range(4096)]
-    return _once(Opcode.BINARY, _packed(type="scene", objects=objects, replace=True))
-
-
-def _picture(format: str, image: bytes, side: int) -> bytes:
-    fields = {"captured_at": 0.0, "origin": "top", "width": side, "height": side}
-    return _once(Opcode.BINARY, _packed(type="frame", format=format, image=image, **fields))
-
-
-def _jpeg_of_comments() -> bytes:
-    comment = b"\xff\xfe\xff\xff" + bytes(65533)
-    size = b"\xff\xc0\x00\x11\x08\x00\x40\x00\x40\x03\x01\x22\x00\x02\x11\x01\x03\x11\x01"
-    return _picture("jpeg", b"\xff\xd8" + comment * 60 + size + b"\xff\xd9", 64)
-
-
-def _png_of_chunks() -> bytes:
-    def chunk(kind: bytes, data: bytes = b"") -> bytes:
-        checksum = zlib.crc32(kind + data).to_bytes(4, "big")
-        return len(data).to_bytes(4, "big") + kind + data + checksum
-
-    header = chunk(b"IHDR", b"\0\0\0\x40\0\0\0\x40\x08\x02\0\0\0")
-    pixels = chunk(b"IDAT", zlib.compress(bytes(64 * (1 + 64 * 3))))
-    filler = chunk(b"tEXt") * 300_000
-    return _picture("png", b"\x89PNG\r\n\x1a\n" + header + filler + pixels + chunk(b"IEND"), 64)
-
-
-KINDS = {
+RECONNECTIONS = "reconnections"
+KINDS = {  # each frame costs the service more to answer than the client to send
     "garbage": Kind(lambda: _many(Opcode.BINARY, b"\xc1")),
     "pings": Kind(lambda: _many(Opcode.PING, b"")),
     "pings before hello": Kind(lambda: _many(Opcode.PING, b""), None),
     "pongs": Kind(lambda: _many(Opcode.PONG, b"")),
     "set": Kind(lambda: _many(Opcode.BINARY, _packed(type="set"))),
     "wrong material": Kind(_wrong_material, "scene"),
-    "text of 1 MB": Kind(lambda: _once(Opcode.TEXT, b'"' + b"x" * 1_000_000 + b'"')),
-    "deep JSON": Kind(lambda: _once(Opcode.TEXT, b"[" * 500_000)),
-    "scenes of 4096 objects": Kind(_large_scene, "scene"),
-    "JPEGs of 4 MB of comments": Kind(_jpeg_of_comments, "scene"),
-    "PNGs of 300,000 chunks": Kind(_png_of_chunks, "scene"),
-    "connections": Kind(lambda: b"", None),
-    "reconnections": Kind(lambda: b""),
+    RECONNECTIONS: Kind(lambda: b""),
 }
-# Small frames: each costs the service more to answer than the client to send.
-TINY = ("garbage", "pings", "pings before hello", "pongs", "set", "wrong material")
 
 
 async def flood(url: str, name: str, seconds: float, counts: Counter[str]) -> None:

@@ -1,4 +1,4 @@
-"""`hapticvlm measure invariants`: what must hold beside random clients, kills, freezes and floods.
+"""`hapticvlm measure invariants`: what must hold beside random clients, kills and freezes.
 
 Random clients connect, send what is legal and what is not, and leave without a word, while the
 audio engine and the recogniser are killed and frozen. Once a second one of the checks runs. All
@@ -20,10 +20,6 @@ in one of them is not blamed on the others. Its growth is Theil and Sen's slope,
 slopes of all pairs of samples: a single garbage collection or a burst of clients moves a
 least-squares line, but not a median. The first third of the life of a process is left out, since
 caches fill then.
-
-At last touches run beside one hostile client of each kind, in turns with a bare echo that nobody
-attacks: what the echo is late by is the machine's doing. One row before and one after the random
-clients, beside nobody, show whether touches are as fast as before.
 """
 
 from __future__ import annotations
@@ -37,20 +33,15 @@ import signal
 import time
 from collections import Counter, defaultdict, deque
 from collections.abc import Sequence
-from contextlib import ExitStack
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from rich.console import Console
-from rich.table import Table
 from scipy import stats
 
 from hapticvlm import __version__
 from hapticvlm.client.local_service import Service, running
-from hapticvlm_lab.bench.latency.round_trip import echo, sockets
-from hapticvlm_lab.bench.latency.touch import alternate
-from hapticvlm_lab.bench.reliability.flood_clients import KINDS
 from hapticvlm_lab.bench.reliability.random_clients import (
     Message,
     RandomClient,
@@ -58,15 +49,7 @@ from hapticvlm_lab.bench.reliability.random_clients import (
     garbage,
     random_request,
 )
-from hapticvlm_lab.bench.rigs import (
-    first_line,
-    helper,
-    is_priority_permitted,
-    priority,
-    service_status,
-    spent_s,
-    spread,
-)
+from hapticvlm_lab.bench.rigs import service_status, spread
 
 CLIENTS = 5
 REQUESTS_HZ = 150.0
@@ -82,10 +65,6 @@ BACK_WITHIN_S = 15.0  # from the death of any child until another one works
 KEPT = 12  # last requests that are reported with a violation
 LEAST = 12  # samples of memory for a slope
 CHILDREN = ("speaker", "recogniser")
-
-FLOOD_S = 8.0  # of touches beside each kind of hostile client
-FLOOD_MARK_MS = 10.0  # of a touch, p99
-FLOOD_MARGIN_S = 30.0  # a hostile client outlives its row
 
 Samples = list[tuple[float, float]]  # (monotonic s, figure)
 
@@ -170,24 +149,13 @@ class World:
             self.threads.append(gateway.num_threads())
 
 
-def run(*, minutes: float, seed: int, as_json: bool, flood_seconds: float = FLOOD_S) -> int:
+def run(*, minutes: float, seed: int, as_json: bool) -> int:
     """Run it and print the figures; return 1 where something did not hold."""
     console = Console(quiet=as_json, width=120)
-    realtime = is_priority_permitted()
-    kinds = [None, *KINDS] if flood_seconds else []
-    with echo(realtime) as port, running() as service:
+    with running() as service:
         world = World(service, random.Random(seed))
-
-        def touches(name: str, kind: str | None) -> dict[str, Any]:
-            with console.status(f"touches beside {name}"), priority(realtime):
-                row = asyncio.run(_touches_beside(kind, service, port, flood_seconds))
-            return {"beside": name, **row}
-
-        rows = [touches("nobody, at first", None)] if kinds else []
-        if minutes:
-            with console.status(f"{minutes:g} minutes of random clients"):
-                asyncio.run(_run(world, minutes * 60.0))
-        rows += [touches(kind or "nobody, at the end", kind) for kind in kinds]
+        with console.status(f"{minutes:g} minutes of random clients"):
+            asyncio.run(_run(world, minutes * 60.0))
         tracebacks = [line for line in service.printed if "Traceback" in line]
     world.violations += [{"what": f"the service printed: {line.strip()}"} for line in tracebacks]
     result = {
@@ -203,19 +171,14 @@ def run(*, minutes: float, seed: int, as_json: bool, flood_seconds: float = FLOO
         },
         "descriptors": _first_last_most(world.files),
         "threads": _first_last_most(world.threads),
-        "floods": rows,
         "violations": world.violations,
     }
     if as_json:
         print(json.dumps(result))
     else:
         for name, value in result.items():
-            if name != "floods":
-                console.print(f"{name:<12} {value}", highlight=False)
-        if rows:
-            console.print(_table(rows))
-    is_late = any(row["touch_ms"]["p99"] > FLOOD_MARK_MS for row in rows)
-    return int(bool(world.violations) or is_late)
+            console.print(f"{name:<12} {value}", highlight=False)
+    return int(bool(world.violations))
 
 
 async def _run(world: World, seconds: float) -> None:
@@ -405,36 +368,6 @@ async def _loses(world: World) -> None:
         world.counts[what] = count
 
 
-async def _touches_beside(
-    kind: str | None, service: Service, echo_port: int, seconds: float
-) -> dict[str, Any]:
-    """Measure touches and echoes in turns beside a hostile client of this kind; None: nobody."""
-    with ExitStack() as stack:
-        async with sockets(service, echo_port) as (touches, echoes):
-            if kind is not None:
-                rig = (service.url, kind, seconds + FLOOD_MARGIN_S)
-                flood = stack.enter_context(helper("reliability.flood_clients", *rig))
-                await asyncio.to_thread(first_line, flood)
-            started = time.monotonic()
-            used = spent_s(service.process.pid)
-            touch_ms, echo_ms = await alternate(touches, echoes, seconds)
-            cores = (spent_s(service.process.pid) - used) / (time.monotonic() - started)
-    return {
-        "touch_ms": spread(touch_ms),
-        "echo_ms": spread(echo_ms),
-        "gateway_cores": round(cores, 2),
-        "gateway_mb": _held_mb(service.process.pid),
-        "load": round(os.getloadavg()[0], 1),
-    }
-
-
-def _held_mb(pid: int) -> float:
-    import psutil
-
-    held: float = psutil.Process(pid).memory_full_info().uss / 2**20
-    return round(held, 1)
-
-
 def _growth(held: Samples) -> dict[str, Any] | None:
     """Return the memory of a process after its first third, MB, and the slope, MB/h with 95 %.
 
@@ -457,14 +390,3 @@ def _growth(held: Samples) -> dict[str, Any] | None:
 
 def _first_last_most(counts: list[int]) -> list[int]:
     return [counts[0], counts[-1], max(counts)] if counts else []
-
-
-def _table(rows: list[dict[str, Any]]) -> Table:
-    columns = ("beside", "n", "touch", "bare echo", "gateway, cores", "gateway, MB", "load")
-    table = Table(*columns, title="beside one hostile client, ms (median / p99 / longest)")
-    for row in rows:
-        times = [row[name] for name in ("touch_ms", "echo_ms")]
-        cells = [f"{each['median']} / {each['p99']} / {each['max']}" for each in times]
-        numbers = (str(row[name]) for name in ("gateway_cores", "gateway_mb", "load"))
-        table.add_row(row["beside"], str(row["touch_ms"]["n"]), *cells, *numbers)
-    return table

@@ -3,8 +3,7 @@
 A scene touches something cold, so that speaker and plate are both driven; another connection (or
 the dashboard's button) stops at a random moment. Both outputs are watched from outside. Sound is
 recorded at a null sink, which includes the delay of the sound server. OFF is observed on the serial
-line and at a simulated board behind a terminal, beside the time that a terminal needs for a few
-bytes alone.
+line and at a simulated board behind a terminal.
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ from hapticvlm import __version__
 from hapticvlm.client import connect
 from hapticvlm.client.connection import Client, Refused
 from hapticvlm.client.local_service import Service, ServiceError
-from hapticvlm_lab.bench.reliability.board import OFF, PING, PtyBoard, board_on_a_terminal
+from hapticvlm_lab.bench.reliability.board import OFF, PtyBoard, board_on_a_terminal
 from hapticvlm_lab.bench.reliability.stop_conditions import CONDITIONS, Condition, Press, Start
 from hapticvlm_lab.bench.rigs import priority, set_priority
 
@@ -70,13 +69,12 @@ class Outputs:
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """One stop: ms until answer, silence, OFF on the line and open bridge; and of a ping."""
+    """One stop: ms until answer, silence, OFF on the line and open bridge."""
 
     answered: float
     silent: float
     off: float
     bridge: float
-    line: float
 
 
 def run(*, as_json: bool) -> int:
@@ -119,7 +117,7 @@ def summary(trials: list[Trial]) -> dict[str, Any]:
         median, p99 = np.percentile(values, (50, 99), method="higher")
         return {"median": round(median, 1), "p99": round(p99, 1), "max": round(max(values), 1)}
 
-    names = ("answered", "silent", "off", "bridge", "line")
+    names = ("answered", "silent", "off", "bridge")
     return {
         "n": len(trials),
         **{name: spread([getattr(each, name) for each in trials]) for name in names},
@@ -184,8 +182,6 @@ async def _trial(
     if condition.strike is not None:
         condition.strike(service)
         await asyncio.sleep(random.uniform(0.0, condition.struck_s))
-    pinged = time.monotonic()
-    outputs.board.ping()
     pressed, answered = await press()
     until = pressed + condition.watched_s
     await asyncio.sleep(until - time.monotonic())
@@ -193,13 +189,11 @@ async def _trial(
     await asyncio.sleep(CLEAR_S)  # the board's diary and the last sounds are still on their way
     off = outputs.board.first(OFF, pressed, until)
     opened = outputs.board.first("OFF", pressed, until)
-    ping = outputs.board.first(PING, pinged, until)
     return Trial(
         (answered - pressed) * 1000.0,
         outputs.silent_after(pressed, until) * 1000.0,
         _ms_between(pressed, off),
         _ms_between(pressed, opened),
-        _ms_between(pinged, ping),
     )
 
 
@@ -255,14 +249,14 @@ async def _touching(url: str) -> AsyncIterator[_Hand]:
 
 
 def _table(rows: list[dict[str, Any]]) -> Table:
-    columns = ("answered", "silent", "OFF on the line", "bridge open", "line alone", "load")
+    columns = ("answered", "silent", "OFF on the line", "bridge open", "load")
     title = "stop, ms until (median / p99 / longest)"
     table = Table("condition", "n", *columns, title=title)
     for row in rows:
         if "failed" in row:
             table.add_row(row["condition"], "failed", row["failed"])
             continue
-        times = (row[name] for name in ("answered", "silent", "off", "bridge", "line"))
+        times = (row[name] for name in ("answered", "silent", "off", "bridge"))
         cells = (f"{each['median']} / {each['p99']} / {each['max']}" for each in times)
         table.add_row(row["condition"], str(row["n"]), *cells, str(row["load"]))
     return table

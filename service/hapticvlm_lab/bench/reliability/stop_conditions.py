@@ -24,7 +24,7 @@ from hapticvlm.client import connect
 from hapticvlm.client.local_service import Service, running
 from hapticvlm.materials import MATERIALS
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
-from hapticvlm_lab.bench.reliability.flood_clients import TINY
+from hapticvlm_lab.bench.reliability.flood_clients import KINDS, RECONNECTIONS
 from hapticvlm_lab.bench.rigs import first_line, helper, service_status
 
 LOAD_S = 3600.0  # more than a condition lasts
@@ -115,7 +115,7 @@ def _unread(arguments: list[str]) -> Iterator[Service]:
 @contextmanager
 def _fill(service: Service) -> Iterator[None]:
     """Log more than the pipe holds, and keep logging."""
-    with _process("reliability.flood_clients", service.url, "reconnections", LOAD_S):
+    with _process("reliability.flood_clients", service.url, RECONNECTIONS, LOAD_S):
         time.sleep(FILL_S)
         yield
 
@@ -179,7 +179,7 @@ async def _button(service: Service) -> AsyncIterator[Press]:
 CONDITIONS = {
     "idle": Condition(),
     "2 x 120 frames/s": Condition(load=_frames),
-    **{f"flood: {kind}": _flooded(kind) for kind in TINY},
+    **{f"flood: {kind}": _flooded(kind) for kind in KINDS if kind != RECONNECTIONS},
     "log without a reader": Condition(service=_unread, load=_fill),
     "recogniser killed before, 30 recordings": Condition(
         service=_with_recordings,
