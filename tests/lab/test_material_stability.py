@@ -1,8 +1,6 @@
 """Stability: severity 0 is the clean picture, a change is what it says, breaks are found."""
 
 import json
-import subprocess
-import sys
 from itertools import pairwise
 from pathlib import Path
 
@@ -14,7 +12,8 @@ from tiny_capture import SIDE, drawn, write_capture
 from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.galleries.storage import load_gallery
 from hapticvlm.vision.pictures import crop
-from hapticvlm_lab.bench.material.data import FOUR, Source
+from hapticvlm_lab.bench.material import stability
+from hapticvlm_lab.bench.material.data import FOUR, Source, Where
 from hapticvlm_lab.bench.material.perturb import SHAKES, Shake, apply, darken
 from hapticvlm_lab.bench.material.picture import (
     OBJECT_PX,
@@ -26,11 +25,9 @@ from hapticvlm_lab.bench.material.picture import (
 )
 from hapticvlm_lab.bench.material.reading import read_capture
 from hapticvlm_lab.bench.material.stability import (
-    BLANKS,
     Curve,
     Default,
     Step,
-    blank_answers,
     predict_clean,
     sentence,
     shaken,
@@ -208,11 +205,6 @@ def test_unchanged_pictures_flip_nothing_whatever_the_severity(
     assert len({step.accuracy for step in steps}) == 1
 
 
-def test_blank_frames_are_unknown(default: Default) -> None:
-    said = blank_answers(default)
-    assert {said[name] for name in BLANKS} == {"unknown"}
-
-
 def test_a_break_is_where_half_of_the_lead_is_lost() -> None:
     curve = Curve("blur", "px", 10, tuple(map(_step, (0, 1, 2), (0.85, 0.85, 0.25))))
     assert curve.breaks_at() == pytest.approx(1.5)
@@ -226,43 +218,21 @@ def test_a_break_is_where_half_of_the_lead_is_lost() -> None:
 
 
 @pytest.mark.nightly
-def test_the_command_draws_curves_and_gives_their_figures(tmp_path: Path) -> None:
+def test_curves_are_drawn_and_their_figures_given(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     capture = write_capture(tmp_path / "tiny")
-    asked = ["stability", "material", "--capture", str(capture), "--data", str(tmp_path)]
-    asked += ["--limit", "4", "--out", str(tmp_path / "out")]
-    done = subprocess.run(
-        [sys.executable, "-m", "hapticvlm", *asked, "--json"],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=600,
-    )
-    assert done.returncode == 0, done.stderr
-    figures = json.loads(done.stdout.splitlines()[-1])
+    assert stability.run(Where(None, 4, capture), tmp_path, as_json=True) == 0
+    figures = json.loads(capsys.readouterr().out.splitlines()[-1])
     found = figures["sources"]["tiny"]
     assert [curve["name"] for curve in found] == IDS
     assert all(curve["steps"][0]["flips"] == 0 for curve in found)
-    assert figures["blank_is_unknown"] is True
     for file in figures["files"]:
         assert Path(file).stat().st_size > 5000
 
 
-def test_a_capture_without_pictures_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "capture.jsonl").write_text("")
-    asked = ["--capture", str(tmp_path), "--data", str(tmp_path), "--out", str(tmp_path / "out")]
-    done = subprocess.run(
-        [sys.executable, "-m", "hapticvlm", "stability", "material", *asked],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=300,
-    )
-    assert done.returncode == 2
-    assert "no pictures found" in done.stdout
-
-
 def _step(severity: float, accuracy: float) -> Step:
-    return Step(severity, accuracy, 0.0, 1.0, 0.0, 0.0, 0.0)
+    return Step(severity, accuracy, 0.0, 1.0, 0.0, 0.0)
 
 
 def _distance(one: Picture, other: Picture) -> float:

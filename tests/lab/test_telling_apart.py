@@ -19,7 +19,6 @@ from hapticvlm_lab.bench.telling_apart import (
 def test_glass_and_rubber_are_told_apart_unless_they_lie_under_the_threshold() -> None:
     pair = ("glass", "rubber")
     struck = told(Stroke("strike", Motion(0.5, 2.0)), pair, seeds=6)
-    assert struck.sensitivity[0, 1] > 4.0
     assert struck.right == 1.0
     unfelt = Stroke("strike", Motion(1e-4, 0.0))
     assert told(unfelt, pair, seeds=4).right < 0.75

@@ -101,13 +101,6 @@ def _material(subjects: Commands, run: Run, limit: int) -> argparse.ArgumentPars
         subjects, "material", run, "material from pictures, for each held-back source"
     )
     labelled_pictures(material)
-    material.add_argument(
-        "--capture",
-        type=Path,
-        action="append",
-        metavar="DIR",
-        help="capture whose materials are known, repeatable (the two of the repository)",
-    )
     number(material, "--limit", limit, "N", "at most so many pictures of each source, 0 for all")
     return material
 
@@ -157,10 +150,8 @@ def _chart_whole(options: argparse.Namespace) -> int:
 
 def _where(options: argparse.Namespace) -> Where:
     from hapticvlm_lab.bench.material.data import Where
-    from hapticvlm_lab.bench.material.reading import default_captures
 
-    captures = tuple(options.capture) if options.capture else default_captures()
-    return Where(captures, _data(options), options.limit)
+    return Where(_data(options), options.limit)
 
 
 def _data(options: argparse.Namespace) -> Path | None:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm import materials
-from hapticvlm.evidence.ladder import KNOWN, SURE, Evidence, decide, fuse, fuse_recognitions, pool
+from hapticvlm.evidence.ladder import KNOWN, Evidence, decide, fuse, fuse_recognitions, pool
 from hapticvlm.evidence.names import from_name
 from hapticvlm.evidence.shader import from_shader
 from hapticvlm.vision.flatness import is_flat
@@ -32,7 +32,6 @@ class Answers:
     four: Words
     eleven: Words
     spoken: Words | None
-    sure: NDArray[np.bool_]
     truth: Words
     objects: Words
 
@@ -97,8 +96,7 @@ def _guess(source: Source) -> Answers:
     shape = len(source.views)
     commonest = [max(among, key=lambda name: counts[name]) for among in (FOUR, ELEVEN)]
     four, eleven = (np.full(shape, name) for name in commonest)
-    sure = np.zeros(shape, np.bool_)
-    return Answers(four, eleven, None, sure, source.truth, source.objects)
+    return Answers(four, eleven, None, source.truth, source.objects)
 
 
 def _by_beliefs(method: Method, source: Source, embeddings: Floats | None) -> Answers:
@@ -112,7 +110,6 @@ def _by_beliefs(method: Method, source: Source, embeddings: Floats | None) -> An
         four=four,
         eleven=eleven,
         spoken=np.where(best >= KNOWN, names[beliefs.argmax(axis=1)], SILENT),
-        sure=np.asarray(best >= SURE),
         truth=source.truth,
         objects=source.objects,
     )
@@ -142,12 +139,10 @@ def _by_evidence(method: Method, source: Source, embeddings: Floats | None) -> A
     verdicts = [decide([*known, *view]) for known, view in zip(stated, fused, strict=True)]
     forced = [[*known, *view] for known, view in zip(stated, means, strict=True)]
     spoken = [SILENT if v.material == materials.UNKNOWN else v.material for v in verdicts]
-    confidence = np.array([verdict.confidence for verdict in verdicts])
     return Answers(
         four=np.array([_forced(items, FOUR) for items in forced]),
         eleven=np.array([_forced(items, ELEVEN) for items in forced]),
         spoken=np.array(spoken),
-        sure=confidence >= SURE,
         truth=source.truth[first],
         objects=objects[first],
     )

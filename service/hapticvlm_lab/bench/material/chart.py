@@ -18,11 +18,10 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hapticvlm import materials
 from hapticvlm.commands.progress import track
 from hapticvlm.palette import BLUE, INK, ORANGE, PURPLE, SOFT, VERMILION
 from hapticvlm_lab.bench import figures
-from hapticvlm_lab.bench.material.answers import ELEVEN, Answers, answer, embed
+from hapticvlm_lab.bench.material.answers import ELEVEN, answer, embed
 from hapticvlm_lab.bench.material.data import FOUR, Source, Where
 from hapticvlm_lab.bench.material.methods import Floats, Method, assemble, networks
 from hapticvlm_lab.bench.material.reading import load_sources
@@ -35,8 +34,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 NAME = "chart-material"
-PICTURE_FAMILIES = ("named", "ours")  # families that use the picture alone
-BASELINES = ("guess", "stated", "ladder")
 
 WIDTH_IN = 12.0
 PANEL_IN = 5.4
@@ -75,15 +72,12 @@ class Row:
 
 
 def run(where: Where, named: Sequence[str], out: Path, *, as_json: bool) -> int:
-    """Chart every source; return 2 when there is no picture to chart on.
+    """Chart every source.
 
     named: networks as `--encoder` takes them, none for those of the data folder. Raises
     CaptureError, EncoderError, GalleryError, PictureError.
     """
     sources, skipped = load_sources(where)
-    if not sources:
-        print("\n".join(["no pictures found:", *skipped]))
-        return 2
     methods, missing = assemble(named or networks(where.data))
     skipped += missing
     stated = next((source for source in sources if source.stated), None)
@@ -123,17 +117,8 @@ def _row(method: Method, source: Source, embeddings: Floats | None, cost: Cost |
         views=round(views, 2),
         four=score(answers.four, answers.truth, answers.objects, FOUR),
         eleven=score(answers.eleven, answers.truth, answers.objects, ELEVEN),
-        open=_open(answers),
+        open=None if answers.spoken is None else open_score(answers.spoken, answers.truth),
         cost=cost,
-    )
-
-
-def _open(answers: Answers) -> Open | None:
-    known = answers.truth != materials.UNKNOWN
-    if answers.spoken is None or not known.any():
-        return None
-    return open_score(
-        answers.spoken[known], answers.sure[known], answers.truth[known], answers.objects[known]
     )
 
 
@@ -150,27 +135,12 @@ def _report(
                 "pictures": len(source.views),
                 "cut": source.cut,
                 "note": source.note,
-                "knee": knee_sentence([row for row in rows if row.source == source.name]),
             }
             for source in sources
         },
         "rows": [asdict(row) for row in rows],
         "skipped": list(skipped),
     }
-
-
-def knee(rows: Sequence[Row]) -> tuple[Row, Row] | None:
-    """Find the best zero-shot method on pictures, and the cheapest whose interval reaches it.
-
-    None if nothing was timed and graded.
-    """
-    graded = [row for row in rows if row.family in PICTURE_FAMILIES and row.four and row.latency_ms]
-    if not graded:
-        return None
-    # A cheaper method whose interval reaches the best one may be as good: the data cannot tell.
-    best = max(graded, key=lambda row: (_accuracy(row), -(row.latency_ms or 0.0)))
-    reaching = [row for row in graded if row.four and row.four.high >= _accuracy(best)]
-    return best, min([best, *reaching], key=lambda row: row.latency_ms or 0.0)
 
 
 def undominated(rows: Sequence[Row]) -> list[Row]:
@@ -198,35 +168,21 @@ def print_source(source: Source, rows: Sequence[Row]) -> None:
     counts = ", ".join(f"{name} {n}" for name, n in Counter(objects.values()).most_common())
     note = f"; {source.note}" if source.note else ""
     print(f"\n== {source.name}: {len(source.views)} pictures, objects: {counts}{note}")
-    print(
-        f"{'method':<38}{'core ms':>9}{'wall':>9}{'p99':>9}{'floors':>8}  {'of 4':<15}{'of 11':<15}"
-        "speaks, right"
-    )
+    print(f"{'method':<38}{'core ms':>9}{'floors':>8}  {'of 4':<15}{'of 11':<15}speaks, right")
     for row in mine:
         print(_line(row))
-    print(knee_sentence(mine))
     for row in mine:
         if row.is_default and row.eleven is not None:
             found = ", ".join(f"{name} {share:.0%}" for name, share in row.eleven.recall.items())
             print(f"the default finds, of all: {found}")
 
 
-def knee_sentence(rows: Sequence[Row]) -> str:
-    """Name the best method by the picture alone, and the cheaper one that may equal it."""
-    knees = knee(rows)
-    if knees is None:
-        return "no method was both timed and graded zero-shot"
-    best, cheapest = knees
-    reach = "no cheaper one's interval reaches it"
-    if cheapest is not best:
-        reach = f"{cheapest.method} at {cheapest.latency_ms:.2g} ms reaches it with its interval"
-    return f"zero-shot, of 4: {best.method} is best at {best.latency_ms:.2g} ms; {reach}"
-
-
 def print_end(skipped: Sequence[str]) -> None:
     """Print the legend, and the sources and methods that were skipped."""
-    print("\nBalanced accuracy, %, 95 % interval over objects. Core, wall: median time of one core")
-    print("and of the wall clock, p99 of it; floors: core time over that of decoding one JPEG.")
+    print(
+        "\nBalanced accuracy, %, 95 % interval over objects. Core: median time of one core; floors:"
+    )
+    print("that over the time to decode one JPEG.")
     for text in skipped:
         print(f"skipped  {text}")
 
@@ -234,11 +190,9 @@ def print_end(skipped: Sequence[str]) -> None:
 def _line(row: Row) -> str:
     mark = "* " if row.is_default else "  "
     cost = row.cost
-    times = f"{'-':>9}{'-':>9}{'-':>9}{'-':>8}"
+    times = f"{'-':>9}{'-':>8}"
     if cost is not None:
-        figures = (cost.median, cost.wall, cost.p99)
-        times = "".join(f"{figure * row.views:>9.3g}" for figure in figures)
-        times += f"{cost.floors * row.views:>8.3g}"
+        times = f"{cost.median * row.views:>9.3g}{cost.floors * row.views:>8.3g}"
     return (
         f"{mark + row.method:<38}{times}  {_share(row.four):<15}{_share(row.eleven):<15}"
         f"{_spoken(row.open)}"

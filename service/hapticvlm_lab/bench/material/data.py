@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm import messages
+from hapticvlm.demo import CAPTURE
 from hapticvlm.vision.pictures import Crop, crop
 
 Cut = Literal["mask", "box", "centre", "whole"]
@@ -93,9 +94,9 @@ class Source:
 class Where:
     """Folders of pictures, and the number of views used of each source (0: all)."""
 
-    captures: tuple[Path, ...]
     data: Path | None
     limit: int
+    capture: Path = CAPTURE
 
 
 @lru_cache(maxsize=6)

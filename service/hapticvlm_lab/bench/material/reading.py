@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm import captures, materials, messages
+from hapticvlm.demo import CAPTURE
 from hapticvlm.scenes.reading import read_scene
 from hapticvlm.vision.files import decode_frame
 from hapticvlm_lab.bench.material.data import (
@@ -29,32 +30,19 @@ from hapticvlm_lab.bench.material.data import (
 )
 from hapticvlm_lab.training import sources
 
-CAPTURES = ("service/hapticvlm/demo/capture",)
 PICTURES = ("caltech101", "report_web", "pb_renders")
 UNKNOWN_PICTURES = "unlabelled_caltech101"
 UNKNOWN_OF = "caltech101"  # the source whose collection those unknown pictures come from
 UNKNOWN_EACH = 8  # pictures of each of its folders
 Kind = Literal["renders", "photographs", "game kits"]
 
-HOUSE = Path(__file__).parents[4]
-
 _RENDERER = re.compile(r"_(arnold|cycles|unreal)$")  # one material of pb_renders, rendered thrice
-
-
-def default_captures() -> tuple[Path, ...]:
-    """Return the held-back captures of the repository, whether they exist or not."""
-    return tuple(HOUSE / name for name in CAPTURES)
 
 
 def load_sources(where: Where) -> tuple[list[Source], list[str]]:
     """Read the sources that exist; the second list names the others. Raises CaptureError."""
-    sources_read = []
+    sources_read = [read_capture(where.capture, where.limit)]
     skipped = []
-    for path in where.captures:
-        if (path / captures.LINES).is_file():
-            sources_read.append(read_capture(path, where.limit))
-        else:
-            skipped.append(f"{path.name}: no capture in {path}")
     for name in PICTURES:
         source = None if where.data is None else read_pictures(where.data, name)
         if source is None:
@@ -101,9 +89,7 @@ def sources_of(data: Path | None, kits: Path | None = None) -> list[tuple[Source
 
     `kits`: folder of drawn game kits, as `hapticvlm_lab.training.kits --held-back` writes them.
     """
-    sets: list[tuple[Source, Kind]] = [
-        (read_capture(path), "renders") for path in default_captures()
-    ]
+    sets: list[tuple[Source, Kind]] = [(read_capture(CAPTURE), "renders")]
     for name in ("caltech101", "report_web") if data is not None else ():
         assert data is not None
         source = read_pictures(data, name)

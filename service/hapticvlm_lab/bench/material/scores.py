@@ -1,4 +1,4 @@
-"""Scores of answers: balanced accuracy with its interval, recall and confusion. Pure.
+"""Scores of answers: balanced accuracy with its interval, and recall. Pure.
 
 Pictures of one object are wrong together, so an interval that counted pictures would be far too
 narrow. It counts objects instead: Wilson's interval for the balanced accuracy p over
@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hapticvlm import materials
 from hapticvlm.statistics import wilson
 
 Words = NDArray[np.str_]
@@ -39,7 +40,6 @@ class Score:
     n: int
     classes: Mapping[str, int]
     recall: Mapping[str, float]
-    confusion: Mapping[str, Mapping[str, int]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,9 +49,6 @@ class Open:
     n: int
     coverage: float
     accuracy: float | None
-    low: float
-    high: float
-    wrong_and_sure: float
 
 
 def score(answers: Words, truth: Words, objects: Words, classes: Sequence[str]) -> Score | None:
@@ -65,9 +62,7 @@ def score(answers: Words, truth: Words, objects: Words, classes: Sequence[str]) 
     recall = {name: float((answers == name)[truth == name].mean()) for name in present}
     accuracy = float(np.mean(list(recall.values())))
     low, high = interval(accuracy, list(counts.values()))
-    return Score(
-        accuracy, low, high, int(rows.sum()), counts, recall, confusion(answers, truth, rows)
-    )
+    return Score(accuracy, low, high, int(rows.sum()), counts, recall)
 
 
 def interval(accuracy: float, objects: Sequence[int]) -> tuple[float, float]:
@@ -76,21 +71,11 @@ def interval(accuracy: float, objects: Sequence[int]) -> tuple[float, float]:
     return wilson(accuracy * trials, trials)
 
 
-def confusion(answers: Words, truth: Words, rows: NDArray[np.bool_]) -> dict[str, dict[str, int]]:
-    """Count answers by truth; a silent one under "-"."""
-    table: dict[str, dict[str, int]] = {}
-    for true, answer in zip(truth[rows].tolist(), answers[rows].tolist(), strict=True):
-        cells = table.setdefault(true, {})
-        cells[answer or "-"] = cells.get(answer or "-", 0) + 1
-    return table
-
-
-def open_score(spoken: Words, sure: NDArray[np.bool_], truth: Words, objects: Words) -> Open:
-    """Grade answers that may be SILENT, on objects of a known material."""
-    spoke = spoken != SILENT
-    right = spoken == truth
-    among = len(set(objects[spoke].tolist()))
-    accuracy = float(right[spoke].mean()) if spoke.any() else None
-    low, high = wilson((accuracy or 0.0) * among, among)
-    wrong = float((sure & spoke & ~right).mean()) if truth.size else 0.0
-    return Open(truth.size, float(spoke.mean()), accuracy, low, high, wrong)
+def open_score(spoken: Words, truth: Words) -> Open | None:
+    """Grade answers that may be SILENT, on objects of a known material; None if there is none."""
+    known = truth != materials.UNKNOWN
+    spoke = known & (spoken != SILENT)
+    if not known.any():
+        return None
+    accuracy = float((spoken == truth)[spoke].mean()) if spoke.any() else None
+    return Open(int(known.sum()), float(spoke[known].mean()), accuracy)

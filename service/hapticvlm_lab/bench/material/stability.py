@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from hapticvlm import materials
 from hapticvlm.commands.progress import track
-from hapticvlm.evidence.ladder import KNOWN, SURE, decide
+from hapticvlm.evidence.ladder import KNOWN, SURE
 from hapticvlm.palette import BLUE, GREEN, SOFT, VERMILION
 from hapticvlm.vision.encoders.encoder import Encoder
 from hapticvlm.vision.encoders.loading import load_encoder
@@ -46,8 +46,6 @@ NAME = "stability-material"
 CHANCE = 0.25  # of four classes
 LEAD = 0.05  # over chance below which there is nothing to lose
 VIEWS = 2  # of an object, far and near; more where a source has few objects
-# Levels of pictures that show nothing, which must be unknown.
-BLANKS = {"black": (0, 0, 0), "white": (255, 255, 255), "grey": (127, 127, 127)}
 
 Floats = NDArray[np.float32]
 Flags = NDArray[np.bool_]
@@ -101,7 +99,7 @@ class Step:
     """One severity: balanced accuracy among four with its interval; shares of pictures.
 
     flips: answers that differ from the clean picture's. wrong_and_sure: named with confidence, and
-    wrong. unknown: not named.
+    wrong.
     """
 
     severity: float
@@ -110,7 +108,6 @@ class Step:
     high: float
     flips: float
     wrong_and_sure: float
-    unknown: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,16 +134,11 @@ class Curve:
 
 
 def run(where: Where, out: Path, *, as_json: bool) -> int:
-    """Perturb every source; return 2 if there is none. Raises what loading raises."""
+    """Perturb every source. Raises what loading raises."""
     readable, skipped = load_sources(replace(where, limit=0))
     sources = [_thinned(source.keep(FOUR), where.limit) for source in readable]
-    sources = [source for source in sources if source.views]
-    if not sources:
-        print("\n".join(["no pictures found:", *skipped]))
-        return 2
     encoder = load_encoder()
     default = Default(encoder, load_gallery(encoder=encoder))
-    blanks = blank_answers(default)
     results: dict[str, list[Curve]] = {}
     for source in track(sources, "perturbing each source"):
         results[source.name] = shake_source(source, default)
@@ -154,9 +146,9 @@ def run(where: Where, out: Path, *, as_json: bool) -> int:
             print(f"\n== {source.name}, {len(source.views)} pictures")
             print("\n".join(f"  {sentence(curve)}" for curve in results[source.name]))
     files = [path for name in results for path in draw(name, results[name], out / NAME)]
-    report = _report(encoder, results, blanks, skipped) | {"files": [str(f) for f in files]}
-    end = partial(_print_end, blanks, skipped)
-    return publish(out / f"{NAME}.json", report, as_json=as_json, show=end)
+    report = _report(encoder, results, skipped) | {"files": [str(f) for f in files]}
+    ended = "\n".join(f"skipped  {text}" for text in skipped)
+    return publish(out / f"{NAME}.json", report, as_json=as_json, show=partial(print, ended))
 
 
 def shake_source(source: Source, default: Default) -> list[Curve]:
@@ -197,18 +189,6 @@ def shaken(clean: Clean, shake: Shake, default: Default) -> Curve:
     return Curve(shake.name, shake.unit, len(rows), tuple(steps))
 
 
-def blank_answers(default: Default) -> dict[str, str]:
-    """Predict pictures of a single colour."""
-    side = 2 * default.encoder.side
-    plain = {
-        name: Picture(np.full((side, side, 3), level, np.uint8), None)
-        for name, level in BLANKS.items()
-    }
-    rows = zip(*default.embed(list(plain.values())), strict=True)
-    verdicts = [decide([default.gallery.match(row, is_flat=bool(flat))]) for row, flat in rows]
-    return {name: verdict.material for name, verdict in zip(plain, verdicts, strict=True)}
-
-
 def _ask(embeddings: Floats, flat: Flags, gallery: Gallery) -> Predictions:
     beliefs = gallery.beliefs(embeddings, flat)
     names = np.array(gallery.candidates)
@@ -231,7 +211,6 @@ def _step(severity: float, predictions: Predictions, clean: Clean, rows: NDArray
         high=graded.high,
         flips=float((predictions.forced[rows] != clean.predictions.forced[rows]).mean()),
         wrong_and_sure=float(wrong.mean()),
-        unknown=float((predictions.open[rows] == materials.UNKNOWN).mean()),
     )
 
 
@@ -255,29 +234,18 @@ def _another(pictures: Sequence[Picture], truth: Words, at: int) -> Picture:
 def _report(
     encoder: Encoder,
     results: dict[str, list[Curve]],
-    blanks: dict[str, str],
     skipped: Sequence[str],
 ) -> dict[str, object]:
     return {
         "stability": "material",
         **made_with(),
         "encoder": encoder.name,
-        "chance": 1 / len(FOUR),
         "sources": {
             name: [asdict(curve) | {"breaks": sentence(curve)} for curve in curves]
             for name, curves in results.items()
         },
-        "blank": blanks,
-        "blank_is_unknown": set(blanks.values()) == {materials.UNKNOWN},
         "skipped": list(skipped),
     }
-
-
-def _print_end(blanks: dict[str, str], skipped: Sequence[str]) -> None:
-    answers = ", ".join(f"{name}: {answer}" for name, answer in blanks.items())
-    print(f"\nblank frames ({', '.join(BLANKS)} must be unknown): {answers}")
-    for text in skipped:
-        print(f"skipped  {text}")
 
 
 def sentence(curve: Curve) -> str:

@@ -2,9 +2,8 @@
 
 The frame is decoded and cut, as the recogniser does; methods without a picture read statements.
 
-Two clocks are read. The time of a core covers all threads of this process, so time spent waiting
-for other programs is not charged; the wall clock shows a busy machine. The floor, decoding one JPEG
-frame and nothing else, takes turns with every method.
+The time of a core covers all threads of this process, so time spent waiting for other programs is
+not charged. The floor, decoding one JPEG frame and nothing else, takes turns with every method.
 """
 
 from __future__ import annotations
@@ -29,27 +28,22 @@ from hapticvlm.vision.scene_references import SceneReferences
 from hapticvlm_lab.bench.material.answers import evidence_of, object_evidence
 from hapticvlm_lab.bench.material.data import Source
 from hapticvlm_lab.bench.material.methods import Method
+from hapticvlm_lab.bench.rigs import core_us
 
 FRAME_PX = 448  # the size that clients are asked to send
 QUALITY = 80
 TURNS = 100
-MOST_S = 2.0  # per method: slow ones get fewer turns, stated as n
+MOST_S = 2.0  # per method: slow ones get fewer turns
 LEAST = 20
 NAMED = 20  # objects whose names give references, at most
 
 
 @dataclass(frozen=True, slots=True)
 class Cost:
-    """The cost of one frame over n turns, ms: median core time; median and p99 by the wall clock.
-
-    floors: median over the floor's, in core time.
-    """
+    """The cost of one frame: median time of a core, ms, and that over the floor's."""
 
     median: float
-    wall: float
-    p99: float
     floors: float
-    n: int
 
 
 def costs(methods: Sequence[Method], stated: Source | None) -> dict[str, Cost]:
@@ -138,31 +132,14 @@ def _timed(stage: Callable[[], object], floor: Callable[[], object]) -> Cost:
         stage()
         floor()
     cores: list[float] = []
-    walls: list[float] = []
     floors: list[float] = []
     start = time.perf_counter()
     while len(cores) < TURNS and (len(cores) < LEAST or time.perf_counter() - start < MOST_S):
         # In turns, so that a machine that slows down meanwhile slows the floor as well.
-        core, wall = _once(stage)
-        cores.append(core)
-        walls.append(wall)
-        floors.append(_once(floor)[0])
+        cores.append(core_us(stage))
+        floors.append(core_us(floor))
     median = float(np.median(cores))
-    return Cost(
-        median=round(median, 4),
-        wall=round(float(np.median(walls)), 4),
-        p99=round(float(np.percentile(walls, 99)), 4),
-        floors=round(median / float(np.median(floors)), 3),
-        n=len(cores),
-    )
-
-
-def _once(stage: Callable[[], object]) -> tuple[float, float]:
-    """Run once; return the time of a core and of the clock, ms."""
-    wall = time.perf_counter()
-    core = time.process_time()
-    stage()
-    return (time.process_time() - core) * 1e3, (time.perf_counter() - wall) * 1e3
+    return Cost(round(median / 1e3, 4), round(median / float(np.median(floors)), 3))
 
 
 def _picture() -> bytes:

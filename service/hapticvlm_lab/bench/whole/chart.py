@@ -1,7 +1,7 @@
 """`hapticvlm chart whole`: the worth of a whole pipeline, against its cost.
 
-A row is a method to decide on the material of an object with a method to render it: the default,
-and each that differs from it in one respect. Worth is the share of held-back objects that are
+A row is a method to decide on the material of an object: the default, each that differs from it in
+one respect, and a bake. Worth is the share of held-back objects that are
 recognised by touch (predicted, feeling.py); cost is the time of one core for one recognition and
 one touch. A bake decides before the first touch and has no plate (baked.py). The temperature of the
 air is left out, since it needs the weights of a vision-language model.
@@ -36,8 +36,7 @@ from hapticvlm_lab.bench.pareto import pareto
 from hapticvlm_lab.bench.printing import made_with, publish
 from hapticvlm_lab.bench.rigs import least_us
 from hapticvlm_lab.bench.whole import baked, deciding, feeling
-from hapticvlm_lab.bench.whole.deciding import RUNGS, STATED, Decided
-from hapticvlm_lab.bench.whole.feeling import BAKED, DEFAULT, Rendering
+from hapticvlm_lab.bench.whole.deciding import STATED, Decided
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -53,15 +52,17 @@ STYLES: dict[Kind, str] = {
     "game kits": "Game kits, left out whole",
 }
 FEWEST = 5  # objects of a material of which a share says something
+BAKED = "baked"
 FREE_MS = 0.003  # where the figure shows what costs nothing, on its logarithmic axis
 
 
 @dataclass(frozen=True, slots=True)
 class Prices:
-    """Cost of a recognition by method, and of a touch by rendering."""
+    """Cost of a recognition by method, and of a touch by the service and by a bake's player."""
 
     looks: Mapping[str, Cost]
-    touch_ms: Mapping[Rendering, float]
+    touch_ms: float
+    baked_ms: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +96,7 @@ class Row:
 
     @property
     def name(self) -> str:
-        """The method that decides, and the change of rendering."""
+        """The method that decides, and what renders if it is not the service."""
         return f"{self.decides}; {self.renders}" if self.renders else self.decides
 
 
@@ -130,10 +131,9 @@ def measure(sources: Sequence[tuple[Source, Kind]]) -> list[Row]:
             if eye not in seen:
                 seen[eye] = embed(way, source)
             decisions = deciding.decided(way, source, seen[eye])
-            hows = feeling.RENDERINGS if deciding.is_default(way, source) else (DEFAULT,)
+            rows.append(_row(source, style, way, decisions, prices, is_baked=False))
             if baked.can_play() and deciding.is_baked(way, source):
-                hows = (*hows, BAKED)
-            rows += [_row(source, style, way, how, decisions, prices) for how in hows]
+                rows.append(_row(source, style, way, decisions, prices, is_baked=True))
     return rows
 
 
@@ -147,7 +147,7 @@ def sentence(rows: Sequence[Row]) -> str:
     parts = []
     for source in dict.fromkeys(row.source for row in rows):
         there = [row for row in rows if row.source == source and not row.renders]
-        machines = [row for row in there if row.decides in RUNGS and row.decides != STATED]
+        machines = [row for row in there if row.decides != STATED]
         default = next(row for row in machines if row.is_default)
         best = max(machines, key=lambda row: (row.share, -row.look_ms))
         text = f"{source}: {default.decides} {default.share:.0%} in {default.look_ms:.1f} ms"
@@ -186,7 +186,7 @@ def show(rows: Sequence[Row]) -> None:
 def losses(rows: Sequence[Row]) -> list[str]:
     """Say of each source what a bake saves at run time, and what is lost by it."""
     lines = []
-    for row in (row for row in rows if row.renders == BAKED.name):
+    for row in (row for row in rows if row.renders == BAKED):
         there = [each for each in rows if each.source == row.source]
         default = next(each for each in there if each.is_default)
         warm = next(each for each in there if each.decides == row.decides and not each.renders)
@@ -203,20 +203,21 @@ def _row(
     source: Source,
     style: Kind,
     way: Method,
-    how: Rendering,
     decisions: Sequence[Decided],
     prices: Prices,
+    *,
+    is_baked: bool,
 ) -> Row:
-    felt = [feeling.felt(each.rendition, each.truth, how) for each in decisions]
+    felt = [feeling.felt(each.rendition, each.truth, is_baked=is_baked) for each in decisions]
     right = [each.recognised for each in felt]
     low, high = wilson(sum(right), len(right))
-    look = None if how.is_baked else prices.looks.get(way.name)  # a bake has decided before
+    look = None if is_baked else prices.looks.get(way.name)  # a bake has decided before
     return Row(
         source=source.name,
         style=style,
         decides=way.name,
-        renders=how.name,
-        is_default=deciding.is_default(way, source) and how == DEFAULT,
+        renders=BAKED if is_baked else "",
+        is_default=deciding.is_default(way, source) and not is_baked,
         n=len(decisions),
         share=round(sum(right) / len(right), 3),
         low=round(low, 3),
@@ -224,7 +225,7 @@ def _row(
         skin_c=round(float(np.mean([f.skin_c for f in felt])), 3),
         texture_db=round(float(np.mean([f.texture_db for f in felt])), 2),
         look_ms=0.0 if look is None else round(look.median, 3),
-        touch_ms=round(prices.touch_ms[how], 2),
+        touch_ms=round(prices.baked_ms if is_baked else prices.touch_ms, 2),
         worst=_worst(decisions, right),
     )
 
@@ -241,31 +242,18 @@ def _worst(decisions: Sequence[Decided], right: Sequence[float]) -> str:
 
 
 def _prices(ways: Sequence[Method], stated: Source | None) -> Prices:
-    return Prices(costs(ways, stated), _touches_ms(feeling.RENDERINGS) | _baked_ms())
-
-
-def _touches_ms(hows: Sequence[Rendering]) -> dict[Rendering, float]:
-    """Time the computations of a touch, in turns: the least of ROUNDS of each part, summed."""
-    # A rendering is the sum of its parts, and parts that two renderings share are timed for each of
-    # them: what a difference of a tenth of a millisecond means is seen from those.
-    parts = {(how, name): part for how in hows for name, part in feeling.work(how).items()}
-    us = least_us(parts, ROUNDS)
-    return {how: sum(us[key] for key in parts if key[0] == how) / 1e3 for how in hows}
-
-
-def _baked_ms() -> dict[Rendering, float]:
-    return {BAKED: baked.played().touch_ms} if baked.can_play() else {}
+    touch_ms = sum(least_us(feeling.work(), ROUNDS).values()) / 1e3
+    baked_ms = baked.played().touch_ms if baked.can_play() else 0.0
+    return Prices(costs(ways, stated), touch_ms, baked_ms)
 
 
 def draw(rows: Sequence[Row], stem: Path, reason: str) -> list[Path]:
-    """Write `stem`.png and .svg; return both. Other renderings than BAKED are left to the table."""
-    drawn_as = ("", BAKED.name)
-    shown = [row for row in rows if row.decides in RUNGS and row.renders in drawn_as]
-    styles = [style for style in STYLES if any(row.style == style for row in shown)]
+    """Write `stem`.png and .svg; return both."""
+    styles = [style for style in STYLES if any(row.style == style for row in rows)]
     with figures.figure(stem, SIZE_IN, len(styles), dpi=DPI, sharey=True) as (drawn, panels):
         figures.title(drawn, textwrap.fill(f"What each rung adds: {reason}.", 150))
         for axes, style in zip(panels, styles, strict=True):
-            _draw_style(axes, [row for row in shown if row.style == style])
+            _draw_style(axes, [row for row in rows if row.style == style])
             axes.set_title(STYLES[style])
         panels[0].set_ylabel("objects recognised by touch, % (predicted)")
     return figures.files(stem)

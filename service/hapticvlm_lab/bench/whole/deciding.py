@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 
-from hapticvlm.evidence.ladder import Evidence, decide, fuse_recognitions, is_sure, pool
+from hapticvlm.evidence.ladder import Evidence, decide, fuse_recognitions, is_sure
 from hapticvlm.materials import MATERIALS, UNKNOWN
 from hapticvlm.session.decisions import Rendition, choose_rendition
 from hapticvlm.vision import textures
@@ -37,19 +37,6 @@ TEXTURES = "textures"
 EYE = "eye"
 REFERRED = "eye, references"
 ALL = "all"
-GUESS = "eye, always its best guess"
-GRADED = "eye, graded"
-RUNGS = (
-    NOTHING,
-    NAMES,
-    SURFACES,
-    STATEMENTS,
-    TEXTURES,
-    EYE,
-    REFERRED,
-    ALL,
-    STATED,
-)  # what the figure shows
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +64,6 @@ def ways() -> list[Method]:
         Method(TEXTURES, "stated", rungs=every, surfaces=True),
         Method(EYE, "ours", eye, gallery),
         Method(REFERRED, "ours", eye, gallery, refers=True),
-        *(Method(name, "ours", eye, gallery) for name in (GUESS, GRADED)),
         Method(ALL, "ladder", eye, gallery, every, refers=True, surfaces=True),
         Method(STATED, "stated"),
     ]
@@ -177,17 +163,10 @@ def _rendition(
     """Decide on one object from its views at these places."""
     view = source.views[places[0]]
     if way.name == STATED:
-        return _as_sure(view.truth)
+        name = view.truth
+        return Rendition(name, 1.0, (name, 1.0), (name, 1.0))
     stated = object_evidence(way, source, view.object_id)
     if "texture" in way.rungs and not is_sure(stated):
         stated += _texture_evidence(source, view.object_id)
     looks = [fuse_recognitions(seen[place] for place in places)] if seen else []
-    evidence = [*stated, *looks]
-    if way.name == GUESS:
-        return _as_sure(max(pool(evidence).items(), key=lambda item: item[1])[0])
-    return choose_rendition(decide(evidence), MATERIALS, "graded" if way.name == GRADED else "full")
-
-
-def _as_sure(name: str) -> Rendition:
-    """Render this material as if the scene had stated it."""
-    return Rendition(name, 1.0, (name, 1.0), (name, 1.0))
+    return choose_rendition(decide([*stated, *looks]), MATERIALS)

@@ -10,7 +10,7 @@ Whether a person would take the touch for the true material is predicted by the 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -24,14 +24,13 @@ from hapticvlm.rendering.vibration.impacts import impact
 from hapticvlm.rendering.vibration.textures import Texture
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 from hapticvlm.session.decisions import Rendition
-from hapticvlm_lab.bench import thermal as heat
 from hapticvlm_lab.bench.telling_apart import (
     HEAT_NOISE,
     TOUCH_NOISE,
     vibration_steps,
     warmth_steps,
 )
-from hapticvlm_lab.bench.thermal import TICK_S
+from hapticvlm_lab.bench.thermal import TICK_S, with_memory
 from hapticvlm_lab.bench.vibration.spectra import RUBBED, difference_db, event_db, rub, steady_db
 from hapticvlm_lab.bench.whole import baked
 
@@ -49,23 +48,6 @@ _TIMES_S: Doubles = np.arange(1.0, round(TOUCH_S / TICK_S) + 1.0) * TICK_S
 
 
 @dataclass(frozen=True, slots=True)
-class Rendering:
-    """A method to follow the skin, and the most modes of a strike (None: as shipped).
-
-    A baked one is played without a service, which has no plate: the skin stays neutral.
-    """
-
-    name: str
-    heat: heat.Method | None
-    modes: int | None = None
-
-    @property
-    def is_baked(self) -> bool:
-        """Whether the web client's player renders it."""
-        return self.heat is None
-
-
-@dataclass(frozen=True, slots=True)
 class Felt:
     """Mean differences of skin, degC, and vibration, dB; share of trials with the right answer."""
 
@@ -74,38 +56,31 @@ class Felt:
     recognised: float
 
 
-_CLOSED = next(method for method in heat.METHODS if method.is_default)
-_CONSTANT = next(method for method in heat.METHODS if method.name == "contact temperature")
-DEFAULT = Rendering("", _CLOSED)
-RENDERINGS = (
-    DEFAULT,
-    Rendering(_CONSTANT.name, _CONSTANT),
-    Rendering("1 mode a strike", _CLOSED, modes=1),
-)
-BAKED = Rendering("baked", None)
+def felt(rendition: Rendition, truth: str, *, is_baked: bool = False) -> Felt:
+    """Compare a rendition with the true material, one of the table.
 
-
-def felt(rendition: Rendition, truth: str, how: Rendering) -> Felt:
-    """Compare a rendition with the true material, one of the table."""
+    A baked one is played without a service, which has no plate: the skin stays neutral.
+    """
     bulk, _ = rendition.thermal(ROOM_C, MATERIALS)
-    return _felt(bulk, rendition.texture, rendition.impact, truth, how)
+    heat = None if is_baked else bulk
+    return _felt(heat, rendition.texture, rendition.impact, truth, is_baked)
 
 
 @cache
 def _felt(
-    bulk: Thermal | None, texture: Vibrating, impact: Vibrating, truth: str, how: Rendering
+    bulk: Thermal | None, texture: Vibrating, impact: Vibrating, truth: str, is_baked: bool
 ) -> Felt:
-    skin_c = _followed(bulk, how.heat)
-    # The true material is rendered as shipped, whatever the rendering under test: a cheaper
-    # rendering is judged by its distance from the intended feel, not by its own idea of the truth.
-    if how.is_baked:
+    skin_c = _followed(bulk)
+    # The true material is always rendered by the service: a bake is judged by its distance from
+    # the intended feel, not by its own idea of the truth.
+    if is_baked:
         slide = _at(lambda name: baked.played().slides[name], texture)
         strike = _at(lambda name: baked.played().strikes[name], impact)
     else:
         slide = _at(_slide, texture)
-        strike = _at(lambda name: _strike(name, how.modes), impact)
+        strike = _at(_strike, impact)
     slide_db = difference_db(steady_db(_slide(truth)), steady_db(slide))
-    strike_db = difference_db(event_db(_strike(truth, None)), event_db(strike))
+    strike_db = difference_db(event_db(_strike(truth)), event_db(strike))
     answers = _answers(_percept(skin_c, slide, strike))
     return Felt(
         float(np.abs(skin_c - _true_skin(truth)).mean()),
@@ -138,9 +113,7 @@ def _answers(percept: Doubles) -> Doubles:
 @cache
 def _templates() -> Doubles:
     """Return the observer's memory of each material of the table, (C, F)."""
-    return np.array(
-        [_percept(_true_skin(name), _slide(name), _strike(name, None)) for name in MATERIALS]
-    )
+    return np.array([_percept(_true_skin(name), _slide(name), _strike(name)) for name in MATERIALS])
 
 
 @cache
@@ -149,10 +122,10 @@ def _true_skin(name: str) -> Doubles:
 
 
 @cache
-def _followed(bulk: Thermal | None, method: heat.Method | None) -> Doubles:
-    if bulk is None or method is None:
+def _followed(bulk: Thermal | None) -> Doubles:
+    if bulk is None:
         return np.full(_TIMES_S.size, NEUTRAL_C)
-    return method.follow([Stage(0.0, thermal_contact(bulk, ROOM_C))], _TIMES_S)
+    return with_memory([Stage(0.0, thermal_contact(bulk, ROOM_C))], _TIMES_S)
 
 
 def _at(wave: Callable[[str], Wave], what: Vibrating) -> Wave:
@@ -167,21 +140,14 @@ def _slide(name: str) -> Wave:
 
 
 @cache
-def _strike(name: str, modes: int | None) -> Wave:
-    body = MATERIALS[name].vibration
-    return impact(replace(body, modes=body.modes[:modes]), "strike", STRIKE, 0)
+def _strike(name: str) -> Wave:
+    return impact(MATERIALS[name].vibration, "strike", STRIKE, 0)
 
 
-def work(how: Rendering) -> Mapping[str, Callable[[], object]]:
-    """Return the computations of one touch of TOUCH_S on wood: heat, a slide, a strike.
-
-    `how` is not baked; `baked.played` times that.
-    """
-    method = how.heat
-    assert method is not None
+def work() -> Mapping[str, Callable[[], object]]:
+    """Return the computations of one touch of TOUCH_S on wood: heat, a slide, a strike."""
     wood = MATERIALS["wood"]
     stages = [Stage(0.0, thermal_contact(wood.thermal, ROOM_C))]
-    body = replace(wood.vibration, modes=wood.vibration.modes[: how.modes])
     texture = Texture(wood.vibration, "slide", 1)
     blocks = round(TOUCH_S * RATE_HZ / BLOCK)
 
@@ -190,7 +156,7 @@ def work(how: Rendering) -> Mapping[str, Callable[[], object]]:
             texture.render(BLOCK, RUBBED)
 
     return {
-        "heat": lambda: method.follow(stages, _TIMES_S),
+        "heat": lambda: with_memory(stages, _TIMES_S),
         "slide": slide,
-        "strike": lambda: impact(body, "strike", STRIKE, 0),
+        "strike": lambda: impact(wood.vibration, "strike", STRIKE, 0),
     }
