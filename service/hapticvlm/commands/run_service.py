@@ -15,11 +15,12 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import Any, TypeVar
 
 from hapticvlm import __version__
+from hapticvlm.devices.touchdiver import TouchDiver
 from hapticvlm.errors import out_of_memory
 from hapticvlm.messages import Devices
 from hapticvlm.processes.model_worker import WorkerReply
@@ -71,6 +72,7 @@ async def _run(
         parts.vlm,
         recorder=parts.recorder,
         log=log_writer.take_over(),
+        worn=parts.worn,
     )
     gateway.outputs.thermal_gain = options.thermal_strength
     logging.getLogger("hapticvlm").addHandler(log_writer.ObserverLog(gateway.show_log))
@@ -91,7 +93,9 @@ async def _run(
             # after, which takes 1.9 ms in the middle of a touch. Almost everything that a touch
             # allocates is freed by its reference count; cycles are rare.
             gc.set_threshold(*COLLECT_AFTER)
-            print_ready(options, port, service_info.devices(parts), has_priority=has_priority)
+            print_ready(
+                options, port, service_info.devices(parts), parts.worn, has_priority=has_priority
+            )
             systemd.notify(systemd.READY)
             gateway.vibration.prepare()
             await stopping.wait()
@@ -126,6 +130,8 @@ async def _start(parts: ServiceParts, gateway: Gateway) -> None:
             parts.recogniser.start, partial(_on_loop, loop, gateway.recognition.accept)
         ),
     )
+    for output in parts.worn:
+        output.start()
     if parts.vlm is not None:
         parts.vlm.start(partial(_on_loop, loop, gateway.on_reply))
 
@@ -176,7 +182,14 @@ def _raise_priority() -> bool:
     return False
 
 
-def print_ready(options: ServeOptions, port: int, devices: Devices, *, has_priority: bool) -> None:
+def print_ready(
+    options: ServeOptions,
+    port: int,
+    devices: Devices,
+    worn: Sequence[TouchDiver] = (),
+    *,
+    has_priority: bool,
+) -> None:
     """Print the addresses of the service and its devices."""
     for line in _addresses(options, port):
         print(line, flush=True)
@@ -184,6 +197,8 @@ def print_ready(options: ServeOptions, port: int, devices: Devices, *, has_prior
         print(f"  {label:<12} {device.name}{' (simulated)' if device.simulated else ''}")
         if label == "speaker" and (heard := _heard(options)):
             print(f"  {'':<12} {heard}")
+    for output in worn:
+        print(f"  {'worn':<12} {output.name} ({output.state})")
     print(f"  priority     {'real-time' if has_priority else 'normal'}", flush=True)
     for line in _models(options):
         print(line, flush=True)

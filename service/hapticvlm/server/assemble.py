@@ -22,6 +22,7 @@ from hapticvlm.devices.speaker.channels import (
 from hapticvlm.devices.speaker.engine import AudioSettings
 from hapticvlm.devices.speaker.speaker import Speaker
 from hapticvlm.devices.speaker.speaker_files import read_speaker_files
+from hapticvlm.devices.touchdiver import TouchDiver
 from hapticvlm.evidence.lexicon import read_lexicon
 from hapticvlm.materials import Material
 from hapticvlm.messages import SceneObject
@@ -44,6 +45,7 @@ class ServiceParts:
     recogniser: RecogniserWorker
     vlm: VlmWorker | None
     recorder: Recorder | None
+    worn: tuple[TouchDiver, ...]
     table: Mapping[str, Material]
     saved_materials: Mapping[str, SceneObject]
 
@@ -61,7 +63,7 @@ class ServiceParts:
         Each may wait a while for a process that hangs, and none for another's.
         """
         self.plate.close()
-        parts = (self.speaker, self.recogniser, self.vlm, self.recorder)
+        parts = (*self.worn, self.speaker, self.recogniser, self.vlm, self.recorder)
         with ThreadPoolExecutor(len(parts)) as pool:
             closing = [pool.submit(part.close) for part in parts if part is not None]
         for closed in closing:
@@ -94,6 +96,7 @@ def build_service(options: ServeOptions) -> ServiceParts:
         recogniser=RecogniserWorker(settings),
         vlm=vlm,
         recorder=_recorder(options),
+        worn=_worn(options, table),
         table=table,
         saved_materials=saved,
     )
@@ -139,6 +142,20 @@ def _plate(options: ServeOptions) -> Peltier:
     if options.peltier == "simulated":
         return simulated_plate(realtime=realtime)
     return Peltier(options.peltier, realtime=realtime)
+
+
+# An output that people own already: one file in devices/, and one row here.
+_WORN = {"weart": TouchDiver.at}
+
+
+def _worn(options: ServeOptions, table: Mapping[str, Material]) -> tuple[TouchDiver, ...]:
+    """Make what is worn, if anything. Raises ValueError."""
+    if options.hand is None:
+        return ()
+    kind, _, address = options.hand.partition("=")
+    if kind not in _WORN:
+        raise ValueError(f"hand: {kind[:60]} is none of {', '.join(_WORN)}")
+    return (_WORN[kind](address, table),)
 
 
 def _vlm_worker(options: ServeOptions) -> VlmWorker | None:

@@ -10,12 +10,13 @@ from __future__ import annotations
 import logging
 import time
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import msgspec
 
 from hapticvlm.devices.plate.plate import Plate
 from hapticvlm.devices.speaker.speaker import Speaker
+from hapticvlm.devices.touchdiver import TouchDiver
 from hapticvlm.messages import (
     Decision,
     ErrorCode,
@@ -71,13 +72,14 @@ class Gateway:
         *,
         recorder: Recorder | None = None,
         log: LogWriter | None = None,
+        worn: Sequence[TouchDiver] = (),
     ) -> None:
         self.counts: Counter[Count] = Counter()
         self.connections: list[Connection] = []
         self.recorder = recorder
         self.log = log
         self.scheduler = IdleScheduler()
-        self.outputs = Outputs(speaker, plate)
+        self.outputs = Outputs(speaker, plate, worn)
         self.recogniser = recogniser
         self.vibration = VibrationEvents(speaker)
         self.ownership = OutputOwnership(

@@ -1,11 +1,13 @@
-"""Drives the outputs of the service, speaker and plate, and knows which of them a stop holds."""
+"""Drives the outputs of the service, speaker, plate and gloves, and knows which a stop holds."""
 
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 
 from hapticvlm.devices.plate.plate import Plate
 from hapticvlm.devices.speaker.speaker import Speaker
+from hapticvlm.devices.touchdiver import TouchDiver
 from hapticvlm.messages import Scope
 from hapticvlm.rendering.heat.limits import PlateReading
 from hapticvlm.session.actions import (
@@ -22,11 +24,12 @@ OutputAction = PlayVibration | ReleaseHand | SetGain | KeepThermalGain | DrivePl
 
 
 class Outputs:
-    """Speaker and plate together; after `close` neither is driven."""
+    """Speaker and plate together, and what is worn; after `close` none is driven."""
 
-    def __init__(self, speaker: Speaker, plate: Plate) -> None:
+    def __init__(self, speaker: Speaker, plate: Plate, worn: Sequence[TouchDiver] = ()) -> None:
         self.speaker = speaker
         self.plate = plate
+        self.worn = worn
         self.hold = Hold()
         self.reading: PlateReading = plate.advance(time.monotonic())
         self.is_closed = False
@@ -39,11 +42,26 @@ class Outputs:
         # board opens its bridge and needs nobody, should this process end before the line is
         # served.
         self.is_closed = True
+        self._rest_worn("all")
         self.speaker.rest()
         self.plate.off(time.monotonic())
 
+    @property
+    def faults(self) -> list[str]:
+        """Names of the current faults of all outputs."""
+        worn = (fault for output in self.worn for fault in output.faults)
+        return [*self.reading.faults, *self.speaker.faults, *worn]
+
+    def _rest_worn(self, scope: Scope) -> None:
+        for output in self.worn:
+            if scope != "peltier":
+                output.rest_vibration()
+            if scope != "speaker":
+                output.rest_heat()
+
     def rest(self) -> None:
-        """Rest both: the vibration at once, the plate by a slow return to neutral."""
+        """Rest all: the vibration at once, the plate by a slow return to neutral."""
+        self._rest_worn("all")
         self.speaker.rest()
         self.plate.rest(time.monotonic())
 
@@ -53,6 +71,7 @@ class Outputs:
         The person who stops may have noticed a wrong sensor: driving to neutral could heat then.
         """
         self.hold.stop(scope)
+        self._rest_worn(scope)
         if scope != "peltier":
             self.speaker.rest()
         if scope != "speaker":
@@ -68,6 +87,11 @@ class Outputs:
         """Carry out an action of a session."""
         if self.is_closed:
             return
+        for output in self.worn:
+            _drive_worn(output, action)
+        self._drive(action)
+
+    def _drive(self, action: OutputAction) -> None:
         match action:
             case PlayVibration():
                 self.speaker.play(action.command)
@@ -84,3 +108,19 @@ class Outputs:
                 self.plate.command(action.setpoint_c, action.ttl_s, time.monotonic())
             case RestPlate():
                 self.plate.rest(time.monotonic())
+
+
+def _drive_worn(output: TouchDiver, action: OutputAction) -> None:
+    match action:
+        case PlayVibration():
+            output.play(action.command)
+        case ReleaseHand():
+            output.release(action.hand)
+        case SetGain():
+            output.set_gain(action.gain)
+        case DrivePlate():
+            output.warm(action.setpoint_c, action.ttl_s)
+        case RestPlate():
+            output.rest_heat()
+        case KeepThermalGain():
+            pass  # the session scales its setpoints by it

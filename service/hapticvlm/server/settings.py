@@ -153,6 +153,15 @@ class ServeOptions:
     peltier: Annotated[
         str, Flag(OUTPUTS, "the plate: a serial port, `auto`, or `simulated`", "PORT")
     ] = "simulated"
+    hand: Annotated[
+        str | None,
+        Flag(
+            OUTPUTS,
+            "a glove that is driven, too: weart (WEART TouchDIVER, by the maker's program on this "
+            "machine), or weart=HOST:PORT. Not tried on a glove yet",
+            "GLOVE",
+        ),
+    ] = None
     contact_resistance: Annotated[
         float | None,
         Flag(

@@ -57,6 +57,10 @@ def _of_outputs(outputs: Outputs) -> dict[str, Any]:
             "faults": {name: describe(name) for name in outputs.reading.faults},
             "counts": outputs.plate.counts,
         },
+        "worn": {
+            output.name: {"state": output.state, "faults": list(map(describe, output.faults))}
+            for output in outputs.worn
+        },
         "held": {hand: outputs.hold.outputs(hand) for hand in NAMES},
     }
 
@@ -118,7 +122,7 @@ def telemetry(
         underruns=outputs.speaker.underruns,
         dropped_frames=dropped_frames,
         leases=leases,
-        faults=[*plate.faults, *outputs.speaker.faults],
+        faults=outputs.faults,
     )
 
 

@@ -39,6 +39,7 @@ class Supervision:
         self._waveform_from = 0
         self._speaker_level = 0.0  # for the next telemetry
         self._remote_news = HelperNews()
+        self._worn_faults: set[str] = set()
 
     async def run(self) -> None:
         """Run until cancelled."""
@@ -154,6 +155,10 @@ class Supervision:
         if trouble is not None:
             self._rest_owner()
             self._report(Error(id=0, code="device", text=trouble))
+        worn = {fault for output in self._gateway.outputs.worn for fault in output.faults}
+        for fault in worn - self._worn_faults:
+            self._report(Error(id=0, code="device", text=f"glove: {describe(fault)}"))
+        self._worn_faults = worn
         quiet = self._gateway.outputs.speaker.watch_volume()
         if quiet is not None:
             self._report(Error(id=0, code="device", text=quiet))

@@ -105,7 +105,7 @@ def share_by_person(right: Sequence[int], of: Sequence[int]) -> Share:
     The interval is Student's t with n - 1 degrees of freedom on the logit ln(p / (1 - p)), whose
     standard error is sqrt(var p) / (p (1 - p)), transformed back. On the logit it cannot leave
     0..1 and may be longer towards the middle than towards the edge, as it has to near 100 %. With
-    nine people it contains the true share in 93.4 to 98.5 % of studies (docs/physics.md 6.3).
+    nine people it contains the true share in 93.4 to 98.5 % of studies (docs/physics.md 6.2).
     """
     total = share(sum(right), sum(of))
     people = sum(count > 0 for count in of)
