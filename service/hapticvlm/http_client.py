@@ -7,6 +7,7 @@ chose and nowhere else. This module does not know the requests' contents.
 from __future__ import annotations
 
 import asyncio
+import http
 import ipaddress
 import math
 import os
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 
 PORTS = {"http": 80, "https": 443}
 CONNECT_S = 5.0
+SINCE_1970_S, SINCE_1970_MS = 1e9, 1e12  # a longer time to wait is a date
 MAX_QUOTED_CHARS = 200  # of a peer's message that an error repeats
 
 
@@ -112,12 +114,13 @@ def printable(text: str) -> str:
 class Response:
     """Response of a peer: its status, its body as received, the time until it may be asked again.
 
-    `wait_s` is in s, None if the peer names none.
+    `wait_s` is in s, None if the peer names none. `target` is that of a redirect, else "".
     """
 
     status: int
     body: bytes
     wait_s: float | None
+    target: str = ""
 
 
 class HttpClient:
@@ -223,19 +226,26 @@ class HttpClient:
                 data += chunk
                 if len(data) > self._max_bytes:
                     raise HttpError(f"the response is larger than {self._max_bytes} bytes")
-            return Response(response.status_code, bytes(data), _wait_s(response.headers))
+            wait_s = _wait_s(response.headers, response.status_code)
+            target = printable(response.headers.get("location", ""))
+            return Response(response.status_code, bytes(data), wait_s, target)
 
 
-def _wait_s(headers: Mapping[str, str]) -> float | None:
+def _wait_s(headers: Mapping[str, str], status: int) -> float | None:
     """Return the seconds that a peer asks to wait; None if it names no time that makes sense.
 
     Retry-After holds seconds or a date (RFC 9110, 10.2.3); some endpoints send milliseconds in a
-    header of their own.
+    header of their own, or with 429 the time of a reset, in s or ms from now or since 1970.
     """
-    for name, unit_s in (("retry-after-ms", 1e-3), ("retry-after", 1.0)):
-        text = headers.get(name, "")
+    names = [("retry-after-ms", 1e-3), ("retry-after", 1.0)]
+    if status == http.HTTPStatus.TOO_MANY_REQUESTS:
+        names.append(("x-ratelimit-reset", 1.0))
+    for name, unit_s in names:
+        text = headers.get(name, "").removesuffix("s")
         try:
             wait = float(text) * unit_s
+            wait = wait / 1e3 if wait > SINCE_1970_MS else wait
+            wait = wait - time.time() if wait > SINCE_1970_S else wait
         except ValueError:
             try:
                 wait = parsedate_to_datetime(text).timestamp() - time.time()

@@ -224,7 +224,7 @@ def test_a_method_that_answers_nothing_ends_with_the_reason(
 
 def test_an_endpoint_that_fails_once_is_waited_for(labelled: Path) -> None:
     broken = sends("", "503 Service Unavailable")
-    with endpoint([says("9"), says("9"), broken, says("11")]) as served:
+    with endpoint([says("9"), says("9"), broken, broken, says("11")]) as served:
         settings = VlmSettings(url=served.url, model="some/vlm")
         ask = by_vlm(RemoteVlm(settings))
         picture = read_picture(read_pictures(labelled)[0])

@@ -252,7 +252,7 @@ def test_what_a_thing_is_not_is_not_an_answer() -> None:
 
 def test_two_materials_or_none_are_not_an_answer() -> None:
     for text in ("wood or glass", "banana", "", "a thing of many parts in oak"):
-        with endpoint(says(text)) as served, pytest.raises(VlmError, match="materials"):
+        with endpoint(says(text)) as served, pytest.raises(VlmError, match=r"material|empty"):
             vlm(served.url).material(PICTURE, PICTURE, NAMES)
 
 
@@ -260,9 +260,13 @@ def test_two_materials_or_none_are_not_an_answer() -> None:
     ("reply", "why"),
     [
         (says("900"), "outside -30 to 60"),
-        (says("NaN degrees"), "no temperature"),
-        (says("the purple of the evening"), "no temperature"),
-        (says(""), "no temperature"),
+        (says("NaN degrees"), "not one temperature"),
+        (says("It cannot be 30 °C"), "not one temperature"),
+        (says(""), "is empty"),
+        (says("2", finish_reason="error"), "ended the answer by itself (`error`)"),
+        (says("", finish_reason="content_filter"), "(`content_filter`)"),
+        (says(None, message={"refusal": "I can't help"}), "the model refuses: I can't help"),
+        (says("about 2", finish_reason="length"), "cut off"),
         (says(None), "no text"),
         (says(["21"]), "no text"),
         (says([]), "no text"),
@@ -299,8 +303,9 @@ def test_two_materials_or_none_are_not_an_answer() -> None:
         ),
         (
             raw(b"HTTP/1.1 200 OK\r\nContent-Encoding: gzip\r\n\r\n\x1f\x8b\x08\x00"),
-            "not JSON",
+            "not JSON but compressed",
         ),
+        (sends(': hello\n\ndata: {"choices": []}\n\n'), "not JSON but a stream"),
     ],
 )
 def test_an_unusable_answer_is_refused_with_a_reason(reply: Reply, why: str) -> None:
@@ -458,6 +463,9 @@ def test_a_header_that_cannot_be_one_is_refused(header: str) -> None:
             sends('{"error": "longer than the context of 2048"}', "400 Bad Request"),
             "a smaller --image-tokens",
         ),
+        (sends('[{"error": {"message": "API key not valid."}}]', "400 Bad Request"), "no token"),
+        (sends("", "308 Permanent Redirect", Location="https://gpu.example/v1"), "to https://gpu"),
+        (sends("plain HTTP request sent to HTTPS port", "400 Bad Request"), "--vlm-url https://"),
     ],
 )
 def test_what_a_user_can_do_about_an_error_is_said(reply: Reply, cure: str) -> None:
@@ -529,11 +537,52 @@ def test_the_marks_around_an_answer_are_taken_off(text: str) -> None:
         assert vlm(served.url, model="some/vlm").ambient(PICTURE).value_c == 22.0
 
 
-def test_log_probabilities_do_not_make_an_answer_of_what_is_none() -> None:
+def test_log_probabilities_are_not_followed_along_a_number_that_is_not_the_answer() -> None:
     reply = tells(
         ("5", {"5": 1.0}), (" degrees", {" degrees": 1.0}), (" below zero", {" below zero": 1.0})
     )
-    assert "no temperature" in refused(reply, model="some/vlm")
+    with endpoint(reply) as served:
+        reading = vlm(served.url, model="some/vlm").ambient(PICTURE)
+    assert (reading.value_c, reading.method) == (-5.0, "text")
+
+
+def test_an_answer_that_cannot_be_read_is_asked_for_once_more_and_not_repeated() -> None:
+    with endpoint([says("It cannot be 30 °C."), says("12"), says("14")]) as served:
+        assert vlm(served.url, model="some/vlm").ambient(PICTURE).value_c == 13.0
+        asked = [body["messages"] for body in served.questions]
+    assert [len(turns) for turns in asked] == [1, 1, 1]
+    assert asked[1][0]["content"][-1]["text"] == "Answer with the number alone."
+    assert asked[1][0]["content"][:-1] == asked[0][0]["content"]
+
+
+def test_a_cut_answer_counts_only_with_its_unit() -> None:
+    with endpoint(says("It is about 22 °C", finish_reason="length")) as served:
+        assert vlm(served.url, model="some/vlm").ambient(PICTURE).value_c == 22.0
+
+
+@each(
+    message=[
+        {"content": None, "reasoning_content": "22"},
+        {"content": [{"type": "output_text", "text": "22"}]},
+        {"content": 22},
+        {"content": "<|channel|>analysis<|message|>Snow? 5?<|end|><|channel|>final<|message|>22"},
+    ]
+)
+def test_an_answer_is_taken_from_where_a_server_puts_it(message: dict[str, Any]) -> None:
+    with endpoint(says(None, message=message)) as served:
+        assert vlm(served.url, model="some/vlm").ambient(PICTURE).value_c == 22.0
+
+
+def test_a_server_that_fails_at_log_probabilities_without_naming_them_does_without() -> None:
+    def plain(sock: socket.socket, request: Request) -> None:
+        failing = sends("Internal Server Error", "500 Internal Server Error")
+        (failing if "logprobs" in request.body else says("9"))(sock, request)
+
+    with endpoint(plain) as served:
+        remote = vlm(served.url, model="some/vlm")
+        assert [remote.ambient(PICTURE).value_c for _ in range(2)] == [9.0, 9.0]
+        kept = ["logprobs" in body for body in served.questions]
+    assert kept == [True, False, True, False, False, False], "twice in a row is no accident"
 
 
 def test_fewer_log_probabilities_are_asked_for_where_twenty_are_refused() -> None:
@@ -570,20 +619,20 @@ def test_other_urls_are_refused_before_anything_is_sent(url: str) -> None:
 
 def test_a_failing_endpoint_is_left_alone_then_tried_once_then_healed() -> None:
     clock = Clock()
-    broken = sends("", "500 Internal Server Error")
+    broken = sends("", "503 Service Unavailable", Retry_After=0)
     with endpoint([broken] * (TRIP + 1) + [says("21")]) as served:
         remote = vlm(served.url, clock, model="some/vlm")
         for _ in range(TRIP):
-            with pytest.raises(VlmError, match="HTTP 500"):
+            with pytest.raises(VlmError, match="HTTP 503"):
                 remote.ambient(PICTURE)
-            with pytest.raises(RestingError, match="HTTP 500") as caught:
+            with pytest.raises(RestingError, match="HTTP 503") as caught:
                 remote.ambient(PICTURE)
             clock.now += caught.value.seconds - 0.01
             assert remote.state == ("closed" if len(served.questions) < TRIP else "open")
             clock.now += 0.02
         assert len(served.questions) == TRIP
         states = [remote.state]
-        with pytest.raises(VlmError, match="HTTP 500"):
+        with pytest.raises(VlmError, match="HTTP 503"):
             remote.ambient(PICTURE)
         states.append(remote.state)
         assert states == ["half-open", "open"]
@@ -607,12 +656,24 @@ def test_one_that_asks_for_patience_is_given_it() -> None:
         assert remote.ambient(PICTURE).value_c == 21.0
 
 
-@pytest.mark.parametrize("header", ["Retry_After", "retry_after_ms"])
-def test_patience_is_asked_for_by_a_date_or_in_milliseconds_too(header: str) -> None:
-    clock = Clock()
+def busy_until(form: str) -> Reply:
+    """A reply of 40 s of patience, in one of the forms that endpoints have for it."""
     date = format_datetime(datetime.now(UTC) + timedelta(seconds=40), usegmt=True)
-    wait = date if header == "Retry_After" else 40_000
-    with endpoint([sends("", "429 Too Many Requests", **{header: wait}), says("21")]) as served:
+    delay = '{"error": {"message": "quota", "details": [{"retryDelay": "40s"}]}}'
+    waits = {
+        "Retry_After": date,
+        "retry_after_ms": 40_000,
+        "x_ratelimit_reset": int(1000 * (time.time() + 40)),
+    }
+    if form == "body":
+        return sends(delay, "429 Too Many Requests")
+    return sends("", "429 Too Many Requests", **{form: waits[form]})
+
+
+@pytest.mark.parametrize("form", ["Retry_After", "retry_after_ms", "x_ratelimit_reset", "body"])
+def test_patience_is_asked_for_by_a_date_in_milliseconds_or_in_the_body_too(form: str) -> None:
+    clock = Clock()
+    with endpoint([busy_until(form), says("21")]) as served:
         remote = vlm(served.url, clock, model="some/vlm")
         with pytest.raises(VlmError, match="HTTP 429"):
             remote.ambient(PICTURE)

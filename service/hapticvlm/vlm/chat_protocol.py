@@ -18,9 +18,10 @@ import numpy as np
 from hapticvlm.evidence.ladder import Evidence, decide
 from hapticvlm.evidence.names import from_name
 from hapticvlm.evidence.reading import Reading
+from hapticvlm.http_client import printable
 from hapticvlm.materials import UNKNOWN
-from hapticvlm.vlm.answer_text import answer_text
-from hapticvlm.vlm.contract import Picture, QuestionText, VlmError, widened
+from hapticvlm.vlm.answer_text import ThoughtError, UnreadError, answer_text, is_cut, unmarked
+from hapticvlm.vlm.contract import Picture, QuestionText, widened
 from hapticvlm.vlm.endpoint import EndpointError, Json
 from hapticvlm.vlm.limits import ANSWER_TOKENS, LEAST_SHARE, TEXT_BELIEF, THINKING_TOKENS, TOP
 from hapticvlm.vlm.logprobs import (
@@ -32,15 +33,18 @@ from hapticvlm.vlm.logprobs import (
     read_places,
 )
 from hapticvlm.vlm.numbers import spread
-from hapticvlm.vlm.sentence import read_celsius
+from hapticvlm.vlm.sentence import Stated, read_celsius
 
 QUALITY = 90  # of the JPEG
 # Parameters that some endpoints refuse: the newest models take `max_completion_tokens` instead of
-# `max_tokens` and set the temperature themselves, other endpoints have no log-probabilities.
-PARAMETERS = ("reasoning_effort", "max_tokens", "temperature", "top_logprobs", "logprobs")
-UNKNOWN_FIELD = (400, 422)
-# 403: OpenAI, for log-probabilities of a reasoning model. 500, 501: servers without any.
-REFUSING = (*UNKNOWN_FIELD, 403, 500, 501)
+# `max_tokens` and set the temperature themselves, small contexts have no room for a thought.
+LIMITS = ("max_tokens", "max_completion_tokens")
+PARAMETERS = ("reasoning_effort", *LIMITS, "temperature", "top_logprobs", "logprobs")
+# What an answer can do without. Servers refuse it by name, or fail at it in any other way.
+LUXURIES = frozenset({"logprobs", "reasoning_effort"})
+REFUSING = (400, 403, 422, 501)  # 403: OpenAI, for log-probabilities of a reasoning model
+# A question without them is refused for the same reason: token, money, address, size, pace.
+NOT_THE_QUESTION = (401, 402, 404, 413, 429)
 FEW = 5  # log-probabilities that every endpoint with any gives
 _FIRST_NUMBER = re.compile(r"\s*([-\N{MINUS SIGN}]?\d{1,3})")
 SHORT_WORDS = 3  # of an answer that is a name
@@ -70,6 +74,17 @@ def thinking(body: Json) -> Json:
     return {**body, "max_tokens": THINKING_TOKENS, "reasoning_effort": "none"}
 
 
+def again(body: Json, briefly: str) -> Json:
+    """Return the same question with a demand for a brief answer.
+
+    The answer that could not be read is not repeated to the model: of "below 10" a brief answer
+    would be 10.
+    """
+    (turn,) = body["messages"]
+    demand = {"type": "text", "text": briefly}
+    return {**body, "messages": [{**turn, "content": [*turn["content"], demand]}]}
+
+
 def without(body: Json, refused: Collection[str]) -> Json:
     """Return a body without those of PARAMETERS that the endpoint refuses."""
     kept = {name: value for name, value in body.items() if name not in refused}
@@ -77,25 +92,28 @@ def without(body: Json, refused: Collection[str]) -> Json:
         kept.pop("top_logprobs", None)
     elif "top_logprobs" in refused:
         kept["top_logprobs"] = FEW
-    if "max_tokens" in refused:
+    if "max_tokens" in refused and "max_completion_tokens" not in refused:
         kept["max_completion_tokens"] = THINKING_TOKENS
     return kept
 
 
-def refused_parameter(body: Json, status: int | None, text: str) -> str | None:
-    """Return which of PARAMETERS in a body an error refuses; None for any other error.
+def refused_parameters(body: Json, error: EndpointError) -> frozenset[str]:
+    """Return what to ask without after an error: the one of PARAMETERS that it names, or LUXURIES.
 
-    An endpoint without log-probabilities may refuse them without naming the parameter.
+    Empty if the error is about something else, or if nothing can be left out.
     """
-    if status not in REFUSING:
-        return None
+    if error.status in NOT_THE_QUESTION or error.wait_s is not None:
+        return frozenset()
     for name in PARAMETERS:
         is_fewest = name == "top_logprobs" and body.get(name) == FEW
-        if name in body and name in text and not is_fewest:
-            return name
-    if status not in UNKNOWN_FIELD:
-        return None
-    return next((name for name in ("reasoning_effort", "logprobs") if name in body), None)
+        if error.status is not None and name in body and name in str(error) and not is_fewest:
+            return frozenset({name})
+    return LUXURIES & body.keys()
+
+
+def is_refusal(error: EndpointError) -> bool:
+    """Whether an error is about the request, and not about the endpoint's state at the time."""
+    return error.status in REFUSING
 
 
 def first_choice(answer: Json) -> Json:
@@ -136,44 +154,38 @@ def _image_part(picture: Picture) -> Json:
     return {"type": "image_url", "image_url": {"url": url}}
 
 
-def ambient_by_logprobs(choices: Sequence[Json], seconds: float) -> Reading | None:
-    """Read a temperature from log-probabilities, one choice for each wording; None without them.
+def stated_temperature(choice: Json) -> Stated:
+    """Read the temperature that a choice's text states. Raises EndpointError.
 
-    They are followed only along an answer that states the number with which it begins: "5 degrees
-    below zero" begins with a number, too, and so may a thought.
+    Of an answer that was cut off a number counts only with its unit: "2" may be the begin of "22".
     """
-    if not all(_begins_with_what_it_states(choice) for choice in choices):
-        return None
-    replies = [_reply(choice, fit_number) for choice in choices]
-    known = [reply for reply in replies if reply is not None]
-    if len(known) < len(replies):
-        return None
-    value = spread([reply.seen for reply in known])
-    ends = spread([reply.seen + reply.unseen for reply in known])
-    low_c, high_c = widened(value.value_c, ends.low_c, ends.high_c)
-    deviation = value.prompt_sd_c
-    return Reading(value.value_c, low_c, high_c, deviation, "logprobs", seconds, value.share)
-
-
-def _begins_with_what_it_states(choice: Json) -> bool:
     try:
         stated = read_celsius(answer_text(choice))
-    except VlmError:
-        return False
-    written = choice["message"]["content"]
-    number = _FIRST_NUMBER.match(written) if isinstance(written, str) else None
-    if number is None:
-        return False
-    first = int(number[1].replace("\N{MINUS SIGN}", "-"))
-    return stated.low_c == stated.high_c == first
+    except UnreadError as error:
+        raise ThoughtError(f"{error} (cut off)") if is_cut(choice) else error from None
+    if is_cut(choice) and not stated.has_unit:
+        raise ThoughtError("the model's answer is cut off behind a number")
+    return stated
 
 
-def ambient_by_text(choices: Sequence[Json], seconds: float) -> Reading:
-    """Read the temperature that the texts state, one choice for each wording. Raises VlmError.
+def ambient(choices: Sequence[Json], stated: Sequence[Stated], seconds: float) -> Reading:
+    """Read a temperature from the choices of all wordings and what their texts state.
 
-    The interval encloses those of all wordings.
+    Log-probabilities are followed only along answers that state the number with which they begin:
+    "5 degrees below zero" begins with a number, too. Without them the interval encloses those of
+    all wordings.
     """
-    stated = [read_celsius(answer_text(choice)) for choice in choices]
+    replies = [
+        _reply(choice, fit_number) if _begins_with(choice, one) else None
+        for choice, one in zip(choices, stated, strict=True)
+    ]
+    known = [reply for reply in replies if reply is not None]
+    if len(known) == len(replies):
+        value = spread([reply.seen for reply in known])
+        ends = spread([reply.seen + reply.unseen for reply in known])
+        low_c, high_c = widened(value.value_c, ends.low_c, ends.high_c)
+        deviation = value.prompt_sd_c
+        return Reading(value.value_c, low_c, high_c, deviation, "logprobs", seconds, value.share)
     values = [one.value_c for one in stated]
     deviation = float(np.std(values, ddof=1)) if len(values) > 1 else None
     intervals = [widened(one.value_c, one.low_c, one.high_c) for one in stated]
@@ -181,30 +193,30 @@ def ambient_by_text(choices: Sequence[Json], seconds: float) -> Reading:
     return Reading(float(np.mean(values)), min(lows), max(highs), deviation, "text", seconds)
 
 
-def material_by_logprobs(choice: Json, names: Sequence[str]) -> Evidence | None:
-    """Read beliefs in material names from log-probabilities; None without them."""
-    reply = _reply(choice, fit_word((*names, UNKNOWN)))
-    if reply is None:
-        return None
-    beliefs = zip(names, reply.seen.tolist(), strict=False)
-    ranked = sorted((pair for pair in beliefs if pair[1] > 0), key=lambda pair: -pair[1])
-    return Evidence("vlm", tuple(ranked))
+def _begins_with(choice: Json, stated: Stated) -> bool:
+    """Whether an answer begins with the one number that it states."""
+    number = _FIRST_NUMBER.match(answer_text(choice))
+    first = number and int(number[1].replace("\N{MINUS SIGN}", "-"))
+    return stated.low_c == stated.high_c == first
 
 
-def material_by_text(choice: Json, names: Sequence[str]) -> Evidence:
-    """Read the one material that a text names; empty evidence for unknown. Raises VlmError.
+def material(choice: Json, names: Sequence[str]) -> Evidence:
+    """Read beliefs in material names from a choice's log-probabilities, else from its text.
 
-    A short answer may name it in a word of its own, as the name of an object does: oak, cloth.
+    A text must name one material, or say unknown. A short one may name it in a word of its own, as
+    the name of an object does: oak, cloth. Raises EndpointError.
     """
-    text = answer_text(choice)
+    text = unmarked(answer_text(choice))
+    if reply := _reply(choice, fit_word((*names, UNKNOWN))):
+        beliefs = zip(names, reply.seen.tolist(), strict=False)
+        ranked = sorted((pair for pair in beliefs if pair[1] > 0), key=lambda pair: -pair[1])
+        return Evidence("vlm", tuple(ranked))
     words = re.findall(r"\w+", text.lower())
     named = [name for name in (*names, UNKNOWN) if name.lower() in words]
     if not named and len(words) <= SHORT_WORDS:
         named = [name for name in (_named_by(text),) if name in names]
     if len(named) != 1 or _DENIALS & set(words):
-        excerpt = " ".join(text.split())[:80]
-        what = f"{len(named)} materials" if len(named) != 1 else "what it is not"
-        raise VlmError(f"the model's answer names {what}: `{excerpt}`")
+        raise UnreadError(f"the model's answer names no material or several: `{printable(text)}`")
     return Evidence("vlm", () if named == [UNKNOWN] else ((named[0], TEXT_BELIEF),))
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from math import ceil
 from typing import Protocol
 
 import numpy as np
@@ -88,39 +89,36 @@ def highlight(picture: Picture, region: messages.Region) -> Picture:
     The line lies outside the region but inside the picture. An empty region leaves no outline.
     """
     height, width = picture.shape[:2]
-    top = int(region.y * height)
-    left = int(region.x * width)
-    bottom, right = np.ceil([(region.y + region.h) * height, (region.x + region.w) * width])
-    inside = np.zeros((height, width), bool)
-    inside[top : int(bottom), left : int(right)] = True
-    by = max(2, round(THICKNESS * min(picture.shape[:2])))
-    line = _grow(inside, by) & ~inside
-    if inside.any() and not line.any():
-        line = inside & _grow(~inside, by, beyond=True)  # the object fills the picture
+    by = max(2, round(THICKNESS * min(height, width)))
+    top, left = int(region.y * height), int(region.x * width)
+    bottom = ceil((region.y + region.h) * height)
+    right = ceil((region.x + region.w) * width)
     outlined = picture.copy()
-    outlined[line] = COLOUR
+    if bottom <= top or right <= left:
+        return outlined
+    outlined[max(0, top - by) : bottom + by, max(0, left - by) : right + by] = COLOUR
+    fills = top <= 0 and left <= 0 and bottom >= height and right >= width
+    inset = by if fills else 0
+    inside = np.s_[top + inset : bottom - inset, left + inset : right - inset]
+    outlined[inside] = picture[inside]
     return outlined
-
-
-def _grow(inside: NDArray[np.bool_], by: int, *, beyond: bool = False) -> NDArray[np.bool_]:
-    """Grow the marked area by `by` pixels, corners square; `beyond`: outside the edge is marked."""
-    from scipy.ndimage import maximum_filter  # imported only for questions about an object
-
-    grown: NDArray[np.bool_] = maximum_filter(inside, 2 * by + 1, mode="constant", cval=beyond)
-    return grown
 
 
 @dataclass(frozen=True, slots=True)
 class QuestionText:
-    """An instruction before the pictures, and the wordings of a question after them."""
+    """An instruction before the pictures, and the wordings of a question after them.
+
+    briefly: what is added when an answer could not be read.
+    """
 
     instruction: str
     questions: tuple[str, ...]
+    briefly: str
 
 
 def about_ambient() -> QuestionText:
     """Ask for the air temperature in two wordings; answers that differ make a wide interval."""
-    return QuestionText(AMBIENT_INSTRUCTION, AMBIENT_QUESTIONS)
+    return QuestionText(AMBIENT_INSTRUCTION, AMBIENT_QUESTIONS, "Answer with the number alone.")
 
 
 def about_material(names: Sequence[str]) -> QuestionText:
@@ -130,7 +128,8 @@ def about_material(names: Sequence[str]) -> QuestionText:
         "In the first picture one object is outlined in red; the second picture shows it alone. "
         f"Say what its surface is made of, with one word of: {listed}, {materials.UNKNOWN}."
     )
-    return QuestionText(instruction, ("What is the outlined object made of?",))
+    question = "What is the outlined object made of?"
+    return QuestionText(instruction, (question,), "Answer with that one word alone.")
 
 
 def widened(value_c: float, low_c: float, high_c: float) -> tuple[float, float]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import http
 import json
+import math
 import re
 from contextlib import closing
 from dataclasses import dataclass, field, replace
@@ -33,6 +34,23 @@ CHAT = "/chat/completions"
 MODELS = "/models"
 _VERSION = re.compile(r"/v\d")
 _VERSION_QUERY = re.compile(r"api-version=[\w.-]+")
+_RETRY_DELAY = re.compile(rb'"retryDelay"\s*:\s*"([\d.]+)s"')  # of Google's error bodies
+_FORMS = {  # of answers that are not JSON, by their begin
+    b"\x1f\x8b": "compressed, although asked not to be",
+    b"data:": "a stream, although asked not to be",
+    b":": "a stream, although asked not to be",
+    b"event:": "a stream, although asked not to be",
+}
+_CURES = {  # by what an error says, the first that fits
+    "HTTP 404": f"asked was {{url}}: check {FLAG}",
+    "HTTP 40[13]|API key": "HAPTICVLM_VLM_TOKEN holds {token} token, --vlm-header names its header",
+    "context|too long|maximum (model )?length|HTTP 413|tokens.* must be": (
+        "a smaller --image-tokens makes the pictures shorter"
+    ),
+    "CERTIFICATE_VERIFY_FAILED": "name the file of its own certificate in SSL_CERT_FILE",
+    "WRONG_VERSION_NUMBER|record layer": f"it seems to speak http: give {FLAG} http://...",
+    "to (an )?HTTPS port": f"give {FLAG} https://...",
+}
 _HEADER = re.compile(r"[A-Za-z][A-Za-z0-9-]{0,63}")
 
 
@@ -50,10 +68,16 @@ def judge(response: Response) -> Json:
     status = response.status
     data = response.body
     if 300 <= status < 400:
-        raise EndpointError(f"the endpoint redirects (HTTP {status}); give its target", status)
+        problem = f"the endpoint redirects (HTTP {status}) to {response.target or 'nowhere'}"
+        raise EndpointError(f"{problem}; give its target", status)
     if status != http.HTTPStatus.OK:
         problem = f"the endpoint answers HTTP {status}: {_error_text(data) or 'no message'}"
-        raise EndpointError(problem, status, response.wait_s)
+        delay = _RETRY_DELAY.search(data)
+        wait_s = float(delay[1]) if response.wait_s is None and delay else response.wait_s
+        raise EndpointError(problem, status, wait_s)
+    for begin, form in _FORMS.items():
+        if data.lstrip().startswith(begin):
+            raise EndpointError(f"the endpoint's answer is not JSON but {form}", status)
     try:
         answer = json.loads(data, parse_constant=_refuse)
     except (ValueError, RecursionError):
@@ -67,18 +91,21 @@ def judge(response: Response) -> Json:
 
 
 def _error_text(data: bytes) -> str:
-    """Return the message of an error body, as OpenAI's and FastAPI's endpoints write it."""
+    """Return the message of an error body, as OpenAI's, Google's and FastAPI's endpoints do."""
     try:
         body = json.loads(data)
+        body = body[0] if isinstance(body, list) else body
         message = body.get("error") or body.get("detail") or body.get("message")
-    except (ValueError, RecursionError, AttributeError):
+    except (ValueError, RecursionError, AttributeError, IndexError):
         return _decoded(data)
     if isinstance(message, dict):
         message = message.get("message", message)
     return printable(str(message)) if message else _decoded(data)
 
 
-def _refuse(name: str) -> None:
+def _refuse(name: str) -> float:
+    if name == "-Infinity":  # SGLang's logarithm of a probability of 0
+        return -math.inf
     raise ValueError(f"{name} is not JSON")
 
 
@@ -143,22 +170,16 @@ class Endpoint:
             try:
                 return judge(client.request(verb, path, body, deadline))
             except HttpError as error:
-                raise EndpointError(f"{self.address.name}: {error}") from None
+                raise EndpointError(f"{self.address.name}: {error}{_cure(str(error))}") from None
             except EndpointError as error:
                 text = client.redacted(str(error))
-                text += _cure(error.status, text, client.url_of(path), self.token)
-                raise EndpointError(text, error.status, error.wait_s) from None
+                cure = _cure(text).format(
+                    url=printable(client.url_of(path)), token="another" if self.token else "no"
+                )
+                raise EndpointError(text + cure, error.status, error.wait_s) from None
 
 
-def _cure(status: int | None, text: str, url: str, token: str | None) -> str:
-    """Return what a user can do about an error, after a semicolon; "" if nothing is known."""
-    if status == http.HTTPStatus.NOT_FOUND:
-        return f"; asked was {printable(url)}: check {FLAG}"
-    if status in {http.HTTPStatus.UNAUTHORIZED, http.HTTPStatus.FORBIDDEN}:
-        held = "holds another token" if token else "holds no token"
-        return f"; HAPTICVLM_VLM_TOKEN {held}, --vlm-header names its header"
-    if status in {http.HTTPStatus.BAD_REQUEST, http.HTTPStatus.REQUEST_ENTITY_TOO_LARGE} and any(
-        word in text.lower() for word in ("context", "too long", "maximum length")
-    ):
-        return "; a smaller --image-tokens makes the pictures shorter"
-    return ""
+def _cure(problem: str) -> str:
+    """Return what a user can do about a problem, after a semicolon; "" if nothing is known."""
+    cures = (cure for cause, cure in _CURES.items() if re.search(cause, problem, re.IGNORECASE))
+    return "".join(f"; {cure}" for cure in list(cures)[:1])

@@ -28,8 +28,8 @@ IMAGE_TOKENS = 256
 LEAST_TOKENS = 4  # of the smallest picture that Qwen's image processor makes
 SIDE = 448  # px of a decoded frame: at 28 px a token a square of it has IMAGE_TOKENS
 ANSWER_TOKENS = 24  # a number and a few words; anything after them is not read
-# The same for models that refuse `max_tokens`: these count the tokens of their reasoning as well.
-THINKING_TOKENS = 1024
+# The same for models that think first, whose thought counts; the time limit ends a longer one.
+THINKING_TOKENS = 4096
 TOP = 20  # log-probabilities for each token, the most that OpenAI and vLLM give
 ANSWER_BYTES = 1 << 20  # of an endpoint; with 20 log-probabilities a token it has below 64 KiB
 KEPT_HEADS = 4  # cached instructions: ambient and a few scenes' material names

@@ -17,10 +17,11 @@ from hapticvlm.backoff import Breaker, State
 from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.evidence.reading import Reading
 from hapticvlm.vlm import chat_protocol
-from hapticvlm.vlm.answer_text import ThoughtOnlyError, answer_text
+from hapticvlm.vlm.answer_text import ThoughtError, UnreadError
 from hapticvlm.vlm.contract import (
     DEFAULT_MODEL,
     Picture,
+    QuestionText,
     VlmError,
     VlmSettings,
     about_ambient,
@@ -63,6 +64,7 @@ class RemoteVlm:
         )
         self._model = None if settings.model == DEFAULT_MODEL else settings.model
         self._refused: frozenset[str] = frozenset()
+        self._suspected = self._refused
         self._thinks = False
         self._breaker, self._asking = Breaker(), threading.Lock()
 
@@ -78,33 +80,29 @@ class RemoteVlm:
 
     def ambient(self, picture: Picture) -> Reading:
         """Read the ambient temperature from a picture (H, W, 3) uint8 RGB. Raises VlmError."""
-        question = about_ambient()
-        tokens = self._settings.image_tokens
+        about = about_ambient()
 
         def ask() -> Reading:
             begun = time.monotonic()
-            choices = [
-                self._choice(chat_protocol.question(question, wording, (picture,), tokens), begun)
-                for wording in range(len(question.questions))
+            answers = [
+                self._answer(about, wording, (picture,), chat_protocol.stated_temperature, begun)
+                for wording in range(len(about.questions))
             ]
-            seconds = time.monotonic() - begun
-            reading = chat_protocol.ambient_by_logprobs(choices, seconds)
-            return chat_protocol.ambient_by_text(choices, seconds) if reading is None else reading
+            choices, stated = zip(*answers, strict=True)
+            return chat_protocol.ambient(choices, stated, time.monotonic() - begun)
 
         return self._guarded(ask)
 
     def material(self, context: Picture, crop: Picture, names: Sequence[str]) -> Evidence:
         """Ask for the outlined object's material; evidence over `names`. Raises VlmError."""
-        body = chat_protocol.question(
-            about_material(names), 0, (context, crop), self._settings.image_tokens
+        about = about_material(names)
+
+        def read(choice: Json) -> Evidence:
+            return chat_protocol.material(choice, names)
+
+        return self._guarded(
+            lambda: self._answer(about, 0, (context, crop), read, time.monotonic())[1]
         )
-
-        def ask() -> Evidence:
-            choice = self._choice(body, time.monotonic())
-            evidence = chat_protocol.material_by_logprobs(choice, names)
-            return chat_protocol.material_by_text(choice, names) if evidence is None else evidence
-
-        return self._guarded(ask)
 
     def close(self) -> None:
         """Do nothing, since no connection is kept between questions."""
@@ -134,39 +132,57 @@ class RemoteVlm:
         self._breaker = self._breaker.succeeded()
         return answer
 
-    def _choice(self, body: Json, begun: float) -> Json:
-        """Ask; a model that thinks first is asked once more with room for its thought."""
+    def _answer(
+        self,
+        about: QuestionText,
+        wording: int,
+        pictures: Sequence[Picture],
+        read: Callable[[Json], Answer],
+        begun: float,
+    ) -> tuple[Json, Answer]:
+        """Ask and read; a thought is given room from then on, other answers are asked for again."""
         deadline = begun + self._settings.timeout_s
-        body = {"model": self._model_name(deadline), **body}
-        if not self._thinks:
-            choice = self._posted(body, deadline)
+        budget = self._settings.image_tokens
+        body = chat_protocol.question(about, wording, pictures, budget)
+        body["model"] = self._model_name(deadline)
+        brief = chat_protocol.again(body, about.briefly)
+        while True:
+            choice = self._posted(chat_protocol.thinking(body) if self._thinks else body, deadline)
             try:
-                answer_text(choice)
-            except ThoughtOnlyError:
-                self._thinks = True  # as are refused parameters, this is remembered
-            else:
-                return choice
-        return self._posted(chat_protocol.thinking(body), deadline)
+                return choice, read(choice)
+            except UnreadError as error:
+                if isinstance(error, ThoughtError) and not self._thinks:
+                    self._thinks = True  # as are refused parameters, this is remembered
+                elif body is not brief:
+                    body = brief
+                elif self._thinks:
+                    raise UnreadError(f"{error}; the model thinks, perhaps in its answer") from None
+                else:
+                    raise
 
     def _posted(self, body: Json, deadline: float) -> Json:
-        """Ask; retry without each parameter that the endpoint refuses.
+        """Ask; retry without each parameter that the endpoint refuses or may have failed at.
 
-        Refused parameters are remembered only after a request without them succeeded, so that a
+        What was left out is remembered only after a request without it succeeded, so that a
         question that is wrong for another reason does not cost all later ones their
-        log-probabilities.
+        log-probabilities; after a failure that names no cause only if that happens twice in a row.
         """
         refused = self._refused
+        is_sure = True
         while True:
             reduced = chat_protocol.without(body, refused)
             try:
                 choice = chat_protocol.first_choice(self._endpoint.post(CHAT, reduced, deadline))
             except EndpointError as error:
-                parameter = chat_protocol.refused_parameter(reduced, error.status, str(error))
-                if parameter is None:
+                dropped = chat_protocol.refused_parameters(reduced, error)
+                if not dropped or time.monotonic() > deadline:
                     raise
-                refused |= {parameter}
+                refused |= dropped
+                is_sure &= chat_protocol.is_refusal(error)
             else:
-                self._refused = refused
+                if is_sure or refused == self._suspected:
+                    self._refused = refused
+                self._suspected = refused
                 return choice
 
     def _model_name(self, deadline: float) -> str:

@@ -1,81 +1,133 @@
-"""Reads a temperature from a model's answer, strictly. Pure; knows no model.
+"""Reads a temperature from a model's answer by matching the whole of it. Pure; knows no model.
 
-Accepted are a number in digits with its sign, a number with its uncertainty, and a range (its
-middle), in degrees Celsius or without a unit; or a JSON object with one temperature. Numbers with a
-unit of temperature take precedence. A number counts only if the words of its clause allow it: with
-the unit Celsius any but those of a comparison ("below", "warmer"), else only those that usually
-stand beside a temperature. Anything else is refused, such as degrees Fahrenheit alone, angles, or
-two different numbers, because a wrong temperature would be felt and a missing one is not.
+An answer is a number, a number with its uncertainty or a range, in degrees Celsius or without a
+unit, alone or in one of the frames below ("the temperature is about ...", "il fait environ ..."),
+each language with its own minus; or a JSON object with one temperature. A text of which any part
+fits no frame is not read, so bounds, denials, other things' temperatures and second numbers need no
+list of words that exclude them. A wrong temperature would be felt and a missing one is not.
 """
 
 from __future__ import annotations
 
+# ruff: noqa: RUF001 - Cyrillic letters that look like Latin ones are meant
 import json
 import re
 import unicodedata
 from dataclasses import dataclass
 
-from hapticvlm.vlm.contract import VlmError
+from hapticvlm.vlm.answer_text import UnreadError, unmarked
 from hapticvlm.vlm.limits import LEAST_C, MOST_C, MOST_WIDTH_C
 
-# A number without the unit Celsius counts only beside these words: "I see 3 dogs" and "a 45 degree
-# camera angle" state no temperature.
-_COMPANY_WORDS = """
-    a about ambient answer appears approximately air around at be c celsius cold comfortable cool
-    could day degrees degree deg estimate estimated feels final for here hot i image in indoor
-    indoors is ish it like likely looks maybe mild minus my near of on or outdoor outdoors outside
-    perhaps photo picture place probably reads room roughly s say scene seems so temperature temp
-    the there thermometer this to unit value warm weather would
-"""
-_COMPANY = frozenset(_COMPANY_WORDS.split())
-# Beside one of these a number is a bound, a difference or an angle, whatever its unit.
-_COMPARING_WORDS = """
-    above angle below beyond change colder cooler decrease difference drop exceed exceeding exceeds
-    except hotter higher increase isn latitude least less longitude lower max maximum min minimum
-    more most never not over rise rotation slope t than tilt under up view warmer within without
-"""
-_NOT_A_STATEMENT = frozenset(_COMPARING_WORDS.split())
-_DASHES = str.maketrans("\N{MINUS SIGN}\N{EN DASH}\N{EM DASH}\N{NON-BREAKING HYPHEN}", "----")
-_MINUS_WORD = re.compile(r"\b(?:minus|negative)\s+(?=\d)")
-_LIST_MARK = re.compile(r"^\s*\d[.)]\s+(?=\S)")
-# Chinese, Japanese and Korean write the unit around the number, without spaces.
-_EAST_ASIAN = re.compile(
-    r"(?:摄氏|攝氏|摂氏|섭씨)\s*(?P<before>-?\d+(?:\.\d+)?)\s*[度도]"
-    r"|(?P<after>-?\d+(?:\.\d+)?)\s*(?:摄氏度|攝氏度|摂氏度)"
+_SIGNS = str.maketrans(
+    {
+        **dict.fromkeys("\N{MINUS SIGN}\N{EN DASH}\N{EM DASH}\N{NON-BREAKING HYPHEN}", "-"),
+        **dict.fromkeys("\N{MASCULINE ORDINAL INDICATOR}\N{SUPERSCRIPT ZERO}", "°"),
+        "\N{WAVE DASH}": "~",
+        "\N{RIGHT SINGLE QUOTATION MARK}": "'",
+    }
 )
-# A number must not be part of a longer number, date, time, percentage, name or decade.
-_NOT_AFTER = r"(?!\s*(?:percent|hundred|thousand|million))(?!s\b)"
-_NUMBER = (
-    rf"(?<![\w.,])(?<!\d[-/:])[-+]?\d{{1,3}}(?:[.,]\d{{1,2}})?(?![\d%])(?![.,:/]\d){_NOT_AFTER}"
+_MINUS = r"-|(?:minus|negative|moins|menos|meno|минус)\s+|零下|氷点下|マイナス|영하"
+_BELOW = (  # zero, behind the number; Russian counts degrees of frost
+    r"(?:below|under)\s(?:zero|0|freezing(?:\spoint)?)|unter\s(?:null|0|dem\sgefrierpunkt)"
+    r"|bajo\scero|sous\széro|sotto\s(?:lo\s)?zero|abaixo\sde\szero|ниже\sнуля|мороза|minus"
 )
-_DEGREE = r"(?:°|\bdegrees?\b|\bdeg\b\.?|\bgrad\b|\bgrados?\b|\bgradi\b|\bgraus\b|\bdegrés?\b)"
-_UNIT = rf"\s*(?:{_DEGREE}\s*)?(?P<{{0}}>celsius\b|centigrade\b|c\b|fahrenheit\b|f\b|kelvin\b|k\b)?"
-_DEGREES = rf"(?P<degrees>\s*{_DEGREE})?"
-_QUANTITY = re.compile(rf"(?P<value>{_NUMBER})(?!\s*-\s*\d){_DEGREES}{_UNIT.format('unit')}")
-_UNCERTAIN = re.compile(
-    rf"(?P<value>{_NUMBER}){_UNIT.format('value_unit')}\s*\(?\s*(?:±|\+/-|\+-)\s*"
-    rf"(?P<by>\d{{1,2}}(?:[.,]\d{{1,2}})?){_DEGREES}{_UNIT.format('unit')}\s*\)?"
-    rf"(?P<late_degrees>\s*{_DEGREE})?{_UNIT.format('late_unit')}"
+_DEGREE = r"°|degrees?|deg\b\.?|grad|grados?|gradi|graus?|degrés?|градус(?:а|ов)?|度|도"
+_BEFORE = r"摄氏|攝氏|摂氏|섭씨"  # stands before the number, alone or with its minus
+_CELSIUS = r"celsius|centigrade|centígrados|[cс](?![a-zа-я])|(?:по\s)?цельсия|摄氏度|攝氏度|摂氏度"
+
+
+def _number(name: str) -> str:
+    return (
+        rf"(?P<{name}_before>{_BEFORE})?\s*(?P<{name}_minus>{_MINUS})?\s*"
+        rf"(?:{_BEFORE}|(?P<{name}_plus>plus\s|\+))?"
+        rf"(?P<{name}>\d{{1,3}}(?:[.,]\d{{1,2}})?)(?!\d)"
+    )
+
+
+def _unit(name: str) -> str:
+    return rf"\s*(?:{_DEGREE})?\s*(?P<{name}>{_CELSIUS})?\s*"
+
+
+_TO = r"-|~|\.\.\.?|to|bis|à|a|до|到|至|から|에서"
+_AND = r"and|und|y|et|e|и"
+_VALUE = (
+    rf"(?:(?:(?P<between>between|zwischen|entre|tra|fra|между)|from|von|de|da|от)\s)?"
+    rf"{_number('low')}{_unit('low_c')}(?P<low_below>{_BELOW})?"
+    rf"(?:\s*\(?(?:±|\+/-|\+-|plus\sor\sminus)\s*(?P<by>\d{{1,2}}(?:[.,]\d)?){_unit('by_c')}\)?"
+    rf"|\s*(?P<to>{_TO}|(?(between)(?:{_AND})|-))\s*{_number('high')})?"
+    rf"{_unit('high_c')}(?P<below>{_BELOW})?"
 )
-_RANGE = re.compile(
-    rf"(?P<between>\bbetween\s+)?(?P<low>{_NUMBER}){_UNIT.format('low_unit')}"
-    r"\s*(?:-|~|to|bis|(?(between)and|-))\s*"
-    rf"(?P<high>[-+]?\d{{1,3}}(?:[.,]\d{{1,2}})?)(?![\d%])(?![.,:/]\d){_NOT_AFTER}{_DEGREES}"
-    rf"{_UNIT.format('unit')}"
+_FAHRENHEIT = r"(?P<{}>-?[\d.]+)(?:\s*(?:-|to)\s*[\d.]+)?\s*(?:°|degrees?)?\s*f(?:ahrenheit)?"
+_SCENE = (
+    r"(?:air|picture|image|photo(?:graph)?|scene|room|place|environment|area|location|kitchen"
+    r"|shade|street)"
 )
-_EITHER = re.compile(rf"{_NUMBER}{_UNIT.format('unit')}\s*(?:\bor\b|/|,)\s*{_NUMBER}")
-_CLAUSE_ENDS = re.compile(r"[;!?\n]|[.,](?!\d)|\band\b|\bbut\b")
-_UNITS = ("unit", "late_unit", "value_unit", "low_unit")
-_TEMPERATURE_KEY = re.compile(r"temp|celsius|degrees|answer")
-_OTHER_KEY = re.compile(r"fahrenheit|kelvin|(?:_|\b)[fk]$")
+_PLACE = rf"(?:here|outside|inside|(?:in|out)doors|(?:in|of|at|for)\s(?:this|the)\s{_SCENE})"
+_SEEN = (
+    r"(?:the|this|their|people's|visible|heavy|warm|winter|summer|bright|of|and|scene|picture|image"
+    r"|photo|clothing|clothes|coats?|jackets?|snow|ice|season|light(?:ing)?|sun(?:light|shine)?"
+    r"|plants?|trees|vegetation|weather|surroundings|environment|setting|context|visual|cues?)"
+)
+_SUBJECT = (
+    r"(?:(?:the|my|an?)\s)?(?:(?:best|rough|final|estimated|approximate|likely|current|ambient|air"
+    r"|outdoor|indoor|outside|inside|room)\s)*(?:temperature|temp\.?|answer|estimate|guess|t(?=\s?[:=≈~]))"
+    rf"(?:\s{_PLACE})?"
+)
+_IS = r"(?:(?:\sis|'s|\sseems|\sappears|\slooks)(?:\s(?:most|likely|probably|to|be|like|at))*)"
+_FRAMES = (  # what stands before the value, in each language whose units are read
+    rf"(?:(?:based\son|judging\s(?:by|from)|given|considering)(?:\s{_SEEN})+,\s)?"
+    rf"(?:i(?:'d|\swould)?\s(?:estimate|guess|say|think)(?:\sthat)?\s?)?"
+    rf"(?:it{_IS}|{_SUBJECT}(?:{_IS}|\swould\sbe|\sto\sbe)?)?",
+    r"(?:degrees\s|°)?c(?:elsius)?",
+    r"(?:die\s)?(?:geschätzte\s)?(?:luft|umgebungs|raum|außen)?temperatur(?:\shier)?"
+    r"\s?(?:beträgt|ist|liegt\sbei)?|es\s(?:sind|ist|hat)|ich\sschätze",
+    r"(?:la\s)?temperatura(?:\s(?:estimada|aproximada|ambiente|del\saire|aquí))*(?:\ses(?:\sde)?)?"
+    r"|(?:hace|hay)(?=.*grad)|(?:creo|diría)\sque\shace",
+    r"(?:la\s)?température(?:\s(?:de\sl'air|ambiante|estimée|ici))*(?:\sest(?:\s(?:de|à))?)?"
+    r"(?:\sd')?|il\sfait|je\sdirais",
+    r"(?:la\s)?temperatura(?:\s(?:dell'aria|ambiente|stimata))*(?:\sè(?:\sdi)?)?|(?:ci\ssono|fa)(?=.*grad)",
+    r"(?:a\s)?temperatura(?:\s(?:do\sar|ambiente|estimada))*(?:\sé(?:\sde)?)?|está|estão|faz",
+    r"температура(?:\sвоздуха)?(?:\sздесь)?(?:\s(?:составляет|-))?",
+    r"(?:这里|此处|图中|图片中|照片中|当前|现在)?的?(?:空气|环境|室内|室外)?(?:气温|温度|答案)"
+    r"(?:应该)?(?:大约|大概|可能)?[是为]?|[這这]里是",
+    r"(?:ここの|この場所の|現在の)?(?:気温|室温|温度|答え)は?",
+    r"(?:이곳의|여기|현재)?\s?(?:기온|온도|실내\s온도)[은는]?",
+)
+_ABOUT = (
+    r"(?:about|around|approx(?:imately|\.)?|roughly|circa|ca\.?|probably|likely|perhaps|maybe|near"
+    r"|close\sto|a|comfortable|etwa|ungefähr|rund|wahrscheinlich|vermutlich|unos|aproximadamente"
+    r"|alrededor\sde|cerca\sde|probablemente|environ|à\speu\sprès|autour\sde|probablement"
+    r"|probabilmente|intorno\sai|uns|por\svolta\sde|около|примерно|大[约約概]|[约約]|可能|およそ|おそらく"
+    r"|だいたい|약|대략|아마|~|≈)"
+)
+_AFTER = (
+    rf"(?:\s*(?:{_PLACE}|or\sso|左右|上下|(?:くらい|ぐらい|程度)?(?:です|でしょう)?|(?:정도|쯤)?"
+    r"(?:입니다|이에요|예요)?))?"
+)
+_ANSWER = re.compile(
+    rf"(?:(?:{'|'.join(_FRAMES)})\s*[:=]?\s*)?(?:{_ABOUT}\s*)*"
+    rf"(?:{_FAHRENHEIT.format('f')}\s*[(/=]\s*)?{_VALUE}"
+    rf"(?:\s*[(/=,]\s*(?:about\s|or\s)?{_FAHRENHEIT.format('g')}\s*)?\)?{_AFTER}[.!。]?"
+)
+_TEMPERATURE_KEY = re.compile(
+    r"(?:(?:air|ambient|estimated|room)_?)*(?:temp(?:erature)?|celsius|degrees|answer|value)"
+    r"(?:_?(?:in_?)?(?:c|celsius|degrees_?c(?:elsius)?))?"
+)
+_QUOTES = " \t\r\n\"'[]()「」“”"
+CLOSE_C = 2.0  # degC by which degrees Fahrenheit beside a value may differ from it
+MOST_CHARS = 400  # of an answer that is matched; a longer one fits no frame
 
 
 @dataclass(frozen=True, slots=True)
 class Stated:
-    """The range that a sentence states, degC; both ends are equal for a single number."""
+    """The range that an answer states, degC; both ends are equal for a single number.
+
+    has_unit: degrees Celsius were written, so that the number before them is whole.
+    """
 
     low_c: float
     high_c: float
+    has_unit: bool
 
     @property
     def value_c(self) -> float:
@@ -83,114 +135,49 @@ class Stated:
         return (self.low_c + self.high_c) / 2
 
 
-@dataclass(frozen=True, slots=True)
-class _Quantity:
-    """A number or range. `unit`: c, f, k, "degrees" or "" for none; `words`: of its clause."""
-
-    low: float
-    high: float
-    unit: str
-    words: frozenset[str]
-
-    @property
-    def is_stated(self) -> bool:
-        """Whether its clause states it as a temperature, rather than comparing or counting."""
-        if self.words & _NOT_A_STATEMENT or self.high - self.low > MOST_WIDTH_C:
-            return False
-        is_told = self.unit == "degrees" and "temperature" in self.words
-        return self.unit == "c" or is_told or self.words <= _COMPANY
-
-
 def read_celsius(text: str) -> Stated:
-    """Read the one temperature that a text states. Raises VlmError if there is none or several."""
-    plain = _plain(_of_object(text))
-    if _EITHER.search(plain):
-        raise _refusal(text, "several temperatures")
-    ends = _ends(plain)
-    if len(ends) != 1:
-        raise _refusal(text, "several temperatures" if ends else "no temperature")
-    low, high = ends.pop()
-    if not LEAST_C <= low <= high <= MOST_C:
-        raise _refusal(text, f"a temperature outside {LEAST_C} to {MOST_C} degC")
-    return Stated(low, high)
+    """Read the one temperature that an answer is. Raises UnreadError if it is anything else."""
+    plain = unicodedata.normalize("NFKC", _of_object(unmarked(text)).translate(_SIGNS))
+    plain = " ".join(plain.lower().strip(_QUOTES).split())
+    match = _ANSWER.fullmatch(plain) if len(plain) <= MOST_CHARS else None
+    stated = None if match is None else _stated(match)
+    excerpt = " ".join(text.split())[:80]
+    if stated is None:
+        raise UnreadError(f"the model's answer is not one temperature alone: `{excerpt}`")
+    if not LEAST_C <= stated.low_c <= stated.high_c <= MOST_C:
+        raise UnreadError(f"the model's answer is outside {LEAST_C} to {MOST_C} degC: `{excerpt}`")
+    return stated
 
 
-def _ends(plain: str) -> set[tuple[float, float]]:
-    """Return the lowest and highest degC of each temperature that counts, by the best unit."""
-    stated = [quantity for quantity in _quantities(plain) if quantity.is_stated]
-    by_unit = {
-        unit: [each for each in stated if each.unit == unit] for unit in ("c", "degrees", "")
-    }
-    # Without any unit the whole answer must be about a temperature, not only the number's clause.
-    if not set(re.findall(r"[^\W\d_]+", plain)) <= _COMPANY:
-        del by_unit[""]
-    best = next((quantities for quantities in by_unit.values() if quantities), [])
-    return {(quantity.low, quantity.high) for quantity in best}
+def _stated(match: re.Match[str]) -> Stated | None:
+    """Return what a matched answer states; None if it can be understood in two ways."""
+    part = match.groupdict()
+    low = high = _value(part["low"], part["low_minus"] or part["low_below"] or part["below"])
+    if part["high"]:
+        high = _value(part["high"], part["high_minus"] or part["below"])
+        # In "-10-15" and "minus 5 to 10" the second number may or may not share the minus.
+        is_shared = part["to"] == "-" or part["low_minus"] not in {None, "-"}
+        if low < 0 < high and is_shared and not part["high_plus"]:
+            return None
+    low, high = sorted((low, high))
+    conversion = part["f"] or part["g"]
+    if conversion and abs((_value(conversion, None) - 32) / 1.8 - low) > CLOSE_C:
+        return None
+    by = _value(part["by"] or "0", None)
+    has_unit = any(part[name] for name in ("low_before", "low_c", "by_c", "high_c"))
+    return Stated(low - by, high + by, has_unit) if high - low <= MOST_WIDTH_C else None
+
+
+def _value(number: str, minus: str | None) -> float:
+    value = float(number.replace(",", "."))
+    return -value if minus and value else value
 
 
 def _of_object(text: str) -> str:
-    """Return the temperature of an answer that is a JSON object; any other text as it is."""
+    """Return the temperature and unit of an answer that is a JSON object; any other text as is."""
     try:
-        answer = json.loads(text)
-    except (ValueError, RecursionError):
+        fields = {str(name).lower(): str(value) for name, value in json.loads(text).items()}
+    except (ValueError, RecursionError, AttributeError):
         return text
-    if not isinstance(answer, dict):
-        return text
-    names = [
-        name
-        for name in answer
-        if _TEMPERATURE_KEY.search(name.lower()) and not _OTHER_KEY.search(name.lower())
-    ]
-    units = [str(value) for name, value in answer.items() if "unit" in name.lower()]
-    return " ".join([str(answer[names[0]]), *units]) if len(names) == 1 else text
-
-
-def _plain(text: str) -> str:
-    """Write signs, units and numbers in one way: hyphens, degC signs in two letters, digits."""
-    # NFKC turns the one-character degC sign and full-width digits into plain ones. It would turn
-    # the ordinal sign, which some type for a degree sign, into the letter o.
-    text = unicodedata.normalize("NFKC", text.replace("\N{MASCULINE ORDINAL INDICATOR}", "°"))
-    text = _LIST_MARK.sub("", text.lower().translate(_DASHES))
-    text = _EAST_ASIAN.sub(lambda match: f" {match['before'] or match['after']} celsius ", text)
-    return _MINUS_WORD.sub("-", text)
-
-
-def _quantities(text: str) -> list[_Quantity]:
-    """Find all numbers with an uncertainty, then all ranges, then all single numbers."""
-    quantities = []
-    for pattern in (_UNCERTAIN, _RANGE, _QUANTITY):
-        rest = text
-        for match in pattern.finditer(text):
-            quantities.append(_quantity(match, _words(text, match)))
-            blank = " " * (match.end() - match.start())
-            rest = rest[: match.start()] + blank + rest[match.end() :]
-        text = rest
-    return quantities
-
-
-def _quantity(match: re.Match[str], words: frozenset[str]) -> _Quantity:
-    groups = match.groupdict()
-    unit = next((groups[name] for name in _UNITS if groups.get(name)), "")[:1]
-    has_degrees = groups.get("degrees") or groups.get("late_degrees")
-    low = _value(groups.get("value") or groups["low"])
-    high = _value(groups.get("value") or groups["high"])
-    by = _value(groups.get("by") or "0")
-    low, high = sorted((low - by, high + by))
-    return _Quantity(low, high, unit or ("degrees" if has_degrees else ""), words)
-
-
-def _words(text: str, match: re.Match[str]) -> frozenset[str]:
-    """Return the words of the clause that a match stands in, without the match itself."""
-    before = _CLAUSE_ENDS.split(text[: match.start()])[-1]
-    after = _CLAUSE_ENDS.split(text[match.end() :])[0]
-    words = re.findall(r"[^\W\d_]+", f"{before} {after}")
-    return frozenset(words) | ({"than"} if re.search("[<>≤≥]", before) else frozenset())
-
-
-def _value(number: str) -> float:
-    return float(number.replace(",", "."))
-
-
-def _refusal(text: str, what: str) -> VlmError:
-    excerpt = " ".join(text.split())[:80]
-    return VlmError(f"the model's answer states {what}: `{excerpt}`")
+    values = [value for name, value in fields.items() if _TEMPERATURE_KEY.fullmatch(name)]
+    return " ".join([*values, *(value for name, value in fields.items() if "unit" in name)])

@@ -6,84 +6,48 @@ comes with what turns it into a file that can be read. Nothing of a file is run 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 from hapticvlm.vision.encoders.encoder import EncoderError
 
 HEAD_BYTES = 512
-_FROM_TORCH = "load it in PyTorch and write FILE.onnx with torch.onnx.export"
-_FROM_TENSORFLOW = "convert it to ONNX with tf2onnx and name that"
-_FROM_BUNDLE = "unpack it, convert the image network in it to ONNX with tf2onnx and name that"
-
-
-@dataclass(frozen=True, slots=True)
-class ForeignKind:
-    """A kind of file that is not read: `mark` at byte `at`, and `within` its first bytes."""
-
-    name: str
-    cure: str
-    mark: bytes
-    at: int = 0
-    within: bytes = b""
-
-
-_ZIP = b"PK\x03\x04"
-# The order counts: a ZIP archive of a known content comes before any other.
-KINDS = (
-    ForeignKind(
-        "a pointer of git-LFS, not the network itself",
-        "fetch the file with `git lfs pull`, or download it from the page of its repository",
-        b"version https://git-lfs",
-    ),
-    ForeignKind(
-        "a web page, not a network",
-        "download the file itself (on GitHub: Raw; on the hub: download)",
-        b"<!doctype html",
-    ),
-    ForeignKind("a web page, not a network", "download the file itself", b"<html"),
-    ForeignKind("a network of PyTorch", _FROM_TORCH, _ZIP, within=b"/data.pkl"),
-    ForeignKind("a network of PyTorch", _FROM_TORCH, _ZIP, within=b"constants.pkl"),
-    ForeignKind("pickled weights of PyTorch", _FROM_TORCH, b"\x80\x02"),
-    ForeignKind("a bundle of MediaPipe", _FROM_BUNDLE, _ZIP, within=b".tflite"),
-    ForeignKind("a network of Keras", _FROM_TENSORFLOW, _ZIP, within=b"metadata.json"),
-    ForeignKind("a ZIP archive", "unpack it and name the .onnx file in it", _ZIP),
-    ForeignKind("a gzip archive", "unpack it and name the .onnx file in it", b"\x1f\x8b"),
-    ForeignKind("an HDF5 file of Keras", _FROM_TENSORFLOW, b"\x89HDF\r\n\x1a\n"),
-    ForeignKind("a TFLite file", _FROM_TENSORFLOW, b"TFL3", at=4),
-    ForeignKind(
-        "a GGUF file for llama.cpp",
-        "a model of text and pictures is reached with --vlm-url; name an image network in ONNX",
-        b"GGUF",
-    ),
-    ForeignKind(
-        "weights in safetensors, without their network",
-        "name the folder that holds them beside config.json and preprocessor_config.json",
-        b"{",
-        at=8,
-        within=b'"dtype"',
-    ),
-    ForeignKind(
-        "a network of TensorFlow.js",
-        "convert it back with tensorflowjs_converter, then to ONNX with tf2onnx",
-        b"{",
-        within=b'"format"',
-    ),
-    ForeignKind(
-        "a JSON file, not a network",
-        "name the .onnx file, or the folder of a network of transformers",
-        b"{",
-    ),
+_TORCH = "a network of PyTorch", "load it in PyTorch and write FILE.onnx with torch.onnx.export"
+_TO_ONNX = "convert it to ONNX with tf2onnx and name that"
+_UNPACK = "unpack it and name the .onnx file in it"
+_PAGE = (
+    "a web page, not a network",
+    "download the file itself (on GitHub: Raw; on the hub: download)",
 )
-
-
-def kind_of(head: bytes) -> ForeignKind | None:
-    """Return the kind whose marks a file's first HEAD_BYTES hold; None: it may be readable."""
-    for kind in KINDS:
-        start = head[kind.at : kind.at + len(kind.mark)]
-        if start.lower() == kind.mark.lower() and kind.within in head:
-            return kind
-    return None
+_LFS = "fetch the file with `git lfs pull`, or download it from the page of its repository"
+_GGUF = "a model of text and pictures is reached with --vlm-url; name an image network in ONNX"
+_TENSORS = "name the folder that holds them beside config.json and preprocessor_config.json"
+_ZIP = b"PK\x03\x04"
+# Where a mark stands, the mark, what else the first bytes hold; name and cure. The order counts: a
+# ZIP archive of a known content comes before any other.
+KINDS = (
+    (0, b"version https://git-lfs", b"", "a pointer of git-LFS, not the network itself", _LFS),
+    (0, b"<!doctype html", b"", *_PAGE),
+    (0, b"<html", b"", *_PAGE),
+    (0, _ZIP, b"/data.pkl", *_TORCH),
+    (0, _ZIP, b"constants.pkl", *_TORCH),
+    (0, b"\x80\x02", b"", "pickled weights of PyTorch", _TORCH[1]),
+    (0, _ZIP, b".tflite", "a bundle of MediaPipe", f"unpack it, of the network in it: {_TO_ONNX}"),
+    (0, _ZIP, b"metadata.json", "a network of Keras", _TO_ONNX),
+    (0, _ZIP, b"", "a ZIP archive", _UNPACK),
+    (0, b"\x1f\x8b", b"", "a gzip archive", _UNPACK),
+    (0, b"\x89HDF\r\n\x1a\n", b"", "an HDF5 file of Keras", _TO_ONNX),
+    (4, b"TFL3", b"", "a TFLite file", _TO_ONNX),
+    (0, b"GGUF", b"", "a GGUF file for llama.cpp", _GGUF),
+    (8, b"{", b'"dtype"', "weights in safetensors, without their network", _TENSORS),
+    (
+        0,
+        b"{",
+        b'"format"',
+        "a network of TensorFlow.js",
+        f"tensorflowjs_converter, then {_TO_ONNX}",
+    ),
+    (0, b"{", b"", "a JSON file, not a network", "name the .onnx file, or a network's folder"),
+)
 
 
 def require_no_foreign_file(path: Path) -> None:
@@ -93,6 +57,6 @@ def require_no_foreign_file(path: Path) -> None:
             head = file.read(HEAD_BYTES)
     except OSError as error:
         raise EncoderError(f"encoder `{path}`: {error.strerror}; name another file") from None
-    kind = kind_of(head)
-    if kind is not None:
-        raise EncoderError(f"encoder `{path}` is {kind.name}; {kind.cure}")
+    for at, mark, within, name, cure in KINDS:
+        if head[at : at + len(mark)].lower() == mark.lower() and within in head:
+            raise EncoderError(f"encoder `{path}` is {name}; {cure}")
