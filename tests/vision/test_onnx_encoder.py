@@ -156,13 +156,13 @@ def test_a_broken_card_is_refused(tmp_path: Path, text: str) -> None:
 
 
 def test_it_runs_on_the_cpu_on_threads_that_do_not_spin(folder: Path) -> None:
-    session = load_onnx_encoder(folder, threads=1).session
+    session = load_onnx_encoder(folder, threads=1).open()
     options = session.get_session_options()
     assert session.get_providers() == ["CPUExecutionProvider"]
     assert (options.intra_op_num_threads, options.inter_op_num_threads) == (1, 1)
     for pool in ("intra", "inter"):
         assert options.get_session_config_entry(f"session.{pool}_op.allow_spinning") == "0"
-    assert load_onnx_encoder(folder, 2).session.get_session_options().intra_op_num_threads == 2
+    assert load_onnx_encoder(folder, 2).open().get_session_options().intra_op_num_threads == 2
 
 
 def test_a_gpu_is_refused(folder: Path) -> None:

@@ -1,5 +1,6 @@
 """The service with a shared recogniser that answers, fails and comes back; without Ray."""
 
+import psutil
 import pytest
 from conftest import status
 from shared_looks import is_shared, look, recognising_ms, scene, until_shared
@@ -26,6 +27,35 @@ def sharing(shared):
     arguments = ["--recogniser-url", shared.url, "--recogniser-deadline", str(DEADLINE_S)]
     with running(arguments) as service:
         yield service
+
+
+async def test_a_service_keeps_no_recogniser_of_its_own_until_the_shared_one_fails():
+    with shared_recogniser() as shared:
+        # The deadline is far beyond any answer, so that no pause of this machine counts as a fault.
+        arguments = ["--recogniser-url", shared.url, "--recogniser-deadline", "5"]
+        with running(arguments) as service:
+            async with scene(service) as client:
+                assert is_shared(await look(client))
+                assert held_mb(service) < 140.0
+                assert not has_loaded_a_network(service)
+                shared.fault = "fails"
+                assert not is_shared(await look(client))
+                assert has_loaded_a_network(service)
+
+
+def processes(service):
+    first = psutil.Process(service.process.pid)
+    return [first, *first.children(recursive=True)]
+
+
+def held_mb(service):
+    """Return the memory of all processes of a service, MB, shared pages counted once."""
+    return sum(each.memory_full_info().pss for each in processes(service)) / 1e6
+
+
+def has_loaded_a_network(service):
+    files = [file.path for each in processes(service) for file in each.memory_maps()]
+    return any("onnxruntime" in path for path in files)
 
 
 @pytest.mark.nightly

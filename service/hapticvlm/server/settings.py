@@ -238,9 +238,9 @@ class ServeOptions:
         str | None,
         Flag(
             RECOGNITION,
-            "let the `hapticvlm recogniser-app` at this address recognise objects; this service "
-            "does it whenever that fails. Crops LEAVE this machine if it runs on another. Its "
-            "token is in HAPTICVLM_RECOGNISER_TOKEN",
+            "let the `hapticvlm recogniser-app` at this address recognise objects and texture "
+            "maps; this service does it whenever that fails. Crops LEAVE this machine if it runs "
+            "on another. Its token is in HAPTICVLM_RECOGNISER_TOKEN",
             "URL",
         ),
     ] = None

@@ -102,7 +102,7 @@ class FrameRecogniser:
         key = texture_verdicts.key_of(frame)
         evidence = self._verdicts.get(key)
         if evidence is None:
-            evidence = textures.read(frame, self._encoder, self._gallery)
+            evidence = textures.read(frame, self._encoder, self._gallery, self._embed_windows)
             self._verdicts.put(key, evidence)
         return evidence
 
@@ -120,15 +120,15 @@ class FrameRecogniser:
         `waited_ms` is how long the frame was queued; `force`: recognise an unchanged picture too.
         `shown` is the object in the picture. With its material it becomes a reference for the other
         objects of its scene; without, it is compared with their references. An object may be
-        recognised by the shared recogniser; a whole scene (None) stays on this machine. Errors are
-        part of the result.
+        recognised by the shared recogniser, and so may the windows of a texture map; a whole scene
+        (None) stays on this machine. Errors are part of the result.
         """
         stages = {"queue": waited_ms}
-        if frame.purpose == "texture":
-            return self._texture(frame, stages)
         started = time.perf_counter()
         if self._remote is not None:
             self._follow(self._remote)
+        if frame.purpose == "texture":
+            return self._texture(frame, stages)
         # A scene sends up to 90 frames a second, and most of them show the same as the one before.
         # Identical bytes are skipped without decoding them. Other pictures are compared in a few
         # cells, which costs next to nothing beside embedding them. `force` is set where the same
@@ -148,7 +148,7 @@ class FrameRecogniser:
         return self._match(frame, crop, shown, stages)
 
     def _texture(self, frame: Frame, stages: dict[str, float]) -> Recognition:
-        """Read a texture map on this machine; adds to `stages`."""
+        """Read a texture map; adds to `stages`."""
         started = time.perf_counter()
         try:
             evidence = self.read_texture(frame)
@@ -174,8 +174,11 @@ class FrameRecogniser:
             remote_match = self._ask_remote(self._remote, frame, crop)
             stages["remote"], started = _lap(started)
         if remote_match is not None:
-            evidence = _in_context(remote_match.evidence, frame, frame.region)
             embedding = remote_match.embedding
+            evidence = remote_match.evidence
+            if evidence.confidence <= 0.0:
+                evidence = self._gallery.match(embedding, is_flat=flat)
+            evidence = _in_context(evidence, frame, frame.region)
         else:
             try:
                 (embedding,), (alive,) = living.embed(self._encoder, [crop])
@@ -211,10 +214,31 @@ class FrameRecogniser:
             # The crop is cut from the frame again instead of being resized: the other encoder may
             # take more pixels than this crop kept.
             crop = pictures.crop(frame, identity.side)
-        match = remote.recognise(crop)
-        if match is None:
+        matches = remote.recognise([crop])
+        if matches is None:
             self._answered_by = ""
-        return match
+            return None
+        # A recogniser that believes nothing of a crop may be well: its gallery has nothing like it.
+        # Taking that for the answer would leave the object unknown where this machine may know it.
+        if matches[0].evidence.confidence <= 0.0 and not self._has_our_encoder(remote):
+            return None
+        return matches[0]
+
+    def _embed_windows(self, crops: Sequence[pictures.Crop]) -> NDArray[np.float32]:
+        """Embed windows of a texture map, (N, D): elsewhere only where it is the same encoder.
+
+        The layer that reads them is of this machine's encoder. Raises EncoderError.
+        """
+        matches = None
+        if self._remote is not None and self._has_our_encoder(self._remote):
+            matches = self._remote.recognise(crops)
+        if matches is None:
+            return self._encoder.embed(crops)
+        return np.stack([match.embedding for match in matches])
+
+    def _has_our_encoder(self, remote: RemoteRecogniser) -> bool:
+        """Whether embeddings of the shared recogniser may be compared with this gallery."""
+        return remote.identity is not None and remote.identity.encoder == self._encoder.name
 
     def _with_scene_references(
         self,

@@ -13,12 +13,14 @@ part of the atlas a surface uses names it as the region.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+
 import numpy as np
 
 from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.messages import WHOLE, Frame
 from hapticvlm.vision import pictures
-from hapticvlm.vision.encoders.encoder import Encoder
+from hapticvlm.vision.encoders.encoder import Encoder, Floats
 from hapticvlm.vision.flatness import is_flat
 from hapticvlm.vision.galleries.gallery import Gallery
 from hapticvlm.vision.pictures import Crop, Pixels
@@ -39,16 +41,21 @@ WINDOWS = (
 )
 
 
-def read(frame: Frame, encoder: Encoder, gallery: Gallery) -> Evidence:
+def read(
+    frame: Frame,
+    encoder: Encoder,
+    gallery: Gallery,
+    embed: Callable[[Sequence[Crop]], Floats] | None = None,
+) -> Evidence:
     """Read the material of a map, or of the region of it that the frame names.
 
     Returns evidence without beliefs where the gallery has no layer for maps, or there is nothing
-    to read. Raises PictureError and EncoderError.
+    to read. `embed` embeds in place of the encoder. Raises PictureError and EncoderError.
     """
     crops = windows(frame, encoder.side)
     if gallery.texture_layer is None or not crops:
         return Evidence("texture", ())
-    return gallery.match_texture(encoder.embed(crops))
+    return gallery.match_texture((embed or encoder.embed)(crops))
 
 
 def windows(frame: Frame, side: int) -> list[Crop]:

@@ -70,7 +70,8 @@ class RecogniserSettings:
     @property
     def limit_s(self) -> float:
         """Longest time of one recognition, s; then the process counts as hung."""
-        return LIMIT_S if self.encoder is None else NAMED_LIMIT_S
+        is_loaded = self.encoder is None and self.remote is None  # else a first look may load it
+        return LIMIT_S if is_loaded else NAMED_LIMIT_S
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,12 +191,16 @@ def _load(
     from hapticvlm.vision.galleries.user_materials import table_with
     from hapticvlm.vision.texture_verdicts import TextureVerdicts, file_name
 
-    encoder = load_encoder(settings.encoder, device=settings.device, threads=settings.threads)
     remote = None
+    is_spare = False  # a shared recogniser answers, so the own one may never be needed
     if settings.remote is not None:
         from hapticvlm.vision.remote.client import RemoteRecogniser
 
         remote = RemoteRecogniser(settings.remote, table_with(settings.user_materials))
+        is_spare = remote.find()
+    encoder = load_encoder(
+        settings.encoder, device=settings.device, threads=settings.threads, on_use=is_spare
+    )
     gallery = load_gallery(
         settings.gallery, encoder=encoder, user_materials=settings.user_materials
     )
@@ -205,7 +210,8 @@ def _load(
     # The first inference allocates buffers that later ones reuse, and takes much longer. It runs
     # here, while the service still reports that it is starting. It also fails here for a network
     # that loads but cannot run, before a scene depends on it.
-    recogniser.warm_up()
+    if not is_spare:
+        recogniser.warm_up()
     return recogniser, encoder.name, remote
 
 

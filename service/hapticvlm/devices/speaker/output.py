@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import ctypes
 import functools
+import sys
 import time
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, field
@@ -40,7 +41,10 @@ STEADY_WITHIN_S = 8.0  # PulseAudio plays up to 2 s of its own silence before th
 STEADY_S = 0.25
 _POLL_S = 0.02
 _PULSE_AS_ALSA = 1  # pa_channel_map_def_t in which four channels are front and rear, as elsewhere
-_MCL_CURRENT = 1  # of <sys/mman.h>, on Linux and macOS alike
+# Of <sys/mman.h>; the second is Linux's: lock what is in memory now, and the rest once it is used.
+# Without it the unused 80 MB of libraries and of their buffers would be read into memory, too.
+_MCL_CURRENT = 1
+_MCL_ONFAULT = 4
 
 Fill = Callable[[int], NDArray[np.float32]]
 
@@ -306,6 +310,7 @@ def lock_memory() -> bool:
     itself would fail then.
     """
     try:
-        return bool(ctypes.CDLL(None).mlockall(_MCL_CURRENT) == 0)
+        flags = _MCL_CURRENT | (_MCL_ONFAULT if sys.platform == "linux" else 0)
+        return bool(ctypes.CDLL(None).mlockall(flags) == 0)
     except (OSError, AttributeError, TypeError):  # Windows has neither the call nor this C library
         return False

@@ -17,10 +17,13 @@ STRIPES = ((220, 90, 10), (20, 40, 60))  # RGB of a picture that is nothing like
 DEVICES = ("cpu", "cuda", "auto")
 
 
-def load_encoder(name: str | None = None, *, device: str = "cpu", threads: int = 1) -> Encoder:
+def load_encoder(
+    name: str | None = None, *, device: str = "cpu", threads: int = 1, on_use: bool = False
+) -> Encoder:
     """Load an encoder, and embed two pictures with it: it must tell them apart.
 
-    The next inference is therefore not a slow first one.
+    The next inference is therefore not a slow first one. `on_use`: one that ships is loaded by its
+    first inference, and not before.
 
     name: None for the default; lite0, which ships, or its full name; a folder with an encoder.json;
     an ONNX file; or a network of transformers, by folder or by name.
@@ -32,6 +35,8 @@ def load_encoder(name: str | None = None, *, device: str = "cpu", threads: int =
     if threads < 1:
         raise EncoderError(f"{threads} threads are too few; an inference needs 1 or more")
     encoder = _find(name, device, threads)
+    if on_use and shipped_folder(name) is not None:
+        return encoder
     mask = central_mask(encoder.side)
     grey = np.full((encoder.side, encoder.side, 3), 127, np.uint8)
     stripes = grey.copy()

@@ -4,15 +4,17 @@ The graph holds the preprocessing: it takes "crops" (N, S, S, 4) uint8, RGB and 
 gives "embeddings" (N, D) float32 of unit norm; the shipped one also gives the probabilities of
 ImageNet's "classes" (N, 1000). encoder.json states name, side, dimension and the SHA-256 of the
 graph. Sessions use a fixed number of threads that sleep while they wait, so
-that a busy recogniser leaves the other cores to the audio engine. Networks in other ONNX files
-share `open_session` (file_encoder).
+that a busy recogniser leaves the other cores to the audio engine. A session is opened by its first
+use: beside a shared recogniser most services need none, and save its memory. Networks in other ONNX
+files share `open_session` (file_encoder).
 """
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -44,14 +46,21 @@ class Card:
 
 @dataclass(frozen=True, slots=True)
 class OnnxEncoder:
-    """An onnxruntime session behind the Encoder protocol; `revision` is its graph's SHA-256."""
+    """A session of onnxruntime behind the Encoder protocol; `revision` is its graph's SHA-256.
+
+    `open` returns the session, the same one at each call. Raises EncoderError.
+    """
 
     name: str
     side: int
     dimension: int
-    session: Any
-    revision: str = ""
-    has_classes: bool = False
+    revision: str
+    open: Callable[[], Any]
+
+    @property
+    def has_classes(self) -> bool:
+        """Whether it gives the probabilities of ImageNet's classes. Raises EncoderError."""
+        return any(port.name == CLASSES for port in self.open().get_outputs())
 
     def embed(self, crops: Sequence[Crop]) -> Floats:
         """Embed N crops: (N, D) float32, each of unit norm. Raises EncoderError."""
@@ -72,19 +81,25 @@ class OnnxEncoder:
         # One crop at a time: an int8 graph takes one activation scale for a whole batch, so an
         # embedding would depend on the other crops. On one core a batch saves no time either.
         singles = (pixels[row : row + 1] for row in range(len(pixels)))
-        outputs = [self.session.run(names, {INPUT: crop}) for crop in singles]
+        session = self.open()
+        outputs = [session.run(names, {INPUT: crop}) for crop in singles]
         return [np.concatenate(rows) for rows in zip(*outputs, strict=True)]
 
 
 def load_onnx_encoder(folder: Path, threads: int = 1) -> OnnxEncoder:
-    """Load the encoder of a folder; checks its file against encoder.json. Raises EncoderError."""
+    """Return the encoder of a folder. Its first use checks its file against encoder.json.
+
+    Raises EncoderError, as does that first use.
+    """
     card = read_card(folder)
-    session = _open(_read_graph(folder, card), folder, threads)
-    _require_fit(session, card, folder)
-    has_classes = any(port.name == CLASSES for port in session.get_outputs())
-    return OnnxEncoder(
-        card.name, card.side, card.dimension, session, card.sha256[GRAPH], has_classes
-    )
+
+    @cache
+    def open_checked() -> Any:  # noqa: ANN401 - onnxruntime is untyped
+        session = _open(_read_graph(folder, card), folder, threads)
+        _require_fit(session, card, folder)
+        return session
+
+    return OnnxEncoder(card.name, card.side, card.dimension, card.sha256[GRAPH], open_checked)
 
 
 def read_card(folder: Path) -> Card:

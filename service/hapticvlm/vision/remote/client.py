@@ -2,8 +2,9 @@
 
 Requests are made by a second thread, so that nothing, not even a slow name lookup, delays a
 recognition for longer than its share of the deadline. After a failure every crop is recognised
-locally at once. A grey crop is sent from time to time, and only when it is answered in time are
-crops sent again. So a fault costs one crop its share of the deadline, and recovery costs nothing.
+locally at once, by an encoder that this machine loads for the first of them. A grey crop is sent
+from time to time, and only when it is answered in time are crops sent again. So a fault costs one
+crop its share of the deadline, and recovery costs nothing.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ import queue
 import random
 import threading
 import time
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,6 +29,9 @@ from hapticvlm.vision.remote.settings import RemoteSettings, RemoteState
 
 OPEN_S = 5.0  # pause of an open circuit; it may be short, since probes delay no crop
 PROBE_S = 5.0  # limit for opening a connection and getting an identity
+LONGEST_S = 5.0  # for crops of one request, however many: our choice
+FIND_S = 2.0  # at the start, for probes that fail: our choice
+POLL_S = 0.01
 
 logger = logging.getLogger(__name__)
 
@@ -35,15 +39,15 @@ logger = logging.getLogger(__name__)
 @dataclass(frozen=True, slots=True)
 class _Outcome:
     identity: Identity | None = None
-    match: RemoteMatch | None = None
+    matches: Sequence[RemoteMatch] = ()
     error: str | None = None
 
 
 class _Job:
-    """A request for a `crop`, or a probe without one; read `outcome` once `done` is set."""
+    """A request for `crops`, or a probe without any; read `outcome` once `done` is set."""
 
-    def __init__(self, crop: Crop | None, identity: Identity | None, until: float) -> None:
-        self.crop = crop
+    def __init__(self, crops: Sequence[Crop], identity: Identity | None, until: float) -> None:
+        self.crops = crops
         self.identity = identity
         self.until = until
         self.done = threading.Event()
@@ -91,13 +95,24 @@ class RemoteRecogniser:
             self._pending = None
             # Only a probe's outcome is applied late. A crop's was judged when its deadline passed;
             # applying its answer now would close the circuit of a recogniser that is too slow.
-            if pending.crop is None:
+            if not pending.crops:
                 self._judge(pending.outcome)
         if self._identity is None and self._breaker.rest_s(time.monotonic()) <= 0.0:
-            self._submit(None, time.monotonic() + PROBE_S)
+            self._submit((), time.monotonic() + PROBE_S)
 
-    def recognise(self, crop: Crop) -> RemoteMatch | None:
-        """Recognise a crop of the identity's side; None: the caller recognises it locally."""
+    def find(self) -> bool:
+        """Probe, for FIND_S again if that fails; return whether crops are sent from now on."""
+        until = time.monotonic() + FIND_S
+        while self._identity is None and (self._pending or time.monotonic() < until):
+            self.probe()
+            time.sleep(POLL_S)
+        return self._identity is not None
+
+    def recognise(self, crops: Sequence[Crop]) -> Sequence[RemoteMatch] | None:
+        """Recognise crops of the identity's side; None: the caller recognises them locally.
+
+        Each crop adds its share of the deadline.
+        """
         if self._identity is None:
             self._local += 1
             return None
@@ -105,23 +120,22 @@ class RemoteRecogniser:
         # and keeps it, except during a name lookup, which cannot be cancelled. So this thread stops
         # waiting by itself. A job that finishes later is dropped by the next `probe`, and no crop
         # is sent until then.
-        job = self._submit(crop, time.monotonic() + self._settings.remote_s)
-        if job.done.wait(self._settings.remote_s):
+        limit_s = min(LONGEST_S, self._settings.remote_s * len(crops))
+        job = self._submit(crops, time.monotonic() + limit_s)
+        if job.done.wait(limit_s):
             self._pending = None
             outcome = job.outcome
         else:  # the thread may still wait for a name lookup
-            outcome = _Outcome(error=f"no answer within {1000.0 * self._settings.remote_s:.0f} ms")
+            outcome = _Outcome(error=f"no answer within {1000.0 * limit_s:.0f} ms")
         self._judge(outcome)
-        # A recogniser that believes nothing of a crop may be well: its gallery has nothing like it.
-        # Taking that for the answer would leave the object unknown where this machine may know it.
-        if outcome.match is None or outcome.match.evidence.confidence <= 0.0:
+        if not outcome.matches:
             self._local += 1
             return None
         self._answered += 1
-        return outcome.match
+        return outcome.matches
 
-    def _submit(self, crop: Crop | None, until: float) -> _Job:
-        self._pending = job = _Job(crop, self._identity, until)
+    def _submit(self, crops: Sequence[Crop], until: float) -> _Job:
+        self._pending = job = _Job(crops, self._identity, until)
         self._jobs.put(job)
         return job
 
@@ -150,9 +164,9 @@ class RemoteRecogniser:
             job.done.set()
 
     def _outcome(self, exchange: Exchange, job: _Job) -> _Outcome:
-        if job.crop is not None and job.identity is not None:
-            match = self._ask(exchange, job.crop, job.identity, job.until)
-            return _Outcome(job.identity, match)
+        if job.crops and job.identity is not None:
+            matches = self._ask(exchange, job.crops, job.identity, job.until)
+            return _Outcome(job.identity, matches)
         path = f"{contract.IDENTITY}?gallery={self._settings.gallery}"
         identity = contract.read_identity(exchange.ask("GET", path, None, job.until))
         self._check(identity)
@@ -160,20 +174,21 @@ class RemoteRecogniser:
         grey = Crop(np.full((side, side, 3), 127, np.uint8), central_mask(side))
         # Even a machine whose GPU is overloaded returns its identity quickly. So a grey crop is
         # sent with the deadline of a real one, and a recogniser that misses it is not used.
-        self._ask(exchange, grey, identity, time.monotonic() + self._settings.remote_s)
+        self._ask(exchange, [grey], identity, time.monotonic() + self._settings.remote_s)
         return _Outcome(identity)
 
-    def _ask(self, exchange: Exchange, crop: Crop, identity: Identity, until: float) -> RemoteMatch:
+    def _ask(
+        self, exchange: Exchange, crops: Sequence[Crop], identity: Identity, until: float
+    ) -> Sequence[RemoteMatch]:
         settings = self._settings
         wait_ms = max(1.0, 1000.0 * (until - time.monotonic()))
-        body = contract.write_request([crop], settings.gallery, wait_ms=wait_ms)
+        body = contract.write_request(crops, settings.gallery, wait_ms=wait_ms)
         data = exchange.ask("POST", contract.RECOGNISE, body, until)
         try:
-            _, (match,) = contract.read_answer(data, identity, 1)
+            return contract.read_answer(data, identity, len(crops))[1]
         except ContractError:
             exchange.close()
             raise
-        return match
 
     def _check(self, identity: Identity) -> None:
         """Refuse a recogniser other than the required one. Raises ContractError."""

@@ -5,9 +5,10 @@
     GET  /v1/health                  JSON counts of the replica that answers
     GET  /v1/ready                   200 once the encoder and its galleries are loaded
 
-A crop is a square of the encoder's side with its mask, cut on the client's machine; whole frames
-are never sent. Errors are JSON {"error": text} with a status of 400 or more. A newer contract has
-another path. Requests with unknown fields are refused, unknown fields of answers are ignored.
+A crop is a square of the encoder's side with its mask, cut on the client's machine from an object
+or a texture map; whole frames are never sent. Errors are JSON {"error": text} with a status of 400
+or more. A newer contract has another path. Requests with unknown fields are refused, unknown fields
+of answers are ignored.
 """
 
 from __future__ import annotations
