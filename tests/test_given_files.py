@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import stat
 import threading
 from collections.abc import Callable
 from pathlib import Path
@@ -124,3 +125,23 @@ def test_a_disk_too_slow_is_named_with_what_came(
     with pytest.raises(OSError, match=r"only \d+ bytes were read within 0 s; copy it") as caught:
         documents.read_bytes(path, timeout_s=0.0)
     assert caught.value.filename == str(path)
+
+
+def test_what_is_written_is_on_the_disk_before_it_takes_its_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "study.json"
+    path.write_text("before")
+    synced: list[tuple[int, str]] = []
+    to_disk = os.fsync
+
+    def noting(number: int) -> None:
+        state = os.fstat(number)
+        synced.append((0 if stat.S_ISDIR(state.st_mode) else state.st_size, path.read_text()))
+        to_disk(number)
+
+    monkeypatch.setattr(os, "fsync", noting)
+    documents.replace_file(path, b"after that")
+    folders = [] if os.name == "nt" else [(0, "after that")]  # the new name, too
+    assert synced == [(len("after that"), "before"), *folders]
+    assert [found.name for found in tmp_path.iterdir()] == ["study.json"]

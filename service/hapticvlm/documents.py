@@ -1,9 +1,9 @@
-"""Reads and parses files from users and strangers within limits of size, time and nesting.
+"""Reads the files of users and strangers within limits, and writes files whole or not at all.
 
-Without these limits a named pipe would hang the reader, a device would never end, a file of
-gigabytes would fill the memory, a slow disk would block the caller, and deep nesting would overflow
-the parser's stack. Here each of them is an error that can be shown. Every file that a user or a
-stranger names is opened by this module, which knows no field of any file.
+Without limits of size, time and nesting a named pipe would hang the reader, a device would never
+end, a file of gigabytes would fill the memory, a slow disk would block the caller, and deep nesting
+would overflow the parser's stack. Here each of them is an error that can be shown. Every file that
+a user or a stranger names is opened by this module, which knows no field of any file.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import stat
 import time
 import tomllib
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from io import BufferedReader
 from pathlib import Path
 from typing import Any, TypeVar
@@ -63,6 +63,34 @@ def read_bytes(path: Path, max_bytes: int = MAX_BYTES, timeout_s: float = READ_T
                 reason = f"only {_size(len(data))} were read within {timeout_s:g} s"
                 raise OSError(errno.ETIMEDOUT, f"{reason}; copy it to a local disk", str(path))
     return bytes(data)
+
+
+def replace_file(path: Path, data: bytes) -> None:
+    """Write a file whole or not at all, in place of the file or link of its name. Raises OSError.
+
+    After a power failure the old file or the new one is there. The temporary name is random, so
+    nobody can put a link there, and begins with a dot, so who lists the folder ignores it.
+    """
+    part = path.with_name(f".{path.name}.{os.urandom(4).hex()}.part")
+    try:
+        with part.open("xb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+    sync_folder(path.parent)
+
+
+def sync_folder(folder: Path) -> None:
+    """Bring the names of a folder to the disk, where the system does that (Windows does not)."""
+    with suppress(OSError):
+        number = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(number)
+        finally:
+            os.close(number)
 
 
 def read_text(path: Path, max_bytes: int = MAX_BYTES) -> str:

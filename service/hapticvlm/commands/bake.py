@@ -136,7 +136,7 @@ def _bake_one(
     before = _before(out / MATERIALS)
     baked = bake.bake(model, table, before, nodes=nodes, unknown=options.unknown)
     out.mkdir(parents=True, exist_ok=True)
-    _write(out / MATERIALS, bake.encode(baked.materials))
+    documents.replace_file(out / MATERIALS, bake.encode(baked.materials))
     _report(baked, out)
     _write_feel(baked.feel, table, out, with_clips=options.clips)
 
@@ -149,21 +149,14 @@ def _write_feel(
     from hapticvlm.rendering.vibration.vibration import VOICES
 
     out.mkdir(parents=True, exist_ok=True)
-    _write(out / FEEL, feel_tables.encode(tables))
+    documents.replace_file(out / FEEL, feel_tables.encode(tables))
     materials = {name: table[name] for name in tables.materials}
     for voice in VOICES:
         file = feel_clips.encode(feel_clips.feel(materials, voice))
-        _write(out / FEEL_OF_VOICE.format(voice=voice), file)
+        documents.replace_file(out / FEEL_OF_VOICE.format(voice=voice), file)
     print(f"{out / FEEL}: {len(tables.materials)} materials")
     if with_clips:
         print(f"{_write_clips(tables.materials, table, out / CLIPS)} clips in {CLIPS}/")
-
-
-def _write(path: Path, content: bytes) -> None:
-    """Write a file whole or not at all: the one before it may hold a person's corrections."""
-    part = path.with_name(f"{path.name}.part")
-    part.write_bytes(content)
-    part.replace(path)
 
 
 def _report(baked: Bake, folder: Path) -> None:

@@ -142,9 +142,8 @@ def _place(folder: Path, name: str) -> Path:
 
 def _list(folder: Path, digests: Mapping[str, str | None]) -> None:
     """Write LIST whole or not at all."""
-    part = folder / f"{LIST}.part"
-    part.write_text(json.dumps(dict(sorted(digests.items())), indent=1) + "\n", encoding="utf-8")
-    part.replace(folder / LIST)
+    text = json.dumps(dict(sorted(digests.items())), indent=1) + "\n"
+    documents.replace_file(folder / LIST, text.encode())
 
 
 def _digest(content: bytes) -> str:

@@ -20,7 +20,6 @@ from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.messages import Frame
 from hapticvlm.vision.encoders.encoder import Encoder
 from hapticvlm.vision.galleries.gallery import Gallery
-from hapticvlm.vision.galleries.user_materials import replace_file
 
 VERSION = 1  # of the windows and of this file
 MOST = 2048  # verdicts; the one that was needed longest ago is dropped
@@ -56,7 +55,7 @@ class TextureVerdicts:
             return
         try:
             self._path.parent.mkdir(parents=True, exist_ok=True)
-            replace_file(self._path, msgspec.msgpack.encode(self._known))
+            documents.replace_file(self._path, msgspec.msgpack.encode(self._known))
         except OSError as error:
             self._can_save = False
             logger.warning("verdicts on textures are not kept on disk: %s", error)

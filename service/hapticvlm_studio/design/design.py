@@ -18,7 +18,6 @@ participant, and holds the orders themselves, so a later version of this program
 from __future__ import annotations
 
 import json
-import os
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
@@ -116,13 +115,8 @@ def write_design(folder: Path, design: Design) -> None:
         "trials": design.trials,
         "form": msgspec.to_builtins(design.form),
     }
-    # Written beside its place, flushed to the disk and renamed: a crash in the middle leaves either
-    # no study.json or a whole one, never half of one.
-    unfinished = folder / f"{HEAD}.part"
-    with unfinished.open("w", encoding="utf-8") as file:
-        file.write(json.dumps(head, indent=1, ensure_ascii=False) + "\n")
-        os.fsync(file.fileno())
-    unfinished.replace(folder / HEAD)
+    text = json.dumps(head, indent=1, ensure_ascii=False) + "\n"
+    documents.replace_file(folder / HEAD, text.encode())
 
 
 class _Versioned(msgspec.Struct):

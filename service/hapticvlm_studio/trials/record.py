@@ -85,6 +85,7 @@ class Log:
         content = self._file.read()
         self._file.truncate(content.rfind(b"\n") + 1)
         os.fsync(self._file.fileno())
+        documents.sync_folder(folder)
 
     def add(self, event: Event) -> None:
         """Append one event; it is on the disk when this returns.

@@ -14,6 +14,7 @@ from collections.abc import Collection
 from pathlib import Path
 from typing import NamedTuple
 
+from hapticvlm import documents
 from hapticvlm.cache_folder import cache_folder
 
 FILE = "plates.json"
@@ -84,12 +85,10 @@ def _save(before: Known, known: Known) -> None:
     if known == before:
         return
     path = _path()
-    part = path.with_suffix(".part")  # one that is cut off while it is written must not replace it
     text = json.dumps({kind: sorted(ports) for kind, ports in known._asdict().items()})
     with contextlib.suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
-        part.write_text(text + "\n", encoding="utf-8")
-        part.replace(path)
+        documents.replace_file(path, f"{text}\n".encode())
 
 
 def _identity(row: tuple[int, int, str, str]) -> UsbIdentity:

@@ -8,15 +8,14 @@ into it.
 from __future__ import annotations
 
 import html
-import os
 import re
-import tempfile
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hapticvlm import documents
 from hapticvlm.recordings.page.moment import Moment, strongest
 from hapticvlm.recordings.page.one_file import (
     HEARD_HZ,
@@ -47,21 +46,12 @@ def write(timeline: Timeline, title: str, path: Path, shared: Moment | None = No
     """Write the page; with `shared` it opens at that moment and has its title. Raises OSError.
 
     A session may come from somebody else, and a link of this name in its folder may point at any
-    file of the user. So the page is written under a random name in that folder and then renamed
-    over whatever was there: a link is replaced, never followed.
+    file of the user. So a link is replaced, never followed.
     """
     data = document(timeline, title)
     if shared is not None:
         data |= {"title": shared.title, "at_s": shared.t_s}
-    content = page(data, shared).encode()
-    number, unfinished = tempfile.mkstemp(prefix=".page-", suffix=".part", dir=path.parent)
-    try:
-        with os.fdopen(number, "wb") as file:
-            file.write(content)
-        Path(unfinished).replace(path)
-    except OSError:
-        Path(unfinished).unlink(missing_ok=True)
-        raise
+    documents.replace_file(path, page(data, shared).encode())
 
 
 def document(timeline: Timeline, title: str) -> dict[str, Any]:

@@ -40,7 +40,6 @@ from hapticvlm.vision.galleries.user_materials import (
     SHORTEST,
     UserMaterial,
     read_folder,
-    replace_file,
     table_with,
 )
 
@@ -73,7 +72,7 @@ class GalleryError(HapticVLMError):
 
 def save_gallery(gallery: Gallery, path: Path) -> None:
     """Write a gallery to one .npz file, whole or not at all."""
-    replace_file(path, gallery_bytes(gallery))
+    documents.replace_file(path, gallery_bytes(gallery))
 
 
 def gallery_bytes(gallery: Gallery) -> bytes:

@@ -20,7 +20,6 @@ from __future__ import annotations
 import base64
 import binascii
 import json
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -90,21 +89,8 @@ def read_material(path: Path) -> UserMaterial:
 def write_material(user_material: UserMaterial, folder: Path) -> Path:
     """Write a material's file into an existing folder atomically; return its path."""
     path = folder / f"{user_material.material.name}.toml"
-    replace_file(path, _text(user_material).encode())
+    documents.replace_file(path, _text(user_material).encode())
     return path
-
-
-def replace_file(path: Path, data: bytes) -> None:
-    """Write a file atomically, replacing an existing one."""
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        part.write_bytes(data)
-        # A rename within a folder is atomic, even if power fails. The temporary name holds the
-        # process id, so two processes that save at once do not mix their bytes, and begins with a
-        # dot, so whoever lists the folder meanwhile ignores it.
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def _parse(name: str, table: Mapping[str, object]) -> UserMaterial:
