@@ -35,6 +35,8 @@ from hapticvlm.vlm.logprobs import (
 from hapticvlm.vlm.numbers import spread
 from hapticvlm.vlm.sentence import Stated, read_celsius
 
+TOKEN_SIDE = 28  # px of a picture that become one token: Qwen2-VL's patches of 14, merged 2 x 2
+LEAST_SIDE, MOST_ASPECT = 2 * TOKEN_SIDE, 50  # px; longer sides for each px of the shorter
 QUALITY = 90  # of the JPEG
 # Parameters that some endpoints refuse: the newest models take `max_completion_tokens` instead of
 # `max_tokens` and set the temperature themselves, small contexts have no room for a thought.
@@ -49,15 +51,14 @@ FEW = 5  # log-probabilities that every endpoint with any gives
 _FIRST_NUMBER = re.compile(r"\s*([-\N{MINUS SIGN}]?\d{1,3})")
 SHORT_WORDS = 3  # of an answer that is a name
 _DENIALS = frozenset({"not", "no", "never", "isn", "neither", "nor"})
-TOKEN_SIDE = 28  # px of a picture that become one token: Qwen2-VL's patches of 14, merged 2 x 2
 
 
 def question(
     about: QuestionText, wording: int, pictures: Sequence[Picture], image_tokens: int
 ) -> Json:
-    """Return the body of a request about pictures (H, W, 3) uint8 RGB, shrunk to the budget."""
+    """Return the body of a request about pictures (H, W, 3) uint8 RGB, fitted to the budget."""
     content: list[Json] = [{"type": "text", "text": about.instruction}]
-    content += [_image_part(shrink(picture, image_tokens)) for picture in pictures]
+    content += [_image_part(fitted(picture, image_tokens)) for picture in pictures]
     content.append({"type": "text", "text": about.questions[wording]})
     return {
         "messages": [{"role": "user", "content": content}],
@@ -134,16 +135,24 @@ def model_names(answer: Json) -> list[str]:
     return [name for name in names if isinstance(name, str)]
 
 
-def shrink(picture: Picture, image_tokens: int) -> Picture:
-    """Shrink a picture (H, W, 3) uint8 to about its budget of image tokens; never enlarge it."""
+def fitted(picture: Picture, image_tokens: int) -> Picture:
+    """Return a picture (H, W, 3) uint8 in a size that models take, of about its budget of tokens.
+
+    The shorter side is enlarged to LEAST_SIDE and a strip is cut to its middle, MOST_ASPECT long.
+    Models of Qwen's family refuse, or crash at, sides below 28 px and strips beyond 1 : 200.
+    """
     from PIL import Image
 
-    height, width = picture.shape[:2]
-    scale = math.sqrt(image_tokens * TOKEN_SIDE**2 / (height * width))
-    if scale >= 1.0:
-        return picture
-    size = max(1, round(width * scale)), max(1, round(height * scale))
-    return np.asarray(Image.fromarray(picture).resize(size, Image.Resampling.BICUBIC))
+    most = MOST_ASPECT * min(picture.shape[:2])
+    top, left = (max(0, side - most) // 2 for side in picture.shape[:2])
+    middle = picture[top : top + most, left : left + most]
+    height, width = middle.shape[:2]
+    scale = min(1.0, math.sqrt(image_tokens * TOKEN_SIDE**2 / (height * width)))
+    scale = max(scale, LEAST_SIDE / min(height, width))
+    if scale == 1.0:
+        return middle
+    size = round(width * scale), round(height * scale)
+    return np.asarray(Image.fromarray(middle).resize(size, Image.Resampling.BICUBIC))
 
 
 def _image_part(picture: Picture) -> Json:

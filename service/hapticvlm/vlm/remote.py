@@ -13,7 +13,7 @@ import time
 from collections.abc import Callable, Sequence
 from typing import TypeVar
 
-from hapticvlm.backoff import Breaker, State
+from hapticvlm.backoff import Breaker
 from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.evidence.reading import Reading
 from hapticvlm.vlm import chat_protocol
@@ -66,17 +66,14 @@ class RemoteVlm:
         self._refused: frozenset[str] = frozenset()
         self._suspected = self._refused
         self._thinks = False
-        self._breaker, self._asking = Breaker(), threading.Lock()
+        # One for each question: a server that refuses crops of objects may still read pictures.
+        self._breakers: dict[tuple[str, ...], Breaker] = {}
+        self._asking = threading.Lock()
 
     @property
     def name(self) -> str:
         """The model and the endpoint's host."""
         return f"{self._model or self._settings.model} at {self._endpoint.address.name}"
-
-    @property
-    def state(self) -> State:
-        """Whether the circuit is closed, open or half-open."""
-        return self._breaker.state(self._now())
 
     def ambient(self, picture: Picture) -> Reading:
         """Read the ambient temperature from a picture (H, W, 3) uint8 RGB. Raises VlmError."""
@@ -91,7 +88,7 @@ class RemoteVlm:
             choices, stated = zip(*answers, strict=True)
             return chat_protocol.ambient(choices, stated, time.monotonic() - begun)
 
-        return self._guarded(ask)
+        return self._guarded(about.questions, ask)
 
     def material(self, context: Picture, crop: Picture, names: Sequence[str]) -> Evidence:
         """Ask for the outlined object's material; evidence over `names`. Raises VlmError."""
@@ -100,37 +97,37 @@ class RemoteVlm:
         def read(choice: Json) -> Evidence:
             return chat_protocol.material(choice, names)
 
-        return self._guarded(
-            lambda: self._answer(about, 0, (context, crop), read, time.monotonic())[1]
-        )
+        def ask() -> Evidence:
+            return self._answer(about, 0, (context, crop), read, time.monotonic())[1]
+
+        return self._guarded(about.questions, ask)
 
     def close(self) -> None:
         """Do nothing, since no connection is kept between questions."""
 
-    def _guarded(self, ask: Callable[[], Answer]) -> Answer:
+    def _guarded(self, question: tuple[str, ...], ask: Callable[[], Answer]) -> Answer:
         """Ask unless another question runs or the circuit is open; counts unusable answers."""
         if not self._asking.acquire(blocking=False):
             raise VlmError(f"{self.name} is busy with another question")
+        breaker = self._breakers.get(question, Breaker())
         try:
-            rest = self._breaker.rest_s(self._now())
+            rest = breaker.rest_s(self._now())
             if rest > 0:
                 pause = f"{self.name} is not asked again for {rest:.1f} s"
-                raise RestingError(f"{pause} after: {self._breaker.reason}", rest)
-            return self._counted(ask)
-        finally:
-            self._asking.release()
-
-    def _counted(self, ask: Callable[[], Answer]) -> Answer:
-        try:
+                raise RestingError(f"{pause} after: {breaker.reason}", rest)
             answer = ask()
+            self._breakers[question] = breaker.succeeded()
+            return answer
+        except RestingError:
+            raise
         except VlmError as error:
             wait = error.wait_s if isinstance(error, EndpointError) else None
-            self._breaker = self._breaker.failed(
+            self._breakers[question] = breaker.failed(
                 self._now(), str(error), dice=random.random(), requested_s=wait
             )
             raise
-        self._breaker = self._breaker.succeeded()
-        return answer
+        finally:
+            self._asking.release()
 
     def _answer(
         self,
