@@ -204,6 +204,7 @@ def service_messages() -> Iterator[tuple[str, ServiceMessage]]:
         thermal_cue=True,
         pattern="wood strike",
         basis="material",
+        feels=["grainy", "knocks"],
         stages_ms={"encode": 2.5},
         frame_age_ms=12.5,
     )

@@ -45,6 +45,11 @@ LIMITS = MappingProxyType(
 MAX_MODES = 8
 MAX_WORDS = 64
 MAX_WORD_LETTERS = 60
+# Bounds of the words of `Material.feels`: our choice, between the classes of the table.
+_GRIPPY = 0.7  # stick
+_SMOOTH = 0.35  # roughness
+_GRAINS = ((0.0025, "coarse"), (0.0012, "grainy"))  # pitch, m
+_RINGING_PER_S = 50.0  # decay of the mode that lasts longest
 _NAME = re.compile(r"[a-z0-9_-]{1,40}")
 
 
@@ -107,6 +112,21 @@ class Material:
     vibration: Vibration
     words: tuple[str, ...]
     like: str | None = None
+
+    @property
+    def feels(self) -> list[str]:
+        """Two plain words: how the surface feels to a stroke, and the body to a tap."""
+        felt = self.vibration
+        if felt.stick >= _GRIPPY:
+            surface = "grippy"
+        elif felt.roughness < _SMOOTH:
+            surface = "smooth"
+        else:
+            surface = next((word for pitch_m, word in _GRAINS if felt.pitch_m >= pitch_m), "fine")
+        if felt.stiffness < math.inf:
+            return [surface, "soft"]
+        rings = min(mode.decay_per_s for mode in felt.modes) <= _RINGING_PER_S
+        return [surface, "rings" if rings else "knocks"]
 
 
 def _read() -> Mapping[str, Material]:

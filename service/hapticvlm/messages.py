@@ -532,6 +532,8 @@ class Decision(Wire, frozen=True, tag="decision", tag_field="type"):
     """Reason why nothing is rendered, where `basis` is neutral. Since 1.2."""
     felt: str | None = None
     """Material that is rendered, in heat and vibration; absent: a mean, or nothing. Since 1.2."""
+    feels: list[str] = []
+    """Plain words of `felt`: of its surface and its body, such as smooth and rings. Since 1.2."""
     stages_ms: dict[str, float] = {}
     """Duration of each stage of the recognition; empty if there was none."""
     frame_age_ms: float | None = None

@@ -390,6 +390,7 @@ def test_what_is_not_sure_is_felt_as_one_material_in_full_and_the_decision_names
     assert (decision.material, decision.basis) == ("unknown", "least_error")
     felt = decision.felt
     assert felt in ("metal", "glass", "ceramic")
+    assert decision.feels == ["smooth", "rings"]
     stated = owner(SceneObject(object_id="blob", material=felt))
     assert decision.contact_c == stated.receive(frame(object_id="blob"), 1.0)[0].message.contact_c
     (slid,) = only(session.receive(touch("slide", object_id="blob", speed_mps=0.2), 2.0), PLAY)
@@ -432,7 +433,7 @@ def test_with_graded_feel_what_is_not_sure_is_felt_by_its_expectation_at_reduced
     session = graded(BLOB)
     (decision,) = replies(looked(session, frame(object_id="blob"), HARD), Decision)
     assert (decision.material, decision.basis) == ("unknown", "expectation")
-    assert decision.felt is None
+    assert (decision.felt, decision.feels) == (None, [])
     sure = owner(SceneObject(object_id="blob", material="metal"))
     metal_c = sure.receive(frame(object_id="blob"), 1.0)[0].message.contact_c
     assert metal_c < decision.contact_c < NEUTRAL_C - 2.0

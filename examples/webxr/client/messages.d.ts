@@ -745,6 +745,10 @@ export interface Decision {
    */
   'felt'?: string | null;
   /**
+   * Plain words of `felt`: of its surface and its body, such as smooth and rings. Since 1.2.
+   */
+  'feels'?: string[];
+  /**
    * Duration of each stage of the recognition; empty if there was none.
    */
   'stages_ms'?: Record<string, number>;

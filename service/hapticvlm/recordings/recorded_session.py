@@ -224,14 +224,15 @@ def outputs(actions: list[Action]) -> list[Line]:
 def _decision(decision: messages.Decision) -> Line:
     """Return a decision's fields; basis and what is felt only where the material is not named.
 
-    Early logs lack them elsewhere, and the reason why nothing is felt. With the same rule in all of
-    them one comparison serves all.
+    Early logs lack them elsewhere, and the reason why nothing is felt, and the words of what is.
+    With the same rule in all of them one comparison serves all.
     """
     fields: Line = _plain(decision)
     if decision.basis in ("material", "neutral", None):
         fields.pop("basis", None)
         fields.pop("felt", None)
     fields.pop("neutral_because", None)
+    fields.pop("feels", None)
     return fields
 
 

@@ -231,6 +231,7 @@ def decide(
         basis=basis,
         neutral_because=_neutral_because(verdict) if basis == "neutral" else None,
         felt=felt if basis in _OF_ONE_MATERIAL else None,
+        feels=table[felt].feels if felt and basis in _OF_ONE_MATERIAL else [],
         sub_material=inputs.detail.sub_material(felt or verdict.material),
         thickness_m=None if touched is None else thick_m,
     )
@@ -251,7 +252,9 @@ def touched_as(decision: Decision, interaction: str | None, rendition: Rendition
     pattern = f"{material} {interaction}"
     if rendition.mean is None or gain == 1.0:
         return msgspec.structs.replace(decision, pattern=pattern)
-    return msgspec.structs.replace(decision, pattern=pattern, basis="expectation", felt=None)
+    return msgspec.structs.replace(
+        decision, pattern=pattern, basis="expectation", felt=None, feels=[]
+    )
 
 
 def change_key(decision: Decision) -> Hashable:

@@ -90,6 +90,7 @@ namespace HapticVLM.Wire
         public Basis? Basis;
         public NeutralCause? NeutralBecause;
         public string Felt;
+        public List<string> Feels = new List<string>();
         public Dictionary<string, double> StagesMs = new Dictionary<string, double>();
         public double? FrameAgeMs;
         public string SubMaterial;
@@ -108,6 +109,7 @@ namespace HapticVLM.Wire
             if (Basis != null) count++;
             if (NeutralBecause != null) count++;
             if (Felt != null) count++;
+            if (Feels != null && Feels.Count > 0) count++;
             if (StagesMs != null && StagesMs.Count > 0) count++;
             if (FrameAgeMs != null) count++;
             if (SubMaterial != null) count++;
@@ -202,6 +204,12 @@ namespace HapticVLM.Wire
             {
                 w.Raw(DecisionKeys.Felt);
                 w.Str(Felt);
+            }
+            if (Feels != null && Feels.Count > 0)
+            {
+                w.Raw(DecisionKeys.Feels);
+                w.ArrayHeader(Feels.Count);
+                for (int i = 0; i < Feels.Count; i++) w.Str(Feels[i]);
             }
             if (StagesMs != null && StagesMs.Count > 0)
             {
@@ -400,6 +408,12 @@ namespace HapticVLM.Wire
                         Felt = r.Str(pool);
                     }
                 }
+                else if (r.TryKey(DecisionKeys.Feels))
+                {
+                    Feels.Clear();
+                    for (int items = r.ArrayHeader(); items > 0; items--)
+                        Feels.Add(r.Str(pool));
+                }
                 else if (r.TryKey(DecisionKeys.StagesMs))
                 {
                     StagesMs.Clear();
@@ -470,6 +484,7 @@ namespace HapticVLM.Wire
             Basis = default(Basis?);
             NeutralBecause = default(NeutralCause?);
             Felt = default(string);
+            Feels.Clear();
             StagesMs.Clear();
             FrameAgeMs = default(double?);
             SubMaterial = default(string);
@@ -508,6 +523,7 @@ namespace HapticVLM.Wire
         public static readonly byte[] Basis = MsgPackWriter.Encoded("basis");
         public static readonly byte[] NeutralBecause = MsgPackWriter.Encoded("neutral_because");
         public static readonly byte[] Felt = MsgPackWriter.Encoded("felt");
+        public static readonly byte[] Feels = MsgPackWriter.Encoded("feels");
         public static readonly byte[] StagesMs = MsgPackWriter.Encoded("stages_ms");
         public static readonly byte[] FrameAgeMs = MsgPackWriter.Encoded("frame_age_ms");
         public static readonly byte[] SubMaterial = MsgPackWriter.Encoded("sub_material");
