@@ -3,6 +3,8 @@
 // What is felt is one material in full (`felt`), also where no material is certain enough to be named. A decision is
 // sent once, at the first touch, so its pattern is no description of the hand's motion now.
 
+import { warmthWord } from "./feel.js";
+
 const TAP_MS = 180; // after a contact, during which it is a tap
 const SILENT = 1e-4; // of full scale
 const STRENGTHS = [[0.05, "gentle", "gently"], [0.2, "clear", "clearly"], [Infinity, "strong", "strongly"]]; // our choice: a stroke over wood is gentle, over stone clear, and a strike is strong
@@ -28,6 +30,9 @@ export function material({ felt, basis, pattern, material: named }) {
   if (basis === "expectation") return nearest ? `a mean of materials, nearest to ${nearest}` : "a mean of materials";
   return felt ?? nearest ?? (named === "unknown" ? "nothing in particular" : named);
 }
+
+// Returns how it feels in plain words, such as "cold, smooth, rings".
+export const feels = ({ thermal_cue: isNoticed, setpoint_c: setpoint, feels: words = [] }) => [isNoticed ? warmthWord(setpoint) : "neutral", ...words].filter((word) => word !== "neutral").join(", ");
 
 // Returns the gesture of this moment; `touchedFor` is the time since the contact, ms, and `speed` is in m/s.
 export function gesture({ pressed, touchedFor, speed }) {

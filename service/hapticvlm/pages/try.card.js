@@ -2,7 +2,8 @@
 //
 // The page needs #card (canvas) at the top left of the stage. Live vibration is given to `vibrate`, a recording's to `recall`.
 import { byId } from "./dom.js";
-import { materialColour, warmthColour, warmthWord } from "./feel.js";
+import { materialColour, warmthColour } from "./feel.js";
+import { feels } from "./felt.js";
 
 const SIZE = { width: 236, height: 128 }; // CSS px
 const SCALE = 2;
@@ -71,10 +72,9 @@ function move() {
   if (!isShown) return;
   const isRight = at.x + AWAY.x + SIZE.width + EDGE <= room.width;
   const isLeft = at.x - AWAY.x - SIZE.width >= EDGE;
-  // Where neither side has room, as on a phone, it is above the finger, or below near the top.
-  const left = isRight ? at.x + AWAY.x : isLeft ? at.x - AWAY.x - SIZE.width : at.x - SIZE.width / 2;
-  const above = at.y - AWAY.y - SIZE.height / 2;
-  const top = isRight || isLeft ? above : above >= -SIZE.height / 4 ? above : at.y + 56;
+  // Where neither side has room, as on a phone, it is at the end of the stage that is farther from the finger.
+  const left = isRight ? at.x + AWAY.x : isLeft ? at.x - AWAY.x - SIZE.width : (room.width - SIZE.width) / 2;
+  const top = isRight || isLeft ? at.y - AWAY.y - SIZE.height / 2 : at.y > room.height / 2 ? 0 : room.height;
   const x = clamp(left, EDGE, room.width - SIZE.width - EDGE);
   const y = clamp(top, EDGE, room.height - SIZE.height - EDGE);
   byId("card").style.transform = `translate(${Math.round(x)}px, ${Math.round(y)}px)`;
@@ -102,10 +102,8 @@ function paint() {
   text(pen, source, 14, 19, "500 12px", "#b9c6cf");
   dot(pen, 20, 37, materialColour(decision?.felt ?? decision?.material));
   fitted(pen, word, 32, 45, 24);
-  const warmth = decision?.thermal_cue ? decision.setpoint_c : null;
-  dot(pen, 20, 63, warmth === null ? "#55636d" : warmthColour(warmth));
-  const feels = !decision ? "" : warmth === null ? "no noticeable warmth or cold" : `${warmthWord(warmth)}, ${warmth.toFixed(1)} °C`;
-  text(pen, feels, 32, 67, "500 12.5px", "#e9eff3");
+  dot(pen, 20, 63, decision?.thermal_cue ? warmthColour(decision.setpoint_c) : "#55636d");
+  text(pen, decision ? feels(decision) : "", 32, 67, "500 12.5px", "#e9eff3");
   dot(pen, 20, 82, "#45d3bf");
   text(pen, motion, 32, 86, "500 12.5px", "#e9eff3");
   ribbon(pen);

@@ -4,7 +4,7 @@
 // `presses` (their number), pointed (the user has pointed at this picture); `isShown` while the page moves it itself; `speed` returns m/s. `onMove` is called on changes. The
 // picture is assumed to be WIDE_M wide: our choice.
 const WIDE_M = 0.3;
-export const SIZES = { least: 0.08, first: 0.5, most: 0.9 };
+const SIZES = { least: 0.08, first: 0.5, most: 0.9 };
 const STEP = 0.04; // share of the picture per arrow key
 const KEYS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 const FORGOTTEN_MS = 120; // a resting pointer sends no events, so its speed ends after this time
@@ -80,11 +80,6 @@ export function lift() {
   hand.pressed = false;
 }
 
-// Sets the size of the region as a share of the picture's shorter side.
-export function setSize(size) {
-  hand.size = clamp(size, SIZES.least, SIZES.most);
-}
-
 export function place(x, y, ratio = 1) {
   const now = performance.now();
   const distance = Math.hypot(x - hand.x, (y - hand.y) * ratio) * WIDE_M;
@@ -110,7 +105,7 @@ function onKey(event, canvas, onMove, onSound) {
 }
 
 function resize(factor, onMove) {
-  setSize(hand.size * factor);
+  hand.size = clamp(hand.size * factor, SIZES.least, SIZES.most);
   onMove();
 }
 

@@ -6,7 +6,7 @@ import { Link } from "./link.js";
 import { offerStop } from "./stop.js";
 import * as answer from "./try.answer.js";
 import * as card from "./try.card.js";
-import { hand, offerHand, setSize, speed } from "./try.hand.js";
+import { hand, offerHand, speed } from "./try.hand.js";
 import * as light from "./try.light.js";
 import { SPOT, touchOnce } from "./try.opening.js";
 import * as rumble from "./try.rumble.js";
@@ -103,7 +103,6 @@ function showHand() {
   byId("lit").style.fill = hand.pressed ? "rgb(69 255 224 / .18)" : "none";
   if (hand.pressed) saving.touch({ decision: scene.decision(), region: target.region, canvas: picture.canvas, isContact: !wasPressed, isSlide: speed() > 0 });
   wasPressed = hand.pressed;
-  byId("size").value = hand.size;
   showMotion();
 }
 
@@ -113,19 +112,6 @@ function showMotion() {
   if (!hand.over && !hand.pressed) return;
   const { offsetLeft: left, offsetTop: top } = byId("pane");
   card.show(words, { x: left + hand.x * size.width, y: top + hand.y * size.height });
-}
-
-// Draws the picture; the ground of an outlined thing is darker.
-function draw() {
-  if (!picture) return;
-  const context = canvas.getContext("2d");
-  context.drawImage(picture.canvas, 0, 0);
-  if (!scene.isWhole || !scene.thing) return;
-  context.globalCompositeOperation = "multiply";
-  context.globalAlpha = 0.6;
-  context.drawImage(scene.thing.canvas, 0, 0, canvas.width, canvas.height);
-  context.globalCompositeOperation = "source-over";
-  context.globalAlpha = 1;
 }
 
 offerSound();
@@ -146,25 +132,12 @@ offerSources((next) => {
     answer.clear();
     saving.forget();
   }
-  draw();
+  canvas.getContext("2d").drawImage(picture.canvas, 0, 0);
   show();
 });
 new ResizeObserver(([{ contentRect }]) => (size = contentRect)).observe(canvas);
-let wasWhole = true;
-offerHand(canvas, () => {
-  moved();
-  if (scene.isWhole !== wasWhole) draw();
-  wasWhole = scene.isWhole;
-}, startWithTouch);
-byId("size").addEventListener("input", ({ target }) => {
-  setSize(Number(target.value));
-  moved();
-});
+offerHand(canvas, moved, startWithTouch);
 byId("among").addEventListener("change", ({ target }) => scene.among(target.value === "four" ? FOUR : null));
-byId("outline").addEventListener("change", ({ target }) => {
-  scene.outlining(target.checked);
-  draw();
-});
 byId("take").addEventListener("click", async () => {
   const reply = await scene.take();
   if (reply.type === "ok") scene.owner = true;

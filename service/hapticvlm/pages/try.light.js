@@ -3,12 +3,8 @@
 import { byId, make } from "./dom.js";
 import { warmthColour } from "./feel.js";
 
-// Reach (times the finger's width) and duration (s) of a ripple: stiff materials ring, soft ones thud.
-const WAVES = {
-  glass: [17, 1], metal: [19, 1.1], ceramic: [15, 0.9], wood: [11, 0.7], stone: [11, 0.65], plastic: [10, 0.6],
-  fabric: [5, 0.5], rubber: [5, 0.45], leather: [6, 0.5], paper: [7, 0.5], foliage: [6, 0.5],
-};
-const USUAL = [9, 0.6];
+// Reach (times the finger's width) and duration (s) of a ripple, by how the body feels.
+const WAVES = { rings: [17, 1], knocks: [11, 0.7], soft: [5, 0.5] };
 const NEAR = 0.3; // glow of a hand that does not touch
 const calm = matchMedia("(prefers-reduced-motion: reduce)");
 let isHeld = false;
@@ -21,12 +17,13 @@ export function follow({ x, y, over, pressed }, region, decision, size) {
     light.style.setProperty("--x", `${place.x}px`);
     light.style.setProperty("--y", `${place.y}px`);
   }
-  box(byId("region"), region);
+  const { x: left, y: top, w: width, h: height } = region;
+  for (const [side, share] of Object.entries({ left, top, width, height })) byId("region").style[side] = `${100 * share}%`;
   byId("region").dataset.hand = pressed ? "held" : over ? "near" : "away";
   const isWarm = pressed && Boolean(decision?.thermal_cue);
   if (isWarm) byId("tint").style.setProperty("--warmth", warmthColour(decision.setpoint_c));
   byId("tint").classList.toggle("warm", isWarm);
-  if (pressed && !isHeld) ripple(place, decision?.felt ?? decision?.material);
+  if (pressed && !isHeld) ripple(place, decision?.feels?.at(-1));
   isHeld = pressed;
   if (!pressed) strength(over ? NEAR : 0);
 }
@@ -36,17 +33,12 @@ export function vibrate(level) {
   if (isHeld) strength(0.35 + 0.65 * Math.sqrt(level));
 }
 
-// Puts an element over a region of the picture.
-export function box(element, { x, y, w, h }) {
-  Object.assign(element.style, { left: `${100 * x}%`, top: `${100 * y}%`, width: `${100 * w}%`, height: `${100 * h}%` });
-}
-
 const strength = (value) => byId("glow").style.setProperty("--strength", value.toFixed(2));
 
-function ripple({ x, y }, material) {
+function ripple({ x, y }, body) {
   if (calm.matches) return;
   const ring = make("i", "", { className: "ripple" });
-  const [reach, lasts] = WAVES[material] ?? USUAL;
+  const [reach, lasts] = WAVES[body] ?? WAVES.knocks;
   ring.style.setProperty("--reach", reach);
   ring.style.setProperty("--lasts", `${lasts}s`);
   Object.assign(ring.style, { left: `${x}px`, top: `${y}px` });

@@ -11,8 +11,7 @@ const GAP = 3; // px; contours with gaps up to twice as wide are closed
 const SHARE = { least: 0.04, most: 0.75 }; // of the picture that the thing covers
 const IN_ONE = 0.8; // least share of all that is not ground that the largest piece has
 
-// Returns the thing of a canvas as {canvas, png}: a small picture of it, white on black, and a mask of the canvas's size.
-// Returns null if there is none.
+// Returns a PNG mask of the thing of a canvas, as large as the canvas and white on black; null if there is none.
 export async function outlined(source) {
   const scale = Math.min(1, SIDE / Math.max(source.width, source.height));
   const width = Math.max(1, Math.round(source.width * scale));
@@ -31,7 +30,7 @@ export async function outlined(source) {
   large.imageSmoothingEnabled = false;
   large.drawImage(canvas, 0, 0, mask.width, mask.height);
   const blob = await new Promise((resolve) => mask.toBlob(resolve, "image/png"));
-  return { canvas, png: new Uint8Array(await blob.arrayBuffer()) };
+  return new Uint8Array(await blob.arrayBuffer());
 }
 
 // Outlines the thing in RGBA pixels: 1 where it is, row by row; null if there is none.

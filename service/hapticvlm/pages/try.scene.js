@@ -26,7 +26,6 @@ export class TryScene {
   #isLooking = false;
   #wanted = null;
   #among = null;
-  #isOutlining = true;
   #one = null; // id of the picture that was stated to be of one material
   #stated = null; // target of the last statement
   #known = new Set(); // ids of targets whose pictures have all been answered
@@ -53,15 +52,8 @@ export class TryScene {
     this.#want();
   }
 
-  // Sets whether a thing on a plain ground is recognised by its outline, too.
-  outlining(isOn) {
-    this.#isOutlining = isOn;
-    this.#forget();
-    this.#want();
-  }
-
-  // Returns the outline in use ({canvas, png}); null if there is none.
-  get thing() { return this.#isOutlining ? (this.#picture?.thing ?? null) : null; }
+  // Returns the outline of a thing on a plain ground, a PNG; null if there is none.
+  get thing() { return this.#picture?.thing ?? null; }
 
   #forget() {
     this.decisions.clear();
@@ -145,15 +137,12 @@ export class TryScene {
   async #declare(object, target) {
     const answer = await this.#link.ask({ type: "scene", objects: [object], replace: false });
     if (answer.type !== "ok") return answer;
-    let looked = await this.#look(target, "live");
+    let looked = await this.#look(target);
     // A picture of another region may have superseded this one, which is then sent again.
-    while (looked.type === "skipped" && looked.reason === "superseded") looked = await this.#look(target, "live");
+    while (looked.type === "skipped" && looked.reason === "superseded") looked = await this.#look(target);
     if (looked.type === "decision") this.#decided(looked);
     return answer;
   }
-
-  // Sends the picture as a reference for this session, which improves decisions about similar patches at once.
-  keep() { return this.#look(this.target(), "enrol"); }
 
   moved() { this.#want(); }
 
@@ -191,7 +180,7 @@ export class TryScene {
     this.#isLooking = true;
     let answer = null;
     for (const shown of this.#looks(target)) {
-      answer = await this.#look(shown, "live");
+      answer = await this.#look(shown);
       if (answer.type === "decision") this.#decided(answer);
       else if (answer.reason !== "unchanged") break; // superseded: the target is requested again
     }
@@ -213,14 +202,14 @@ export class TryScene {
 
   *#views(target) {
     yield target;
-    if (target.region === WHOLE && this.thing) yield { ...target, mask: this.thing.png };
+    if (target.region === WHOLE && this.thing) yield { ...target, mask: this.thing };
   }
 
   #isSure(id) { return (this.decisions.get(id)?.material ?? "unknown") !== "unknown"; }
 
-  #look({ id, region: spot, mask }, purpose) {
+  #look({ id, region: spot, mask }) {
     const { canvas, jpeg } = this.#picture;
-    const shape = { format: "jpeg", width: canvas.width, height: canvas.height, origin: "top", purpose };
+    const shape = { format: "jpeg", width: canvas.width, height: canvas.height, origin: "top", purpose: "live" };
     const fields = { type: "frame", captured_at: performance.now() / 1000, image: jpeg, ...(mask ? { mask } : { region: spot }), ...shape };
     return this.#link.ask(id ? { ...fields, object_id: id } : fields, pack);
   }

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm import documents
+from hapticvlm.materials import MATERIALS
 from hapticvlm.recordings.page.moment import Moment, strongest
 from hapticvlm.recordings.page.one_file import (
     HEARD_HZ,
@@ -145,7 +146,8 @@ def _file(path: Path) -> str:
 
 def _decision(decided: Decided) -> dict[str, Any]:
     fields = {name: decided.decision.get(name) for name in _FIELDS}
-    return {"t_s": round(decided.t_s, 3), **fields}
+    material = MATERIALS.get(fields["felt"] or fields["material"] or "")
+    return {"t_s": round(decided.t_s, 3), **fields, "feels": material.feels if material else []}
 
 
 def _peaks(wave: NDArray[np.float32]) -> list[float]:

@@ -72,7 +72,7 @@ def feel_this(_: Path, picture: Path) -> None:
     """Write the page `/try` while the kettle of its first picture is stroked."""
     with running() as service, _page() as page:
         page.goto(f"{service.page}try")
-        expect(page.locator("#correct")).to_be_visible()  # its first picture is recognised
+        expect(page.locator("#pane")).to_have_attribute("data-looked", "1")  # it is recognised
         canvas = page.locator("#picture").bounding_box()
         assert canvas is not None
         x, y = canvas["x"] + 0.4 * canvas["width"], canvas["y"] + 0.4 * canvas["height"]
