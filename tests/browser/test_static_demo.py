@@ -101,6 +101,7 @@ def opened(page: Page, address: str) -> Iterator[Page]:
     page.on("pageerror", lambda error: problems.append(str(error)))
     page.on("websocket", lambda socket: problems.append(socket.url))
     page.on("response", lambda r: problems.append(r.url) if r.status >= 400 else None)
+    page.on("console", lambda line: problems.append(line.text) if "Policy" in line.text else None)
     page.add_init_script(MOTORS)
     page.goto(address)
     yield page
@@ -130,6 +131,22 @@ def test_a_page_without_one_of_its_files_names_it(
         names = status.text_content() or ""
         assert "feel.json" in names if missing.endswith("json") else ".js" in names
         tab.close()
+
+
+@pytest.mark.parametrize("page", ["", "scene/webxr/"])
+def test_a_page_runs_no_script_that_it_was_not_written_with(
+    browser: Browser, address: str, page: str
+) -> None:
+    tab = browser.new_page()
+    tab.goto(f"{address}{page}")
+    ran = tab.evaluate("""() => {
+      const script = document.createElement('script');
+      script.textContent = 'window.ran = true;';
+      document.head.append(script);
+      return window.ran === true;
+    }""")
+    assert not ran
+    tab.close()
 
 
 @pytest.mark.parametrize("page", ["index.html", "scene/webxr/index.html"])

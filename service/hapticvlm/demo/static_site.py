@@ -2,8 +2,10 @@
 
 The files lie where the service serves them: its pages at the top, the scene below `scene/`. Their
 addresses are relative, so both find each other below any address. The room's page states that it
-has no service, and both say in the page what did not load. Libraries lie in `lib`, because several
-hosts leave `node_modules` out, and end in `.js`, because some serve `.mjs` as no script.
+has no service, and both say in the page what did not load. A host sends no policy for them, so each
+states its own: a browser runs and loads what is in the folder, and nothing else. Libraries lie in
+`lib`, because several hosts leave `node_modules` out, and end in `.js`, because some serve `.mjs`
+as no script.
 
 A folder is written again only if every file to be replaced is one that an earlier run wrote, as it
 wrote it. LIST names them with their digests. While a run writes, LIST has no digests: what it names
@@ -19,6 +21,7 @@ from pathlib import Path, PurePosixPath
 
 from hapticvlm import documents
 from hapticvlm.errors import UsageError
+from hapticvlm.server.web.scene_files import inline_scripts
 
 LIST = "hapticvlm-static.json"
 PAGES = (
@@ -36,6 +39,12 @@ PAGES = (
 )
 _HERE = Path(__file__).parent
 _ROOM = "webxr/index.html"
+_GALLERY = "index.html"
+_CHARSET = '<meta charset="utf-8">'  # which the policy follows, before anything that it governs
+_POLICY = (
+    "default-src 'self'; img-src 'self' data: blob:; connect-src 'self' data: blob:; "
+    "base-uri 'none'; form-action 'none'; script-src 'self'"
+)
 _EDITS = (  # of the room's page
     ('<html lang="en">', '<html lang="en" data-service="none">'),
     (
@@ -72,7 +81,8 @@ def write(examples: Path, folder: Path) -> int:
 def _files(examples: Path) -> Iterator[tuple[str, bytes]]:
     """Yield the address of each file below the site, and its content."""
     for file in sorted((_HERE / "static").iterdir()):
-        yield file.name, file.read_bytes()
+        content = file.read_bytes()
+        yield file.name, _governed(content.decode()) if file.name == _GALLERY else content
     for name in PAGES:
         yield name, (_HERE.parent / "pages" / name).read_bytes()
     for pattern in json.loads((_HERE / "scene_files.json").read_text(encoding="utf-8")):
@@ -84,10 +94,18 @@ def _files(examples: Path) -> Iterator[tuple[str, bytes]]:
                 for served, alone in _EDITS:
                     assert served in page, served
                     page = page.replace(served, alone)
-                content = page.encode()
+                content = _governed(page)
             elif name.endswith(".mjs"):
                 name, content = name.removesuffix(".mjs") + ".js", content.replace(b".mjs", b".js")
             yield f"scene/{name.replace('/node_modules/', '/lib/')}", content
+
+
+def _governed(page: str) -> bytes:
+    """Return a page with its policy, by which its inline scripts are known by their hashes."""
+    assert _CHARSET in page
+    policy = f'content="{_POLICY}{inline_scripts(page)}"'
+    tag = f'{_CHARSET}\n<meta http-equiv="Content-Security-Policy" {policy}>'
+    return page.replace(_CHARSET, tag).encode()
 
 
 def _written(folder: Path) -> dict[str, str | None]:
