@@ -1,6 +1,8 @@
 """Picture files: photographs as they come are upright 8-bit RGB frames, or are refused in words."""
 
 import io
+import subprocess
+import sys
 from pathlib import Path
 
 import msgspec
@@ -373,3 +375,35 @@ def test_an_engines_screenshot_whose_alpha_is_0_is_looked_at() -> None:
 
     shown = pictures.decode_upright(read_frame(pixels), 1)
     assert np.array_equal(shown, np.asarray(photograph()))
+
+
+@pytest.mark.parametrize("kind", ["RGB", "RGBA", "P", "L"])
+def test_a_texture_larger_than_a_frame_is_the_mean_of_its_pixels(kind: str) -> None:
+    side = MAX_SIDE_PX + 1
+    stripes = np.zeros((side, side), np.uint8)
+    stripes[:, ::2], stripes[side // 2 :] = 100, 200
+    file = io.BytesIO()
+    Image.fromarray(stripes).convert(kind).save(file, "PNG", compress_level=1)
+
+    frame = decode_frame(file.getvalue(), Path("map.png"))
+    pixels = pictures.decode_upright(frame, 1).astype(np.float64)
+    middle = frame.height // 2
+    assert max(frame.width, frame.height) <= 1024
+    assert np.abs(pixels[: middle - 1] - 50.0).max() <= 15.0
+    assert np.abs(pixels[middle + 2 :] - 200.0).max() <= 1.0
+
+
+def test_a_texture_of_64_megapixels_is_in_memory_once(tmp_path: Path) -> None:
+    path = tmp_path / "map.png"
+    Image.new("L", (8192, 8192), 90).save(path, compress_level=1)
+    grown = (
+        "import sys; from pathlib import Path; from hapticvlm.vision import files; "
+        "status = Path('/proc/self/status'); "
+        "peak = lambda: int(status.read_text().partition('VmHWM:')[2].split()[0]); "
+        "before = peak(); path = Path(sys.argv[1]); "
+        "files.decode_frame(path.read_bytes(), path); print((peak() - before) / 1024)"
+    )
+    read = subprocess.run(
+        [sys.executable, "-c", grown, str(path)], capture_output=True, text=True, check=True
+    )
+    assert 64.0 <= float(read.stdout) <= 160.0  # MiB, of which 64 are the map

@@ -45,6 +45,8 @@ _HEAD_BYTES = 16
 FORMATS = ("JPEG", "PNG", "WEBP")
 MAX_BYTES = 64 * documents.MIB
 GROUND = (127, 127, 127)  # behind what is transparent
+_MAP_PX = 1024  # side of a texture that is larger than a frame; its material is read off 256 px
+_BAND_PX = 64  # height of what is converted at a time, after reduction
 
 _BARS_PX = 256  # least side at which a JPEG is searched for bars
 _OPAQUE = 128  # alpha
@@ -180,7 +182,7 @@ def _upright(
     if data is not None and is_plain and not (cut_bars and _has_bars(data)):
         return _frame("jpeg", data, size, _mask(mask, size, size))
     try:
-        pixels = _pixels(image, turn, profile)
+        pixels = _pixels(image if is_shown else _reduced(image), turn, profile)
     except (*_UNREADABLE, Image.DecompressionBombError) as error:
         raise FileError(
             f"{name}: broken picture ({documents.reason(error)}); save it again"
@@ -295,6 +297,26 @@ def _pixels(
         whole = whole.transpose(_TURNS[turn])
     whole.thumbnail(limit)
     return np.asarray(whole)
+
+
+def _reduced(image: Image.Image) -> Image.Image:
+    """Return a texture of at most MAX_SIDE_PX a side; a larger one has _MAP_PX.
+
+    Maps of 64 megapixels are common. Pillow decodes a PNG whole, at 4 bytes a pixel; what follows
+    happens in bands, so that no second picture of that size is in memory.
+    """
+    if max(image.size) <= MAX_SIDE_PX or image.mode.startswith("I"):
+        return image
+    image.draft(None, (_MAP_PX, _MAP_PX))  # decodes a JPEG smaller
+    factor = -(-max(image.size) // _MAP_PX)
+    mode = "RGBA" if image.has_transparency_data else "RGB"
+    width, height = image.size
+    small = Image.new(mode, (-(-width // factor), -(-height // factor)))
+    for top in range(0, small.height, _BAND_PX):
+        below = min(height, factor * (top + _BAND_PX))
+        band = image.crop((0, factor * top, width, below)).convert(mode)
+        small.paste(band.reduce(factor), (0, top))
+    return small
 
 
 def _rgb(image: Image.Image) -> Image.Image:
