@@ -38,7 +38,7 @@ from hapticvlm.server.edge.limits import (
     Phase,
 )
 from hapticvlm.server.edge.listener import Listener
-from hapticvlm.server.edge.socket import ClientSocket, FileResponse
+from hapticvlm.server.edge.socket import CLOSING_PAUSE_S, ClientSocket, FileResponse
 from hapticvlm.server.web import certificate
 from hapticvlm.server.websocket import CLOSE_SERVER_FULL, StopOnlySlots
 
@@ -113,7 +113,8 @@ async def test_frames_that_the_end_of_the_request_cuts_leave_every_later_read_sh
 
     def note(self, hint):
         buffer = get_buffer(self, hint)
-        reads.append(len(buffer))
+        if self.phase is not Phase.CLOSING:
+            reads.append(len(buffer))
         return buffer
 
     monkeypatch.setattr(ClientSocket, "get_buffer", note)
@@ -238,6 +239,29 @@ async def test_while_a_connection_closes_nothing_more_is_carried_out():
         await until(lambda: service.log == ["left"])
     assert service.said == [b"one"]
     assert service.sockets[0]._held == 0
+
+
+async def test_a_client_that_goes_on_sending_while_it_is_closed_gets_few_turns(monkeypatch):
+    service = Service()
+    reads = Counter[Phase]()
+    updated = ClientSocket.buffer_updated
+
+    def note(self, count):
+        reads[self.phase] += 1
+        updated(self, count)
+
+    monkeypatch.setattr(ClientSocket, "buffer_updated", note)
+    async with listening(service) as port, raw(port) as (reader, writer):
+        writer.write(KEY + frame(BINARY, b"one"))
+        await opened(reader)
+        await until(lambda: service.said == [b"one"])
+        service.sockets[0].close(4001, "ended")
+        with contextlib.suppress(OSError):
+            while service.sockets[0].phase is not Phase.CLOSED:
+                writer.write(b"\xff" * READ_BYTES)
+                await writer.drain()
+                await asyncio.sleep(0)
+    assert reads[Phase.CLOSING] <= 1.0 / CLOSING_PAUSE_S + 2
 
 
 async def test_messages_that_wait_when_a_client_is_refused_are_not_carried_out():

@@ -45,6 +45,7 @@ from hapticvlm.server.edge.scheduling import call_after_io
 
 WRITE_BYTES = 32_768  # that wait to be sent before the client counts as a slow reader
 PIECE = 64 * 1024  # of a long page or file
+CLOSING_PAUSE_S = 0.01  # between two reads of a socket that is being closed: our choice
 MAX_QUEUED = 4  # messages; then nothing more is read
 CONTROL = (Opcode.PING, Opcode.PONG)
 
@@ -52,6 +53,7 @@ _MASK_BYTES = 4
 # The first length byte of a frame is its length, up to 125; 126 and 127 announce a longer field.
 _TWO_BYTES = 126
 _UTF8_BYTES = 4  # the longest character
+_DISCARDED = bytearray(256 * 1024)  # that closing sockets still get; unread, so all share it
 _STATES = {
     Phase.ASKING: State.CONNECTING,
     Phase.CLOSING: State.CLOSING,
@@ -326,6 +328,12 @@ class ClientSocket(asyncio.BufferedProtocol):
                 self.transport.abort()
                 return
             self.refuse(Count.CLOSED_BYTES)
+        if self.phase is Phase.CLOSING:
+            # Read for its end alone, so seldom and much at once: a client that goes on sending to
+            # its closing socket would else have as many turns as all others together.
+            self.transport.pause_reading()
+            self._loop.call_later(CLOSING_PAUSE_S, self._update_reading)
+            return
         self._receive(bytes(memoryview(self._buffer)[:count]), now)
 
     def _receive(self, data: bytes, now: float) -> None:
@@ -560,6 +568,7 @@ class ClientSocket(asyncio.BufferedProtocol):
         self._has_ended = True
         self._next_phase_bytes = b""
         self._reader = RequestReader(0)
+        self._short = _DISCARDED
         self._boundaries = FrameBoundaries()
         self._assembler = FragmentAssembler()
         self._report_held()
