@@ -2,7 +2,6 @@
 
 import os
 import shutil
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -14,7 +13,7 @@ pytest.importorskip("playwright.sync_api", reason="no playwright: pip install -e
 
 from hapticvlm.materials import MATERIALS, UNKNOWN
 from hapticvlm_lab.training import reference_pictures, sources
-from hapticvlm_lab.training.rooms import Picture, Rooms, RoomsError, __main__, opened, page
+from hapticvlm_lab.training.rooms import Picture, Rooms, RoomsError, opened, page, shards
 
 pytestmark = [pytest.mark.nightly, pytest.mark.browser, pytest.mark.slow]
 
@@ -112,9 +111,9 @@ def test_a_data_folder_without_tiles_is_named(tmp_path: Path) -> None:
 def test_a_shard_holds_crops_as_the_service_cuts_them(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, rooms: Rooms
 ) -> None:
-    monkeypatch.setattr(__main__, "PER_SHARD", 6)
+    monkeypatch.setattr(shards, "PER_SHARD", 6)
     path = tmp_path / "shard_00003.npz"
-    __main__._shard(rooms, 3, path)
+    shards._shard(rooms, 3, path)
     with np.load(path, allow_pickle=False) as shard:
         big, labels = shard["big"], shard["label"]
         assert shard["source"].tolist() == ["rooms"] * 6
@@ -132,14 +131,5 @@ def test_a_shard_holds_crops_as_the_service_cuts_them(
         assert np.ptp(rows) > 0.85 * 224  # the box of the mask, with a margin of 5 %
         assert np.ptp(columns) > 0.85 * 224
     before = path.stat().st_mtime_ns
-    __main__.draw(tmp_path / "nowhere", tmp_path, range(3, 4))  # it is there: nothing is drawn
+    shards.draw(tmp_path / "nowhere", tmp_path, range(3, 4))  # it is there: nothing is drawn
     assert path.stat().st_mtime_ns == before
-
-
-def test_the_command_says_what_is_missing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    arguments = ["rooms", "--data", str(tmp_path), "--out", str(tmp_path / "out"), "--shards", "1"]
-    monkeypatch.setattr(sys, "argv", arguments)
-    assert __main__.main() == 2
-    assert "no teaching pictures" in capsys.readouterr().err

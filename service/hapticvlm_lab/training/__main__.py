@@ -1,8 +1,10 @@
 """From data to the shipped encoder: `python -m hapticvlm_lab.training --data D --work W`.
 
-Draws rooms, describes every teaching picture by the network, fits the head, chooses its scale on
-pictures that taught nothing, and writes the encoder's folder. Files that exist in W are not
-computed again.
+Draws rooms and game kits, describes every teaching picture by the network, fits the head, chooses
+its scale on pictures that taught nothing, and writes the encoder's folder. Then it fits the layers
+of flat pictures and of texture maps and adds them to the gallery. `--only flat` and `--only
+texture` add one layer to an encoder that stays as it is. Files that exist in W are not computed
+again.
 """
 
 from __future__ import annotations
@@ -12,11 +14,11 @@ import sys
 from pathlib import Path
 
 from hapticvlm.vision.encoders.encoder import DEFAULT, SHIPPED
-from hapticvlm_lab.training.making import make
-from hapticvlm_lab.training.rooms import __main__ as rooms
-from hapticvlm_lab.training.rooms.page import RoomsError
+from hapticvlm_lab.training import flat_layer, kits, making, sources, texture_layer
+from hapticvlm_lab.training.rooms import RoomsError, shards
 
 ROOM_SHARDS = 40
+PARTS = {"encoder": making.make, "flat": flat_layer.add_to, "texture": texture_layer.add_to}
 
 
 def main() -> int:
@@ -25,13 +27,18 @@ def main() -> int:
     parser.add_argument("--data", type=Path, required=True, help="folder with labels.csv")
     parser.add_argument("--work", type=Path, required=True, help="folder for what is made")
     parser.add_argument("--out", type=Path, default=SHIPPED / DEFAULT, help="folder to write to")
+    parser.add_argument("--only", choices=PARTS, help="make this part alone")
     chosen = parser.parse_args()
+    data, work = chosen.data, chosen.work
     try:
-        rooms.draw(chosen.data, chosen.work / "rooms", range(ROOM_SHARDS))
+        if chosen.only != "texture":
+            shards.draw(data, work / "rooms", range(ROOM_SHARDS))
+            kits.draw(data, work / sources.KITS, kits.kits(data, held_back=False))
     except RoomsError as error:
         sys.stderr.write(f"rooms: {error}\n")
         return 2
-    sys.stderr.write(make(chosen.data, chosen.work, chosen.out) + "\n")
+    for part in [chosen.only] if chosen.only else PARTS:
+        sys.stderr.write(PARTS[part](data, work, chosen.out) + "\n")
     return 0
 
 

@@ -1,4 +1,4 @@
-"""Fits the layer of flat pictures: `python -m hapticvlm_lab.training.flat_layer --data D --work W`.
+"""Fits the layer of flat pictures.
 
 A gallery reads the materials of flat pictures (vision/flatness.py) off an embedding by a layer of
 their own, which begins as the layer of all others and is trained on with drawn game kits. Beside
@@ -14,9 +14,7 @@ exist in W are not computed again. No kit that is held back is read.
 
 from __future__ import annotations
 
-import argparse
 import math
-import sys
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -29,7 +27,7 @@ from torch.nn import functional
 
 from hapticvlm.materials import MATERIALS
 from hapticvlm.vision.encoders import joint_embedding
-from hapticvlm.vision.encoders.encoder import DEFAULT, SHIPPED, Encoder
+from hapticvlm.vision.encoders.encoder import Encoder
 from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.flatness import is_flat
 from hapticvlm.vision.galleries.gallery import Gallery, LinearLayer
@@ -90,24 +88,16 @@ class Kits:
         return np.array([path.split("/")[-2] for path in self.paths])
 
 
-def main() -> int:
-    """Read the command line, fit, and write the gallery of the shipped encoder."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, required=True, help="folder with labels.csv")
-    parser.add_argument("--work", type=Path, required=True, help="folder with rooms/ and kits/")
-    parser.add_argument("--out", type=Path, default=SHIPPED / DEFAULT, help="folder to write to")
-    chosen = parser.parse_args()
-    encoder = load_encoder()
-    gallery = load_gallery(encoder=encoder)
-    shown = describing.teaching(chosen.data, chosen.work, encoder.side)
-    known = join([_embedded(encoder, shown[name], chosen.work, name) for name in KNOWN])
-    kits = read(chosen.work / sources.KITS, encoder)
-    others = judging(chosen.data, chosen.work, encoder)
-    fitted = add(gallery, known, kits, others)
-    chosen.out.mkdir(parents=True, exist_ok=True)
-    save_gallery(fitted, chosen.out / FILE_NAME)
-    sys.stderr.write(f"{encoder.name}: flat pictures, scale times {fitted.calibration.flat:.2f}\n")
-    return 0
+def add_to(data: Path, work: Path, out: Path) -> str:
+    """Add the layer to the gallery of the encoder in `out`; return a line on what was chosen."""
+    encoder = load_encoder(str(out))
+    gallery = load_gallery(out / FILE_NAME, encoder=encoder)
+    shown = describing.teaching(data, work, encoder.side)
+    known = join([_embedded(encoder, shown[name], work, name) for name in KNOWN])
+    kits = read(work / sources.KITS, encoder)
+    fitted = add(gallery, known, kits, judging(data, work, encoder))
+    save_gallery(fitted, out / FILE_NAME)
+    return f"{encoder.name}: flat pictures, scale times {fitted.calibration.flat:.2f}"
 
 
 def read(folder: Path, encoder: Encoder) -> Kits:
@@ -252,7 +242,3 @@ def _embedded(encoder: Encoder, crops: Iterable[Labelled], work: Path, name: str
             np.savez(file, embeddings=np.stack(embeddings), labels=labels, sources=named)
     with np.load(path, allow_pickle=False) as file:
         return Taught(file["embeddings"], file["labels"].astype(np.int64), file["sources"])
-
-
-if __name__ == "__main__":
-    sys.exit(main())

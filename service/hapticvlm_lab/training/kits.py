@@ -1,4 +1,6 @@
-"""Writes crops of game kits as a headset shows them: `python -m hapticvlm_lab.training.kits`.
+"""Writes crops of game kits as a headset shows them.
+
+`python -m hapticvlm_lab.training.kits` draws those that are held back, for `chart whole --kits`.
 
 The objects of a kit stand in the rooms' scenes, each beside others of its kit, in rooms with
 photographed or plainly coloured grounds, by day or night, sometimes in fog, and every few crops
@@ -23,7 +25,7 @@ from scipy import ndimage
 
 from hapticvlm_lab.training import sources
 from hapticvlm_lab.training.rooms import Rooms, RoomsError, opened
-from hapticvlm_lab.training.rooms.__main__ import LEAST, cut
+from hapticvlm_lab.training.rooms.shards import LEAST, cut
 from hapticvlm_lab.training.sources import Prop
 
 ROUNDS = 2  # of rooms in which each object is the subject of one view
@@ -42,12 +44,9 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--data", type=Path, required=True, help="folder with kits/labels.csv")
     parser.add_argument("--out", type=Path, required=True, help="folder to write to")
-    parser.add_argument("--kit", action="append", help="only this one (all that may teach)")
-    parser.add_argument("--held-back", action="store_true", help="the kits that only report")
     chosen = parser.parse_args()
     try:
-        names = chosen.kit or kits(chosen.data, held_back=chosen.held_back)
-        draw(chosen.data, chosen.out, names)
+        draw(chosen.data, chosen.out, kits(chosen.data, held_back=True))
     except RoomsError as error:
         sys.stderr.write(f"kits: {error}\n")
         return 2

@@ -1,4 +1,4 @@
-"""Fits the layer of texture maps: `python -m hapticvlm_lab.training.texture_layer`.
+"""Fits the layer of texture maps.
 
 A gallery reads texture maps (vision/textures.py) by a linear layer of their own. It is taught on
 three quarters of the ambientCG tiles (CC0): the six windows of each, and three of random places,
@@ -12,9 +12,7 @@ material is true. W keeps the embeddings; delete a file there to compute it agai
 
 from __future__ import annotations
 
-import argparse
 import csv
-import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
@@ -29,7 +27,7 @@ from rich.progress import track
 from hapticvlm.materials import UNKNOWN
 from hapticvlm.messages import Frame
 from hapticvlm.vision import textures
-from hapticvlm.vision.encoders.encoder import DEFAULT, SHIPPED, Encoder
+from hapticvlm.vision.encoders.encoder import Encoder
 from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.files import read_frame
 from hapticvlm.vision.galleries.gallery import Gallery, LinearLayer, agreement, softmax
@@ -66,29 +64,20 @@ class Maps:
     labels: Indices
 
 
-def main() -> int:
-    """Read the command line, fit and write."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, required=True, help="folder with labels.csv")
-    parser.add_argument("--work", type=Path, required=True, help="folder for what is computed")
-    parser.add_argument("--out", type=Path, default=SHIPPED / DEFAULT, help="folder to write to")
-    chosen = parser.parse_args()
-    chosen.work.mkdir(parents=True, exist_ok=True)
-    encoder = load_encoder()
-    gallery = load_gallery(encoder=encoder)
-    taught = _kept(chosen.work / "taught.npz", lambda: _taught(encoder, chosen.data))
-    layer = fit(taught)
-    choice = read(encoder, chosen.data, chosen.work, sources.CHOICE)
-    atlases = read_atlases(encoder, chosen.data, chosen.work, sources.CHOICE)
+def add_to(data: Path, work: Path, out: Path) -> str:
+    """Add the layer to the gallery of the encoder in `out`; return a line on what was chosen."""
+    encoder = load_encoder(str(out))
+    gallery = load_gallery(out / FILE_NAME, encoder=encoder)
+    layer = fit(_kept(work / "taught.npz", lambda: _taught(encoder, data)))
+    choice = read(encoder, data, work, sources.CHOICE)
+    atlases = read_atlases(encoder, data, work, sources.CHOICE)
     fitted = calibrate(replace(gallery, texture_layer=layer), choice, atlases)
-    chosen.out.mkdir(parents=True, exist_ok=True)
-    save_gallery(fitted, chosen.out / FILE_NAME)
+    save_gallery(fitted, out / FILE_NAME)
     constants = fitted.calibration
-    sys.stderr.write(
+    return (
         f"{encoder.name}: maps, scale {constants.texture:.2f}, agreement {constants.even:.3f} "
-        f"with slope {constants.even_slope:.0f}\n"
+        f"with slope {constants.even_slope:.0f}"
     )
-    return 0
 
 
 def fit(taught: Maps) -> LinearLayer:
@@ -254,7 +243,3 @@ def _kept(path: Path, embed: Callable[[], Maps]) -> Maps:
             np.savez(file, windows=maps.windows, flat=maps.flat, labels=maps.labels)
     with np.load(path, allow_pickle=False) as file:
         return Maps(file["windows"], file["flat"], file["labels"].astype(np.int64))
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -32,7 +32,7 @@ def _whole(folder: Path, picture: Path) -> None:
     kits: list[str] = []
     if SIBLING.is_dir():
         kits = ["--kits", str(folder / "kits")]
-        drawing = ("--data", str(SIBLING), "--out", str(folder / "kits"), "--held-back")
+        drawing = ("--data", str(SIBLING), "--out", str(folder / "kits"))
         _run("hapticvlm_lab.training.kits", *drawing)
     _command("chart-whole.png", "chart", "whole", *kits)(folder, picture)
 

@@ -1,52 +1,29 @@
-"""Writes shards of crops, or a contact sheet: `python -m hapticvlm_lab.training.rooms`."""
+"""Writes crops of rooms in files of some hundred, shards."""
 
 from __future__ import annotations
 
-import argparse
 import io
 import itertools
-import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageDraw
+from PIL import Image
 from rich.progress import track
 
 from hapticvlm import messages
 from hapticvlm.vision import pictures
-from hapticvlm_lab.training.rooms.page import Picture, Rooms, RoomsError, opened
+from hapticvlm_lab.training.rooms.page import Picture, Rooms, opened
 
 SIDE = 224
 PER_SHARD = 500
 ROOMS_A_SHARD = 50  # seeds set aside for each shard, so that any may be drawn alone
 SHARDS_A_PAGE = 10  # then the browser is restarted: it keeps some memory of every room
 LEAST = 0.05  # share of its crop that a thing must fill
-COLUMNS = 14  # of a sheet
 
 # (224, 224, 4) RGB and mask, label, and height and width in px before it was scaled to SIDE
 Crop = tuple[NDArray[np.uint8], str, tuple[int, ...]]
-
-
-def main() -> int:
-    """Read the command line and draw; existing shards are left as they are."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, required=True, help="folder with tiles and skies")
-    parser.add_argument("--out", type=Path, required=True, help="folder to write to")
-    parser.add_argument("--first", type=int, default=0, help="number of the first shard or room")
-    parser.add_argument("--shards", type=int, default=0, help=f"of {PER_SHARD} crops each")
-    parser.add_argument("--sheet", type=int, default=0, help="a contact sheet of so many crops")
-    chosen = parser.parse_args()
-    try:
-        draw(chosen.data, chosen.out, range(chosen.first, chosen.first + chosen.shards))
-        if chosen.sheet:
-            with opened(chosen.data) as rooms:
-                _sheet(rooms, chosen.sheet, chosen.first, chosen.out / "sheet.png")
-    except RoomsError as error:
-        sys.stderr.write(f"rooms: {error}\n")
-        return 2
-    return 0
 
 
 def draw(data: Path, out: Path, numbers: range) -> None:
@@ -95,20 +72,3 @@ def _shard(rooms: Rooms, number: int, path: Path) -> None:
             file, big=np.stack(big), label=labels, source=["rooms"] * len(crops), size=sizes
         )  # fmt: skip
     part.replace(path)
-
-
-def _sheet(rooms: Rooms, count: int, first: int, path: Path) -> None:
-    """Write the first crops of each label in a row of its own."""
-    rows: dict[str, list[NDArray[np.uint8]]] = {}
-    for crop, label, _ in _crops(rooms, itertools.count(first), count):
-        rows.setdefault(label, []).append(crop[..., :3])
-    sheet = Image.new("RGB", (COLUMNS * SIDE, len(rows) * SIDE))
-    for row, (label, crops) in enumerate(sorted(rows.items())):
-        for column, crop in enumerate(crops[:COLUMNS]):
-            sheet.paste(Image.fromarray(crop), (column * SIDE, row * SIDE))
-        ImageDraw.Draw(sheet).text((4, row * SIDE + 4), f"{label} ({len(crops)})", fill="magenta")
-    sheet.save(path)
-
-
-if __name__ == "__main__":
-    sys.exit(main())
