@@ -1,8 +1,10 @@
 """The command line starts at once and reports an error in one line."""
 
 import argparse
+import csv
 import subprocess
 import sys
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -64,58 +66,15 @@ def command(*arguments):
 
 
 # What people type, and what the one line that answers it must name: what was wrong, or the cure.
-WRONG_USES = {
-    "srve": "did you mean serve?",
-    "galery list": "did you mean gallery?",
-    "export wood": "did you mean feel?",
-    "completion": "no such command; `hapticvlm --help`",
-    "--jsn serve": "--jsn",
-    "serve --prot 9000": "--prot: no such option; did you mean --port?",
-    "serve --port 99999": "0..65535",
-    "serve --port abc": "--port abc: must be a whole number",
-    "serve --port": "--port: needs a value",
-    "serve --host 0.0.0.0": "--token",
-    "serve --peltier /dev/ttyUSB9": "can't be opened",
-    "serve --contact-resistance nan": "0..0.1",
-    "serve --vlm-timeout 0": "0.1..600",
-    "serve --lan --token abc": "12 characters",
-    "serve --voice loud": "choose one of true, sound",
-    "serve extra": "extra: one word too many",
-    "recognise nosuch.jpg": "nosuch.jpg: no such file",
-    "recognise": "PATH is missing",
-    "recognise a.jpg --jsn": "did you mean --json?",
-    "feel": "MATERIAL is missing",
-    "feel wodd": "nearest is `wood`",
-    "feel wood slde": "did you mean slide?",
-    "feel wood slide fast": "fast: one word too many",
-    "feel wood --object-c hot": "--object-c hot: must be a number",
-    "feel wood --object-c 900": "-100..400",
-    "feel wood --wav x.wav": "--wav: no such option; `hapticvlm feel --help`",
-    "feel wood --save x.mp3": ".wav",
-    "feel wood --voice sound": "--save",
-    "feel all": "--save FILE.html",
-    "scan nosuch.glb": "no such file or folder",
-    "bake": "--out is missing",
-    "replay nosuch": "hapticvlm serve --record",
-    "replay": "SESSION is missing",
-    "study": "PART is missing",
-    "study run nosuch": "hapticvlm study new nosuch",
-    "study report nosuch": "nosuch",
-    "study new pilot --pilots": "did you mean --pilot?",
-    "study run x --no-open": "--no-open: no such option; `hapticvlm study run --help`",
-    "plate clear foo --port /dev/ttyUSB9": "can't be opened",
-    "stop --port 9199": "--port: no such option",
-    "stop everything": "choose one of all, speaker, peltier",
-    "stream nosuch": "neither a folder",
-    "doctor --jsn": "did you mean --json?",
-    "demo extra": "hapticvlm demo: extra: one word too many",
-}
+WRONG_USES = Path(__file__).with_name("wrong_uses.csv")
 
 
 def test_each_of_44_wrong_uses_is_answered_in_one_line_that_names_the_cure(tmp_path, capsys):
-    assert len(WRONG_USES) == 44
+    with WRONG_USES.open(newline="", encoding="utf-8") as file:
+        uses = list(csv.reader(file))
+    assert len(uses) == 44
     offenders = []
-    for use, named in WRONG_USES.items():
+    for use, named in uses:
         try:
             code: object = main(use.replace("nosuch", str(tmp_path / "nosuch")).split())
         except SystemExit as end:

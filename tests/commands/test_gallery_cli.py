@@ -2,8 +2,6 @@
 
 import json
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -414,15 +412,6 @@ def test_the_shipped_gallery_is_listed_without_being_named(
     said = capsys.readouterr().out
     assert said.startswith("shipped: encoder ")
     assert "  wood " in said
-
-
-def test_a_command_says_what_is_wrong_and_ends_with_2_in_a_process_of_its_own(
-    tmp_path: Path,
-) -> None:
-    command = [sys.executable, "-m", "hapticvlm", "gallery", "list", str(tmp_path / "no.npz")]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
-    assert done.returncode == 2
-    assert len(done.stderr.strip().splitlines()) == 1
 
 
 def enrolled_of(vectors: dict[str, list[list[float]]]) -> Enrolled:

@@ -173,14 +173,6 @@ def test_a_thing_on_a_plain_ground_counts_by_itself_beside_the_whole_picture(
     assert recognise(catalogue).out.splitlines()[1].endswith(", outlined")
 
 
-def test_a_picture_of_only_ground_or_only_texture_is_not_outlined(tmp_path: Path) -> None:
-    for name in ("empty", "weave that fills the frame"):
-        (row,) = recognise("--json", save(tmp_path / "one.png", drawn(name)[0])).rows
-        assert row["outlined"] is False
-    (row,) = recognise("--json", save(tmp_path / "one.jpg", drawn("thing")[0])).rows
-    assert row["outlined"] is True
-
-
 def test_the_name_of_a_file_is_no_evidence(folder: Path, tmp_path: Path) -> None:
     same = (folder / "scene" / "a_glass.png").read_bytes()
     rows = []

@@ -79,14 +79,6 @@ def test_the_line_changes_nothing_that_the_plate_does() -> None:
     assert over_the_line.duty == pytest.approx(at_hand.duty, abs=0.05)
 
 
-def test_telemetry_comes_20_times_a_second() -> None:
-    cable = Cable()
-    plate = cable.plate()
-    seen = [reading.plate_c for reading in hold(cable, plate, 20.0, 4.0)]
-
-    assert 60 <= len(set(seen)) <= 90
-
-
 def test_the_plate_says_what_it_is() -> None:
     cable = Cable()
     plate = cable.plate()
@@ -134,13 +126,6 @@ def test_close_switches_the_board_off_at_once() -> None:
     assert cable.sent[-1] == plate_protocol.Off()
     assert cable.board.plate.state is plate_protocol.State.OFF
     assert plate.advance(cable.clock.now).faults == ()
-
-
-def test_a_board_of_another_major_is_refused_naming_both() -> None:
-    cable = Cable(lambda: SimulatedBoard(major=2))
-
-    with pytest.raises(DeviceError, match=r"cable: the board speaks plate protocol 2\.3.*1\.3"):
-        cable.plate()
 
 
 def test_a_port_that_says_nothing_is_no_plate() -> None:
@@ -450,24 +435,6 @@ def test_a_port_is_likely_by_its_usb_vendor_or_its_description() -> None:
     assert ports._is_likely(info("COM5", description="USB-SERIAL CH340 (COM5)"))
     assert not ports._is_likely(info("COM1", description="Communications Port"))
     assert not ports._is_likely(info("COM6", 0x8087, description="Modem"))
-
-
-def test_a_place_says_how_a_person_finds_it() -> None:
-    place = ports._port_info(info("COM3", 0x1A86, description="USB-SERIAL CH340", pid=0x7523))
-
-    assert place.text == "COM3 (USB-SERIAL CH340 1a86:7523)"
-    assert place.usb == (0x1A86, 0x7523, "s", "1-2")
-    assert ports._port_info(info("COM1")).text == "COM1"
-
-
-def test_auto_names_the_ports_seen_when_none_looks_like_a_plate(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    from serial.tools import list_ports
-
-    monkeypatch.setattr(list_ports, "comports", list)
-    with pytest.raises(DeviceError, match="no port looks like a plate; ports seen: none"):
-        Peltier("auto").connect()
 
 
 @pytest.mark.skipif(os.name != "posix", reason="pseudo terminals are posix")

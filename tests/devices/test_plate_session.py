@@ -437,13 +437,6 @@ def test_the_faults_are_those_of_the_firmware() -> None:
     assert {number: fault.name for number, fault in faults.FIRMWARE.items()} == stated
 
 
-def test_the_faults_are_those_of_the_firmware_manual() -> None:
-    manual = (FIRMWARE / "README.md").read_text(encoding="utf-8")
-    rows = dict(re.findall(r"^\| (\d+) \| ([A-Z_]+) \|", manual, re.MULTILINE))
-
-    assert {str(n): fault.name.upper() for n, fault in faults.FIRMWARE.items()} == rows
-
-
 def test_a_fault_is_told_in_words() -> None:
     assert faults.describe("runaway") == (
         "driven hard for 1 s, the plate did not follow (runaway, number 13): "

@@ -39,13 +39,7 @@ class Moment:
     limited_by: str | None
     plate_c: float
     skin_c: float
-    physics_c: float  # target temperature of the skin
     reading: PlateReading
-
-    @property
-    def is_limited(self) -> bool:
-        """Return whether a limit of the service or of the board acts."""
-        return self.limited_by is not None or self.reading.current_limited
 
 
 class Rig:
@@ -72,13 +66,6 @@ class Rig:
         while self.board.now < until:
             moments.append(self._turn())
         return moments
-
-    def rest(self, seconds: float) -> None:
-        """Send the plate to rest and let time pass."""
-        self.peltier.rest(self.board.now)
-        until = self.board.now + seconds
-        while self.board.now < until:
-            self.peltier.poll()
 
     def close(self) -> None:
         """Switch the plate off."""
@@ -110,7 +97,6 @@ class Rig:
             limited.limited_by,
             plant.plate_c,
             plant.skin_c,
-            self.course.skin_c(now),
             reading,
         )
 

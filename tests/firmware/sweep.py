@@ -31,7 +31,7 @@ if __package__ in (None, ""):
 
 from toolchains import missing
 
-from firmware import build, tracking
+from firmware import build
 from firmware.board import Board, Build
 from firmware.build import Chip
 from firmware.checkpoint import Checkpoint, Failure, Key, Result, digest, key
@@ -85,10 +85,7 @@ def main() -> int:
         for result in _told(_run(begin, left, asked.jobs, ends_at)):
             kept.keep(result)
             found[key(result)] = result
-        with ProcessPoolExecutor(asked.jobs, initializer=begin) as pool:
-            touches = list(pool.map(_touch, _touches())) if asked.tracking else []
-    _print_tracking(touches)
-    print(json.dumps(_summary(list(found.values()), len(wanted), touches)))
+    print(json.dumps(_summary(list(found.values()), len(wanted))))
     return 0 if all(result.is_safe for result in found.values()) else 1
 
 
@@ -97,7 +94,6 @@ def _asked() -> argparse.Namespace:
     parser.add_argument("--pairs", action="store_true", help="pairs too (half an hour)")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--only", default="", help="faults whose name has this in it")
-    parser.add_argument("--tracking", action="store_true", help="touches of sound plates too")
     parser.add_argument("--lag", type=float, default=0.0, help="of the plate's beads, s")
     parser.add_argument("--face", type=float, default=FACE_J_PER_K, help="heat capacity, J/K")
     parser.add_argument("--minutes", type=float, default=1e6, help="begin no trial after that long")
@@ -171,15 +167,6 @@ def _opened() -> Chip:
     return _chip
 
 
-def _touches() -> list[tuple[str, float, bool]]:
-    return list(itertools.product(tracking.MATERIALS, tracking.AMBIENTS_C, (True, False)))
-
-
-def _touch(case: tuple[str, float, bool]) -> tracking.Tracking:
-    material, ambient_c, approached = case
-    return tracking.touch(_opened(), material, ambient_c, approached=approached)
-
-
 def _told(results: Iterable[Result]) -> Iterator[Result]:
     print(f"{'fault':46s} {'situation':16s}   off/s  left/s   cut/s  skin/degC    CEM43  caught by")
     for result in results:
@@ -198,19 +185,7 @@ def _row(result: Result) -> str:
     return f"{what} {when} {skin}  {caught}{'' if result.is_safe else '  UNSAFE'}"
 
 
-def _print_tracking(touches: list[tracking.Tracking]) -> None:
-    print("\nmaterial  room  approached  limited  unlimited  first second: plate  skin  (RMS/degC)")
-    for touch in touches:
-        print(
-            f"{touch.material:9s} {touch.ambient_c:4.0f}  {touch.approached!s:10s} ",
-            f"{touch.limited_rms_c:7.3f} {touch.unlimited_rms_c:10.3f} {touch.first_rms_c:20.2f}",
-            f"{touch.first_skin_rms_c:5.2f}  {', '.join(touch.limited_by)}",
-        )
-
-
-def _summary(
-    results: list[Result], wanted: int, touches: list[tracking.Tracking]
-) -> dict[str, object]:
+def _summary(results: list[Result], wanted: int) -> dict[str, object]:
     outcomes = [result for result in results if isinstance(result, Outcome)]
     cut_out = [outcome for outcome in outcomes if outcome.cut_out_after_s is not None]
     return {
@@ -224,7 +199,6 @@ def _summary(
         "cut_out_opened": sorted({" + ".join(outcome.faults) for outcome in cut_out}),
         "caught_by": Counter(" and ".join(outcome.caught_by) for outcome in outcomes),
         "alone": [asdict(outcome) for outcome in outcomes if len(outcome.faults) == 1],
-        "tracking": [asdict(touch) for touch in touches],
     }
 
 

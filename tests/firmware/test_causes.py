@@ -75,26 +75,6 @@ def test_thermistors_that_come_off_together_are_told_by_the_one_that_stayed(
     board.close()
 
 
-@pytest.mark.parametrize("lag_s", [1.0, pytest.param(5.0, marks=pytest.mark.nightly)])
-@pytest.mark.parametrize("place", [PLATE_A, pytest.param(PLATE_B, marks=pytest.mark.nightly)])
-def test_of_three_beads_the_one_that_came_off_is_named_once(
-    chip: Chip, place: int, lag_s: float
-) -> None:
-    board = chip.board(23.0)
-    host = RawHost(board)
-    host.greet()
-    host.hold(38.0, 12.0)
-    hot_c, from_s = board.plant.plate_c, board.now
-    board.sensors[place] = lambda board: thermistor_mv(
-        23.0 + (hot_c - 23.0) * 2.718 ** (-(board.now - from_s) / lag_s)
-    )
-    host.follow(lambda _: 38.0, 20.0, until=lambda: host.state().state == "faulted")
-    host.hold(38.0, 10.0)
-
-    assert host.state().faults == (f"{PLACES[place]}_STRAYS",)
-    board.close()
-
-
 @pytest.mark.parametrize("seconds", [0.3, pytest.param(2.0, marks=pytest.mark.nightly)])
 def test_a_wire_that_opens_slowly_is_not_told_as_a_cold_plate(chip: Chip, seconds: float) -> None:
     board = chip.board(23.0)

@@ -136,39 +136,6 @@ def test_clearing_again_and_again_does_not_talk_a_guard_away(host: RawHost) -> N
     assert "SINK_SHORT" in answers[2]
 
 
-def test_a_silent_host_leaves_the_plate_to_return_and_then_off(host: RawHost) -> None:
-    host.hold(38.0, 4.0)
-    assert host.state().state == "holding"
-
-    host.advance(0.5)
-    assert host.state().state in ("returning", "off")
-    host.advance(10.5)
-    assert not host.board.is_driven
-    assert host.state().faults == ()
-
-
-def test_after_silence_the_next_setpoint_is_obeyed(host: RawHost) -> None:
-    host.hold(38.0, 1.0)
-    host.advance(12.0)
-    host.hold(36.0, 1.0)
-
-    assert host.state().state == "holding"
-
-
-def test_a_fault_stays_latched_after_its_cause_is_gone(host: RawHost) -> None:
-    sound = host.board.sensors[0]
-    host.hold(38.0, 1.0)
-    BY_NAME["plate A open"].begin(host.board)
-    host.hold(38.0, 0.3)
-    host.board.sensors[0] = sound
-    host.hold(38.0, 2.0)
-
-    telemetry = host.state()
-    assert telemetry.state == "faulted"
-    assert "PLATE_A_OPEN" in telemetry.faults
-    assert not host.board.is_driven
-
-
 def test_a_fault_is_cleared_by_its_number_alone_and_only_without_its_cause(host: RawHost) -> None:
     sound = host.board.sensors[0]
     host.hold(38.0, 1.0)
@@ -197,12 +164,6 @@ def test_a_hung_program_is_reset_once_and_stays_off(host: RawHost, interrupts: b
 
     assert host.board.resets == 1
     assert host.state().state == "faulted"
-
-
-def test_nothing_is_driven_before_the_first_setpoint(host: RawHost) -> None:
-    host.advance(2.0)
-
-    assert host.board.last_driven_at == 0.0
 
 
 def test_a_module_wired_backwards_is_caught_where_it_can_hardly_push(chip: Chip) -> None:

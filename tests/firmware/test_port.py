@@ -6,9 +6,6 @@ from collections.abc import Iterator
 
 import pytest
 
-from hapticvlm.devices.errors import DeviceError
-from hapticvlm.devices.plate.peltier import Peltier
-
 from .board import Board
 from .faults import BY_NAME
 from .scenes import Rig
@@ -36,13 +33,6 @@ def test_a_command_is_followed_and_read_back(rig: Rig) -> None:
     assert rig.board.is_driven
 
 
-def test_rest_ends_with_the_bridge_open(rig: Rig) -> None:
-    rig.live(2.0)
-    rig.rest(11.0)
-
-    assert not rig.board.is_driven
-
-
 def test_a_fault_reaches_the_service_by_name(rig: Rig) -> None:
     rig.live(1.0)
     BY_NAME["plate A open"].begin(rig.board)
@@ -59,8 +49,3 @@ def test_a_brown_out_needs_more_than_a_stubborn_service_to_heat_again(rig: Rig) 
     rig.live(5.0)
 
     assert rig.board.last_driven_at <= at
-
-
-def test_an_unknown_board_is_refused_with_its_name(rig: Rig) -> None:  # noqa: ARG001
-    with pytest.raises(DeviceError, match="nowhere"):
-        Peltier("sim://nowhere").connect()

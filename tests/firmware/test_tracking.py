@@ -28,38 +28,6 @@ def test_the_plate_follows_the_limited_setpoint(
     print(done)
 
 
-# In a room of 15 degC 2 A, and 3 in the beginning, cannot follow metal at all; at 1e-3 the skin is
-# still behind half a second after the limits end on these two, whose deeper skin has missed most.
-OUT_OF_REACH = [("metal", 15.0, 5e-4), ("metal", 15.0, 1e-3)]
-STILL_BEHIND = [("glass", 15.0, 1e-3), ("metal", 22.0, 1e-3)]
-# The limits end sooner than at 5 degC/s, and so the skin below is judged while it still lags.
-STILL_BEHIND += [("glass", 15.0, 5e-4), ("glass", 22.0, 1e-3), ("metal", 15.0, 2e-4)]
-# A loop that is stable with beads that lag by 1 s is a little slower: 0.31 and 0.32 degC.
-STILL_BEHIND += [("glass", 15.0, 2e-4), ("wood", 15.0, 1e-3)]
-
-
-@pytest.mark.parametrize(
-    ("material", "ambient_c", "palm_resistance"),
-    nightly_except(7, product(MATERIALS, [15.0, 22.0, 30.0], [2e-4, 5e-4, 1e-3])),
-)
-def test_the_skin_follows_physics_wherever_no_limit_acts(
-    chip: Chip, material: str, ambient_c: float, palm_resistance: float
-) -> None:
-    """A skin that lags at 1 s was limited by slew or current for most of the time until then.
-
-    A limit that ends sooner leaves less behind: metal of 22 degC through 2e-4 lags by 0.51 degC
-    and was limited for 61 % of that time, by 0.75 degC and 75 % when cooling began with 2 A.
-    """
-    felt = tracking.felt(chip, material, ambient_c, palm_resistance)
-    print(felt)
-
-    case = material, ambient_c, palm_resistance
-    assert abs(felt.at_1s_c) < 0.5 or felt.limited_share >= 0.6
-    assert (felt.free_rms_c is None) == (case in OUT_OF_REACH)
-    if felt.free_rms_c is not None:
-        assert felt.free_rms_c < (0.6 if case in STILL_BEHIND else 0.3)
-
-
 @pytest.mark.parametrize("material", ["glass", "metal"])
 def test_preconditioning_brings_the_first_second_nearer_to_the_real_thing(
     chip: Chip, material: str

@@ -18,7 +18,6 @@ from websockets.frames import Frame, Opcode
 
 from hapticvlm.server.edge.limits import (
     CONTROL_FRAMES,
-    HELLO_FRAMES,
     MESSAGES,
     REFUSED,
 )
@@ -149,17 +148,6 @@ async def test_a_budget_is_kept_at_its_limit_and_closes_beyond_it(service, opcod
         with pytest.raises(ConnectionClosed):
             await send_frames(client, opcode, data, most * 3)
         assert client.socket.close_code == 1008
-
-
-async def test_hello_may_follow_a_few_frames_and_no_more(service):
-    async with peer(service) as client:
-        ping = Frame(Opcode.PING, b"").serialize(mask=True)
-        client.socket.transport.write(ping * (HELLO_FRAMES - 1))
-        assert (await client.hello("observer"))["type"] == "welcome"
-    async with peer(service) as client:
-        client.socket.transport.write(ping * HELLO_FRAMES)
-        with pytest.raises(ConnectionClosed):
-            await client.hello("observer")
 
 
 def connect_as_fast_as_it_goes(service, *, upgrades, until):

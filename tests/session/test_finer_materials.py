@@ -1,15 +1,14 @@
 """What an object is made of more exactly, and how thick it is: in its decision and on the plate."""
 
-from typing import Any
-
 import pytest
+from session_messages import only, owner, replies, scene, touch
 
 from hapticvlm.evidence.sub_materials import SUB_MATERIALS
 from hapticvlm.materials import MATERIALS, derive
-from hapticvlm.messages import Decision, ObjectSurface, Scene, SceneObject, Touch
+from hapticvlm.messages import Decision, ObjectSurface, SceneObject
 from hapticvlm.rendering.heat.contact import contact_temperature_c, thermal_contact
 from hapticvlm.rendering.heat.limits import AT_REST
-from hapticvlm.session.actions import Reply
+from hapticvlm.session.actions import DrivePlate
 from hapticvlm.session.session import SceneSession
 from hapticvlm.session.settings import SessionSettings
 
@@ -17,12 +16,9 @@ from hapticvlm.session.settings import SessionSettings
 def decided(table=MATERIALS, object_id="thing", **fields) -> Decision:
     """Return the decision on one object that is touched in a room of 22 degC."""
     session = SceneSession(SessionSettings(owner=True, reading=AT_REST, table=table))
-    thing = SceneObject(object_id=object_id, **fields)
-    session.receive(Scene(id=1, objects=[thing], replace=True, ambient_c=22.0), 0.0)
-    given: dict[str, Any] = {"hand": "right", "speed_mps": 0.0, "force_n": 1.0, "captured_at": 0.1}
-    actions = session.receive(Touch(id=2, phase="contact", object_id=object_id, **given), 0.1)
-    messages = [action.message for action in actions if isinstance(action, Reply)]
-    return next(message for message in messages if isinstance(message, Decision))
+    session.receive(scene(SceneObject(object_id=object_id, **fields), ambient_c=22.0), 0.0)
+    (decision,) = replies(session.receive(touch("contact", object_id), 0.1), Decision)
+    return decision
 
 
 def met_c(bulk) -> float:
@@ -57,20 +53,12 @@ def test_a_thing_that_is_never_thick_has_a_thickness_and_the_scenes_own_wins():
 
 def test_a_thin_thing_is_felt_less_on_the_plate_as_it_warms_up():
     def setpoint_c(**fields) -> float:
-        session = SceneSession(SessionSettings(owner=True, reading=AT_REST))
-        thing = SceneObject(object_id="thing", material="metal", temperature_c=22.0, **fields)
-        session.receive(Scene(id=1, objects=[thing], replace=True), 0.0)
-        given: dict[str, Any] = {
-            "hand": "right",
-            "speed_mps": 0.0,
-            "force_n": 1.0,
-            "captured_at": 0.0,
-        }
+        session = owner(SceneObject(object_id="x", material="metal", temperature_c=22.0, **fields))
         for tick in range(500):
             now = 0.02 * tick
-            session.receive(Touch(id=2, phase="contact", object_id="thing", **given), now)
+            session.receive(touch("contact", "x", 0.0), now)
             actions = session.tick(now, AT_REST)
-        return next(action.setpoint_c for action in actions if hasattr(action, "setpoint_c"))
+        return only(actions, DrivePlate)[0].setpoint_c
 
     assert setpoint_c(name="soda_can") > setpoint_c() + 4.0
 

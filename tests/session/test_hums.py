@@ -6,18 +6,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from session_messages import only, owner, scene, touch
 
 import hapticvlm.evidence.hums
 from hapticvlm.evidence.hums import hum_of
-from hapticvlm.messages import Scene, SceneObject, Touch, Vibrates
+from hapticvlm.messages import SceneObject, Vibrates
 from hapticvlm.perception import drive_threshold_db
-from hapticvlm.rendering.heat.limits import AT_REST
 from hapticvlm.rendering.vibration.hum import Hum, Tone
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 from hapticvlm.rendering.vibration.voices import Command, Voices
 from hapticvlm.session.actions import PlayVibration
 from hapticvlm.session.session import SceneSession
-from hapticvlm.session.settings import SessionSettings
 
 HUMS = {
     kind: hum
@@ -32,29 +31,14 @@ MUG = SceneObject(object_id="mug", material="ceramic", stands_on=["table"])
 SHELF = SceneObject(object_id="shelf", material="wood")
 
 
-def scene_of(*objects: SceneObject) -> SceneSession:
-    session = SceneSession(SessionSettings(owner=True, reading=AT_REST))
-    session.receive(Scene(id=1, objects=list(objects), replace=True), 0.0)
-    return session
-
-
 def touched(session: SceneSession, object_id: str) -> Hum | None:
     """What a hand that touches this feels of what vibrates."""
-    touch = Touch(
-        id=2,
-        phase="contact",
-        object_id=object_id,
-        hand="left",
-        speed_mps=0.0,
-        force_n=1.0,
-        captured_at=0.0,
-    )
-    (played,) = [it for it in session.receive(touch, 0.0) if isinstance(it, PlayVibration)]
+    (played,) = only(session.receive(touch(object_id=object_id), 0.0), PlayVibration)
     return played.command.hum
 
 
 def felt(object_id: str, *objects: SceneObject) -> Hum | None:
-    return touched(scene_of(*objects), object_id)
+    return touched(owner(*objects), object_id)
 
 
 def wave(hum: Hum | None) -> np.ndarray:
@@ -146,10 +130,10 @@ def test_a_scene_states_a_hum_and_switches_off_the_one_of_a_name() -> None:
 
 
 def test_a_thing_that_is_moved_off_the_table_is_felt_there_no_more() -> None:
-    session = scene_of(WASHING_MACHINE, TABLE)
+    session = owner(WASHING_MACHINE, TABLE)
     assert touched(session, "table") is not None
     lifted = SceneObject(object_id="w", name="washing machine")
-    session.receive(Scene(id=3, objects=[lifted], replace=False), 0.1)
+    session.receive(scene(lifted, replace=False), 0.1)
 
     assert touched(session, "table") is None
 

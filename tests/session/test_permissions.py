@@ -2,9 +2,9 @@
 
 import json
 
-import msgspec
 import pytest
 from each_case import each_row
+from session_messages import replies, touch
 
 from hapticvlm.materials import MATERIALS
 from hapticvlm.messages import (
@@ -14,7 +14,6 @@ from hapticvlm.messages import (
     Ok,
     Scene,
     SceneObject,
-    Touch,
 )
 from hapticvlm.recordings import recorded_session
 from hapticvlm.session.actions import Reply
@@ -69,21 +68,11 @@ def test_anything_else_is_refused_with_its_path(objects, more, path):
 def test_a_new_statement_on_an_object_that_was_decided_is_decided_at_once():
     session = SceneSession(SessionSettings(owner=True))
     session.receive(scene({"object_id": "shown"}, {"object_id": "other"}), 0.0)
-    touch = Touch(
-        id=8,
-        phase="contact",
-        hand="right",
-        object_id="shown",
-        speed_mps=0.3,
-        force_n=1.0,
-        captured_at=1.0,
-    )
-    session.receive(touch, 1.0)
-    session.receive(msgspec.structs.replace(touch, phase="release"), 1.1)
+    session.receive(touch("contact", "shown"), 1.0)
+    session.receive(touch("release", "shown"), 1.1)
     both = [{"object_id": name, "material": "metal"} for name in ("shown", "other")]
     actions = session.receive(scene(*both), 2.0)
-    messages = [action.message for action in actions if isinstance(action, Reply)]
-    decided = [(m.object_id, m.material) for m in messages if isinstance(m, Decision)]
+    decided = [(each.object_id, each.material) for each in replies(actions, Decision)]
     assert decided == [("shown", "metal")]
     again = session.receive(scene(*both), 3.0)
     assert [action.message for action in again if isinstance(action, Reply)] == [Ok(id=7)]

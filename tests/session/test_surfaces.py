@@ -1,30 +1,25 @@
 """The surfaces of one object: each is decided, felt, pictured and restated by itself."""
 
-from typing import Any
+from functools import partial
 
-import numpy as np
 import pytest
-import simplejpeg
+from session_messages import frame, only, owner, replies, scene, touch
 
 from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.messages import (
     Decision,
     Error,
-    Frame,
     MessageError,
     ObjectSurface,
     Scene,
     SceneObject,
     Shader,
-    Touch,
 )
 from hapticvlm.rendering.heat.limits import AT_REST
-from hapticvlm.session.actions import DrivePlate, PlayVibration, Reply
-from hapticvlm.session.session import SceneSession
-from hapticvlm.session.settings import SessionSettings
+from hapticvlm.session.actions import DrivePlate, PlayVibration
 from hapticvlm.session.targets import RecognitionRequest
 
-PIXEL = simplejpeg.encode_jpeg(np.full((32, 32, 3), 90, np.uint8))
+session_of = partial(owner, ambient_c=22.0)
 STEEL = ObjectSurface(name="mat7", shader=Shader(metallic=1.0, roughness=0.2))
 ROOM = SceneObject(
     object_id="room",
@@ -39,46 +34,23 @@ ROOM = SceneObject(
 )
 
 
-def session_of(*objects: SceneObject) -> SceneSession:
-    session = SceneSession(SessionSettings(owner=True))
-    state(session, *objects)
-    return session
-
-
-def state(session: SceneSession, *objects: SceneObject, replace: bool = True, at: float = 0.0):
-    return session.receive(Scene(id=1, objects=list(objects), replace=replace, ambient_c=22.0), at)
+def state(session, *objects: SceneObject, at: float = 0.0):
+    return session.receive(scene(*objects, replace=False, ambient_c=22.0), at)
 
 
 def touched(session, surface=0, phase="contact", at=1.0, object_id="room", **fields):
-    given: dict[str, Any] = {"hand": "right", "speed_mps": 0.3, "force_n": 1.5, "captured_at": at}
-    touch = Touch(id=2, phase=phase, object_id=object_id, surface=surface, **{**given, **fields})
-    return session.receive(touch, at)
+    return session.receive(touch(phase, object_id, at, surface=surface, **fields), at)
 
 
 def pictured(session, material, at=1.0, **fields):
-    frame = Frame(
-        id=3,
-        captured_at=at,
-        format="jpeg",
-        width=32,
-        height=32,
-        origin="top",
-        image=PIXEL,
-        object_id="room",
-        **fields,
-    )
-    [request] = [a for a in session.receive(frame, at) if isinstance(a, RecognitionRequest)]
+    shown = frame(3, "room", at, **fields)
+    [request] = only(session.receive(shown, at), RecognitionRequest)
     evidence = Evidence("encoder", ((material, 0.9),))
     return replies(session.recognised(request, evidence, {}, at), Decision)
 
 
-def replies(actions, kind):
-    messages = [action.message for action in actions if isinstance(action, Reply)]
-    return [message for message in messages if isinstance(message, kind)]
-
-
 def played(actions) -> str | None:
-    [play] = [action for action in actions if isinstance(action, PlayVibration)]
+    [play] = only(actions, PlayVibration)
     return play.command.material
 
 
@@ -104,7 +76,7 @@ def test_each_surface_of_a_mesh_is_felt_as_what_it_is():
 def test_a_hand_that_slides_onto_another_surface_feels_it_without_a_second_impact():
     session = session_of(ROOM)
     touched(session)
-    [over] = [a for a in touched(session, 2, "slide", at=1.1) if isinstance(a, PlayVibration)]
+    [over] = only(touched(session, 2, "slide", at=1.1), PlayVibration)
 
     assert (over.command.material, over.command.interaction) == ("fabric", "slide")
     assert not over.command.onset
@@ -178,7 +150,7 @@ def test_a_surface_that_its_object_does_not_state_is_felt_as_the_largest_and_tol
 def test_a_stated_object_tells_again_after_it_was_stated_again():
     session = session_of(ROOM)
     touched(session, 9)
-    state(session, ROOM, replace=False)
+    state(session, ROOM)
 
     assert len(replies(touched(session, 9, at=1.1), Error)) == 1
 
@@ -226,30 +198,19 @@ def test_a_picture_of_a_surface_that_is_not_stated_is_refused():
 def test_restating_an_object_keeps_what_was_seen_of_the_surfaces_it_still_has():
     session = session_of(ROOM)
     pictured(session, "leather", surface=4)
-    state(session, ROOM, replace=False)
+    state(session, ROOM)
     assert played(touched(session, 4)) == "leather"
 
     fewer = SceneObject(object_id="room", surfaces=(ROOM.surfaces or [])[:2])
-    state(session, fewer, replace=False, at=1.5)
-    state(session, ROOM, replace=False, at=1.6)
+    state(session, fewer, at=1.5)
+    state(session, ROOM, at=1.6)
     assert played(touched(session, 4, at=1.7)) is None
 
 
 def test_a_picture_under_way_is_dropped_once_its_surface_is_gone():
     session = session_of(ROOM)
-    frame = Frame(
-        id=3,
-        captured_at=1.0,
-        format="jpeg",
-        width=32,
-        height=32,
-        origin="top",
-        image=PIXEL,
-        object_id="room",
-        surface=4,
-    )
-    [request] = [a for a in session.receive(frame, 1.0) if isinstance(a, RecognitionRequest)]
-    state(session, SceneObject(object_id="room"), replace=False)
+    [request] = only(session.receive(frame(3, "room", 1.0, surface=4), 1.0), RecognitionRequest)
+    state(session, SceneObject(object_id="room"))
     actions = session.recognised(request, Evidence("encoder", (("stone", 0.9),)), {}, 1.1)
 
     assert replies(actions, Decision) == []
@@ -260,7 +221,7 @@ def test_a_restated_surface_that_became_another_material_is_announced():
     touched(session, 1)
     touched(session, phase="release", at=1.1)
     other = [ObjectSurface(name="Oak"), ObjectSurface(name="BrushedSteel")]
-    actions = state(session, SceneObject(object_id="room", surfaces=other), replace=False)
+    actions = state(session, SceneObject(object_id="room", surfaces=other))
 
     [decision] = replies(actions, Decision)
     assert (decision.surface, decision.material) == (1, "metal")

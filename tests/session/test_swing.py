@@ -2,38 +2,28 @@
 
 import numpy as np
 import pytest
+from session_messages import only, owner, touch
 
 from hapticvlm.devices.speaker.ring import Ring
-from hapticvlm.messages import Scene, SceneObject, Touch
+from hapticvlm.messages import SceneObject
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 from hapticvlm.rendering.vibration.voices import Command, Voices
 from hapticvlm.session.actions import PlayVibration
-from hapticvlm.session.session import SceneSession
-from hapticvlm.session.settings import SessionSettings
 
 BLOCK, SPEED_MPS = 480, 3.0
 
 
 def swung(thickness_m):
     """Swing an object of this thickness for a second; what the palm speaker would play, (N,)."""
-    session, ring, voices = SceneSession(SessionSettings(owner=True)), Ring.create(), Voices()
-    thing = SceneObject(object_id="rod", material="metal", thickness_m=thickness_m)
-    session.receive(Scene(id=1, objects=[thing], replace=True), 0.0)
+    rod = SceneObject(object_id="rod", material="metal", thickness_m=thickness_m)
+    session, ring, voices = owner(rod), Ring.create(), Voices()
+    swing = {"interaction": "swing", "speed_mps": SPEED_MPS, "force_n": 0.0}
     blocks, taken = [], 0
     for now in np.arange(0.0, 1.2, BLOCK / RATE_HZ):
-        touch = Touch(
-            id=2,
-            phase="approach",
-            object_id="rod",
-            interaction="swing",
-            hand="right",
-            speed_mps=SPEED_MPS,
-            force_n=0.0,
-            captured_at=now,
-        )
-        for action in session.receive(touch, now):
-            if isinstance(action, PlayVibration):
-                ring.put(action.command, now)
+        for play in only(
+            session.receive(touch("approach", "rod", now, **swing), now), PlayVibration
+        ):
+            ring.put(play.command, now)
         for number, _, order in ring.take(taken):
             assert isinstance(order, Command)
             voices.apply(order)

@@ -1,7 +1,10 @@
 """Texture maps: asked for once where names and shaders leave a surface open, and believed."""
 
+from functools import partial
+
 import pytest
 from msgspec.structs import replace
+from session_messages import only, owner, replies, scene, touch
 
 from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.messages import (
@@ -9,18 +12,14 @@ from hapticvlm.messages import (
     Frame,
     MessageError,
     ObjectSurface,
-    Scene,
     SceneObject,
     Shader,
     Skipped,
     Textures,
-    Touch,
 )
 from hapticvlm.rendering.heat.limits import AT_REST
 from hapticvlm.session import textures
-from hapticvlm.session.actions import Reply
-from hapticvlm.session.session import MAX_TEXTURE_PX, SceneSession
-from hapticvlm.session.settings import SessionSettings
+from hapticvlm.session.session import MAX_TEXTURE_PX
 from hapticvlm.session.targets import RecognitionRequest
 
 PLANKS = "0123456789abcdef0123456789abcdef"
@@ -29,15 +28,11 @@ OPEN = ObjectSurface(name="mat14", texture=PLANKS)
 WALL = ObjectSurface(name="mat15", texture=BRICKS)
 
 
-def session_of(*objects: SceneObject) -> SceneSession:
-    session = SceneSession(SessionSettings(owner=True))
-    state(session, *objects)
-    return session
+session_of = partial(owner, ambient_c=22.0)
 
 
-def state(session, *objects, replace=True, **fields):
-    scene = Scene(id=1, objects=list(objects), replace=replace, ambient_c=22.0, **fields)
-    return session.receive(scene, 0.0)
+def state(session, *objects, **fields):
+    return session.receive(scene(*objects, ambient_c=22.0, **fields), 0.0)
 
 
 def room(*surfaces: ObjectSurface, object_id: str = "room", **fields) -> SceneObject:
@@ -52,11 +47,6 @@ def asked(session, ticks: int = 200) -> list[str]:
         for message in replies(session.tick(1.0 + 0.02 * tick, AT_REST), Textures)
     ]
     return [texture for event in events for texture in event.hashes]
-
-
-def replies(actions, kind):
-    messages = [action.message for action in actions if isinstance(action, Reply)]
-    return [message for message in messages if isinstance(message, kind)]
 
 
 def map_of(surface: int = 0, object_id: str = "room", side: int = 16, **fields) -> Frame:
@@ -77,27 +67,13 @@ def map_of(surface: int = 0, object_id: str = "room", side: int = 16, **fields) 
 
 def read(session, material: str, belief: float, **fields):
     """Send a map and give the session what it showed; return the actions that follow."""
-    [request] = [
-        action
-        for action in session.receive(map_of(**fields), 2.0)
-        if isinstance(action, RecognitionRequest)
-    ]
+    [request] = only(session.receive(map_of(**fields), 2.0), RecognitionRequest)
     evidence = Evidence("texture", ((material, belief),))
     return session.recognised(request, evidence, {"texture": 30.0}, 2.1)
 
 
 def touched(session, surface=0, at=3.0, object_id="room"):
-    touch = Touch(
-        id=2,
-        phase="contact",
-        object_id=object_id,
-        surface=surface,
-        hand="right",
-        speed_mps=0.3,
-        force_n=1.5,
-        captured_at=at,
-    )
-    return replies(session.receive(touch, at), Decision)
+    return replies(session.receive(touch("contact", object_id, at, surface=surface), at), Decision)
 
 
 def test_only_maps_of_surfaces_left_open_are_asked_for_and_each_once():
@@ -184,11 +160,8 @@ def test_a_sure_map_needs_no_frame_and_an_unsure_one_leaves_the_encoder_to_speak
     live = {"purpose": "live", "id": 4}
     for object_id, count in (("room", 0), ("hall", 1)):
         frame = replace(map_of(object_id=object_id), **live)
-        requests = [
-            action
-            for action in session.receive(frame, 5.0)
-            if isinstance(action, RecognitionRequest) and action.reference_material is None
-        ]
+        requests = only(session.receive(frame, 5.0), RecognitionRequest)
+        requests = [each for each in requests if each.reference_material is None]
         things = [item for item in requests if getattr(item.target, "object_id", "") == object_id]
         assert len(things) == count
 

@@ -1,12 +1,15 @@
 """Messages to a session, and the session that owns the outputs; no socket is involved."""
 
+from collections.abc import Iterable
+from typing import TypeVar
+
 import numpy as np
 import simplejpeg
 
 from hapticvlm.messages import Frame, Scene, SceneObject, Touch
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.heat.limits import PlateReading
-from hapticvlm.session.actions import Reply
+from hapticvlm.session.actions import Action, Reply
 from hapticvlm.session.session import SceneSession
 from hapticvlm.session.settings import SessionSettings
 
@@ -20,6 +23,7 @@ READING = PlateReading(
     heated_s=0.0,
     faults=(),
 )
+T = TypeVar("T")
 PIXEL = simplejpeg.encode_jpeg(np.full((32, 32, 3), 90, np.uint8))
 
 
@@ -43,11 +47,11 @@ def owner(*objects, **fields):
     return session
 
 
-def only(actions, kind):
+def only(actions: Iterable[Action], kind: type[T]) -> list[T]:
     return [action for action in actions if isinstance(action, kind)]
 
 
-def replies(actions, kind):
+def replies(actions: Iterable[Action], kind: type[T]) -> list[T]:
     return [a.message for a in only(actions, Reply) if isinstance(a.message, kind)]
 
 
