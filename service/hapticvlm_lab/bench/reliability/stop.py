@@ -15,7 +15,7 @@ import random
 import sys
 import time
 from collections.abc import AsyncIterator
-from contextlib import ExitStack, asynccontextmanager, suppress
+from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -27,9 +27,9 @@ from rich.table import Table
 from hapticvlm import __version__
 from hapticvlm.client import connect
 from hapticvlm.client.connection import Client, Refused
-from hapticvlm.client.local_service import Service, ServiceError
+from hapticvlm.client.local_service import Service, running
 from hapticvlm_lab.bench.reliability.board import OFF, PtyBoard, board_on_a_terminal
-from hapticvlm_lab.bench.reliability.stop_conditions import CONDITIONS, Condition, Press, Start
+from hapticvlm_lab.bench.reliability.stop_conditions import CONDITIONS, Condition, Press
 from hapticvlm_lab.bench.rigs import priority, set_priority
 
 MARK_MS = 50.0
@@ -38,6 +38,7 @@ SERVER_PRIORITY = 25
 DRIVEN_WITHIN_S = 180.0  # from the contact to vibration and a driven plate, on a busy machine
 DRIVEN_FOR_S = (0.1, 0.4)  # random, so that no stop falls in step with anything
 SLIDE_S = 0.02
+WATCHED_S = 0.35  # from a stop on
 CLEAR_S = 0.3
 KETTLE = {"object_id": "kettle", "material": "wood", "temperature_c": 5.0}
 
@@ -81,15 +82,20 @@ def run(*, as_json: bool) -> int:
     """Measure, print a table or JSON. Returns 1 if a p99 is above the mark or a condition failed.
 
     A condition that fails is reported with its reason, and the others are measured. Raises
-    SinkError.
+    SinkError, ServiceError.
     """
     console = Console(quiet=as_json, width=150)
     rows: list[dict[str, Any]] = []
     with null_sink() as server, priority(realtime=True), recording() as recorded:
         _raise_priority(server, recorded)
-        for service in dict.fromkeys(each.service for each in CONDITIONS.values()):
-            alike = {name: each for name, each in CONDITIONS.items() if each.service is service}
-            rows += _with_service(service, alike, recorded, console)
+        devices = ["--speaker", "Palm", "--peltier"]
+        with board_on_a_terminal() as board, running([*devices, board.port]) as service:
+            for name, condition in CONDITIONS.items():
+                with console.status(name):
+                    row = _row(condition, Outputs(recorded, board), service)
+                rows.append({"condition": name, **row})
+                recorded.chunks.clear()
+                print(json.dumps(rows[-1]), file=sys.stderr, flush=True)
     console.print(_table(rows))
     if as_json:
         print(json.dumps({"measure": "stop", "hapticvlm": __version__, "rows": rows}))
@@ -129,61 +135,27 @@ def _holds(row: dict[str, Any]) -> bool:
     return "failed" not in row and max(row[what]["p99"] for what in ("silent", "bridge")) <= MARK_MS
 
 
-def _with_service(
-    start: Start,
-    conditions: dict[str, Condition],
-    recorded: Recording,
-    console: Console,
-) -> list[dict[str, Any]]:
-    rows = []
-    with ExitStack() as stack:
-        board = stack.enter_context(board_on_a_terminal())
-        try:
-            service = stack.enter_context(start(["--speaker", "Palm", "--peltier", board.port]))
-        except ServiceError as error:
-            return [{"condition": name, "failed": f"no service: {error}"} for name in conditions]
-        for name, condition in conditions.items():
-            count = condition.most or TRIALS
-            outputs = Outputs(recorded, board)
-            with console.status(name):
-                rows.append({"condition": name, **_row(condition, outputs, service, count)})
-            recorded.chunks.clear()
-            print(json.dumps(rows[-1]), file=sys.stderr, flush=True)
-    return rows
-
-
-def _row(condition: Condition, outputs: Outputs, service: Service, count: int) -> dict[str, Any]:
+def _row(condition: Condition, outputs: Outputs, service: Service) -> dict[str, Any]:
     """Measure one condition: its figures, or the reason why there are none."""
     try:
         with condition.load(service):
-            figures = summary(asyncio.run(_measure(condition, outputs, service, count)))
+            figures = summary(asyncio.run(_measure(condition, outputs, service)))
     except Exception as error:  # noqa: BLE001 - a browser's or a client's; the other rows go on
         figures = {"failed": f"{type(error).__name__}: {error}"}
     return {**figures, "load": round(os.getloadavg()[0], 1)}
 
 
-async def _measure(
-    condition: Condition, outputs: Outputs, service: Service, count: int
-) -> list[Trial]:
+async def _measure(condition: Condition, outputs: Outputs, service: Service) -> list[Trial]:
     async with _touching(service.url) as hand, condition.presser(service) as press:
-        return [await _trial(condition, outputs, hand, press, service) for _ in range(count)]
+        return [await _trial(outputs, hand, press) for _ in range(TRIALS)]
 
 
-async def _trial(
-    condition: Condition,
-    outputs: Outputs,
-    hand: _Hand,
-    press: Press,
-    service: Service,
-) -> Trial:
+async def _trial(outputs: Outputs, hand: _Hand, press: Press) -> Trial:
     hand.touch()
     await _driven(outputs)
-    await asyncio.sleep(condition.steady_s + random.uniform(*DRIVEN_FOR_S))
-    if condition.strike is not None:
-        condition.strike(service)
-        await asyncio.sleep(random.uniform(0.0, condition.struck_s))
+    await asyncio.sleep(random.uniform(*DRIVEN_FOR_S))
     pressed, answered = await press()
-    until = pressed + condition.watched_s
+    until = pressed + WATCHED_S
     await asyncio.sleep(until - time.monotonic())
     await hand.lift()
     await asyncio.sleep(CLEAR_S)  # the board's diary and the last sounds are still on their way
