@@ -15,6 +15,7 @@ from PIL import Image
 from hapticvlm.client.local_service import ServiceError, running
 from hapticvlm.devices.speaker.engine import AudioSettings, Engine
 from hapticvlm.devices.speaker.ring import Ring
+from hapticvlm.evidence.ladder import decide, ranked
 from hapticvlm.evidence.lexicon import read_lexicon
 from hapticvlm.evidence.names import from_name
 from hapticvlm.materials import LIMITS, MATERIALS, MaterialError, Mode, derive
@@ -263,6 +264,26 @@ def test_a_word_of_two_materials_is_shared(tmp_path: Path) -> None:
     assert evidence is not None
     assert {name for name, _ in evidence.beliefs} == {"one", "other"}
     assert evidence.confidence < 0.5
+
+
+def test_a_child_takes_nothing_from_its_parent_until_it_is_known_by_itself(
+    table: dict[str, Any],
+) -> None:
+    def said(**beliefs: float) -> tuple[str, float]:
+        verdict = decide([ranked("encoder", beliefs)], table)
+        return verdict.material, round(verdict.confidence, 2)
+
+    assert said(wood=0.4, burr=0.35, metal=0.1) == ("wood", 0.75)
+    assert said(wood=0.2, burr=0.55, metal=0.1) == ("burr", 0.55)
+    assert said(wood=0.2, burr=0.2, metal=0.45)[0] == "unknown"
+    assert said(glass=0.1, obsidian=0.3, metal=0.45)[0] == "unknown"
+
+
+def test_a_name_of_two_children_is_felt_as_their_parent(tmp_path: Path) -> None:
+    own('like = "wood"\nwords = ["burl"]', tmp_path, "one")
+    own('like = "wood"\nwords = ["burl"]', tmp_path, "other")
+    table = dict(table_with(read_folder(tmp_path)))
+    assert decision_of(session_with(table, name="burl")[1]).material == "wood"
 
 
 def session_with(table: dict[str, Any], **facts: Any) -> tuple[SceneSession, list[Any]]:

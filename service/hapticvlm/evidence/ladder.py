@@ -131,14 +131,35 @@ def is_sure(evidence: Sequence[Evidence]) -> bool:
     return statement is not None or max(pool(evidence).values()) >= SURE
 
 
-def decide(evidence: Sequence[Evidence]) -> Verdict:
-    """Return the verdict on the evidence so far; unknown if no belief reaches KNOWN."""
+def with_children(
+    beliefs: Mapping[str, float], table: Mapping[str, materials.Material]
+) -> dict[str, float]:
+    """Count what is believed in a user's material as belief in its class, unless it is KNOWN.
+
+    Walnut is wood: pictures between the two are no doubt about wood, so both are one belief until
+    the child passes by itself.
+    """
+    joined = dict(beliefs)
+    for name, belief in beliefs.items():
+        parent = table[name].like if name in table else None
+        if parent is not None and parent in beliefs and belief < KNOWN:
+            joined[parent] += joined.pop(name)
+    return joined
+
+
+def decide(
+    evidence: Sequence[Evidence], table: Mapping[str, materials.Material] = materials.MATERIALS
+) -> Verdict:
+    """Return the verdict on the evidence so far; unknown if no belief reaches KNOWN.
+
+    `table` has the user's materials, too, each of which is within its class (`with_children`).
+    """
     gathered = tuple(evidence)
     informative = _informative(evidence)
     if not informative:
         return Verdict(materials.UNKNOWN, 0.0, None, "unknown", gathered, {})
     statement = _statement(informative)
-    posterior = _posterior(informative, statement)
+    posterior = with_children(_posterior(informative, statement), table)
     named = [name for name in posterior if name != materials.LIVING]
     best, second = sorted(named, key=lambda name: -posterior[name])[:2]
     confidence = posterior[best]

@@ -118,7 +118,7 @@ def _row(
         evidence = evidence if shown is None else (*evidence, shown)
     said = scene_objects.surface_name_of(declared)
     detail = sub_materials.from_name(declared.name or "", lexicon, said)
-    verdict = ladder.decide(evidence)
+    verdict = ladder.decide(evidence, table)
     refined = detail.refine(table)
     inputs = decisions.DecisionInputs(
         verdict=verdict,

@@ -269,7 +269,7 @@ class SceneObjects:
         if known is None:
             known = self._new(target)
         if known.verdict is None:
-            known.verdict = ladder.decide(self._evidence(target, known))
+            known.verdict = ladder.decide(self._evidence(target, known), self._table)
         return known
 
     def facts(self, target: ThingTarget) -> SceneObject | None:
@@ -400,7 +400,7 @@ class SceneObjects:
 
     def _decide_again(self, target: ThingTarget, known: ObjectState) -> Verdict:
         """Decide from all evidence, and with a whole object on the surfaces that it stands for."""
-        new = ladder.decide(self._evidence(target, known))
+        new = ladder.decide(self._evidence(target, known), self._table)
         known.verdict = ladder.apply_hysteresis(known.verdict, new)
         if isinstance(target, ObjectTarget) and target.surface == 0:
             for surface in self.surfaces_known(target.object_id)[1:]:

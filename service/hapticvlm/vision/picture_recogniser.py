@@ -16,7 +16,7 @@ from types import MappingProxyType
 
 import msgspec
 
-from hapticvlm.evidence.ladder import Verdict, decide, fuse, restrict
+from hapticvlm.evidence.ladder import Verdict, decide, fuse, restrict, with_children
 from hapticvlm.evidence.shader import from_shader
 from hapticvlm.materials import LIVING, Material, MaterialError
 from hapticvlm.messages import Region
@@ -138,8 +138,10 @@ class PictureRecogniser:
         frames = views(frame) if outline else [frame]
         shown = [self._recogniser.compare(view, [view.region])[0] for view in frames]
         evidence = restrict(fuse(shown), among)
-        verdict = decide([evidence])
-        return self._result(verdict, dict(evidence.beliefs), is_outlined=len(frames) > 1)
+        verdict = decide([evidence], self._table)
+        beliefs = with_children(dict(evidence.beliefs), self._table)
+        ranked = sorted(beliefs.items(), key=lambda item: -item[1])
+        return self._result(verdict, dict(ranked), is_outlined=len(frames) > 1)
 
     def recognise_texture(
         self,
@@ -162,7 +164,8 @@ class PictureRecogniser:
         frame = msgspec.structs.replace(read_frame(picture, None), region=region)
         shader = from_shader(metallic, roughness, None, None)
         texture = self._recogniser.read_texture(frame)
-        verdict = decide([restrict(item, among) for item in (shader, texture) if item is not None])
+        given = [restrict(item, among) for item in (shader, texture) if item is not None]
+        verdict = decide(given, self._table)
         ranked = sorted(verdict.beliefs.items(), key=lambda item: -item[1])
         beliefs = {name: belief for name, belief in ranked if belief >= LEAST}
         return self._result(verdict, beliefs, is_outlined=False)

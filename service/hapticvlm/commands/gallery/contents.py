@@ -79,11 +79,12 @@ def measure(
     labelled = find_pictures(options.pictures, [*table_with(user_materials), UNKNOWN])
     shown = embed(track(labelled, "reading the pictures"), encoder, outline=options.outline)
     views = [rows for rows, _ in shown]
+    table = table_with(user_materials)
     confusion: Confusion = {}
     for picture, (rows, flat) in zip(labelled, shown, strict=True):
         pairs = zip(rows, flat, strict=True)
         evidence = [gallery.match(row, is_flat=each) for row, each in pairs]
-        verdict = ladder.decide([ladder.fuse(evidence)])
+        verdict = ladder.decide([ladder.fuse(evidence)], table)
         confusion.setdefault(picture.material, Counter())[verdict.material] += 1
     return {
         "enrolled": sum(bool((rows @ gallery.references.T >= SAME).any()) for rows in views),
