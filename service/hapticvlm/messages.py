@@ -48,6 +48,8 @@ ErrorCode = Literal[
 `model`: a network failed; `not_owner`: another scene owns the outputs."""
 Scope = Literal["all", "speaker", "peltier"]
 """The outputs that a stop turns off. `speaker` includes controllers."""
+MOST_SPEED_MPS, MOST_FORCE_N = 20.0, 200.0  # of a touch
+GENTLE_N = 1.5  # the force of a touch whose engine computes none
 Phase = Literal["approach", "contact", "slide", "release"]
 """`approach`: near, not touching yet; `contact`: touching without sliding; `slide`: sliding along
 the surface; `release`: no longer touching."""
@@ -304,9 +306,9 @@ class Touch(Wire, frozen=True, tag="touch", tag_field="type"):
     """Time of the touch, on the client's clock."""
     hand: HandName
     """Hand that touches."""
-    speed_mps: Annotated[float, Meta(ge=0.0, le=20.0)]
+    speed_mps: Annotated[float, Meta(ge=0.0, le=MOST_SPEED_MPS)]
     """Speed of the hand relative to the surface; at contact, the impact speed."""
-    force_n: Annotated[float, Meta(ge=0.0, le=200.0)]
+    force_n: Annotated[float, Meta(ge=0.0, le=MOST_FORCE_N)]
     """Contact force; send 1.5 if the engine does not compute forces."""
     object_id: ObjectId | None = None
     """Object touched. Either this or `region` is required, except for release and swing."""

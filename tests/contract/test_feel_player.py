@@ -9,7 +9,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-from feel_parity import GOLDEN, Deviation, deviations
+from feel_parity import (
+    FITTED,
+    GOLDEN,
+    HOSTILE,
+    REFUSED,
+    Deviation,
+    assert_wrong_values_are_fitted,
+    deviations,
+)
 from heard_parity import (
     TOUCHES,
     assert_is_the_sound_voice,
@@ -83,6 +91,10 @@ def test_every_material_touch_and_speed_is_as_strong_as_the_services() -> None:
     table = deviations(cases, played(cases))
     assert len(table) == len(MATERIALS) * len(INTERACTIONS) * 3
     assert [each for each in table if not each.is_small] == []
+
+
+def test_a_wrong_value_is_taken_as_the_service_takes_it_and_a_wrong_word_is_not_felt() -> None:
+    assert_wrong_values_are_fitted(played([*HOSTILE, *FITTED, *REFUSED]))
 
 
 def test_a_file_of_another_version_is_refused_with_what_to_do(tmp_path: Path) -> None:

@@ -116,9 +116,15 @@ func _play(case: Dictionary) -> Dictionary:
 	return {"name": case.name, "events": case.events.map(_play_event.bind(player, case.name))}
 
 
+## Numbers that JSON lacks come as text.
+func _number(value: Variant) -> float:
+	var told := {"NaN": NAN, "Infinity": INF, "-Infinity": -INF}
+	return told.get(value, float(value)) if value is String else value
+
+
 func _play_event(event: Dictionary, player: FeelPlayer, case: String) -> Dictionary:
 	if event.has("touch"):
-		player.touch(event.touch, event.at_s)
+		player.touch(event.touch.merged({"speed_mps": _number(event.touch.speed_mps), "force_n": _number(event.touch.force_n)}, true), event.at_s)
 	elif event.has("stop"):
 		player.stop()
 	else:

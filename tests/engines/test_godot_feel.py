@@ -15,7 +15,7 @@ from typing import Any
 import identity
 import numpy as np
 import pytest
-from feel_parity import GOLDEN, deviations
+from feel_parity import FITTED, GOLDEN, HOSTILE, REFUSED, assert_wrong_values_are_fitted, deviations
 from godot_pack import pack, project_files
 from godot_scene import CHROMIUM, ENGINE, LLVMPIPE, PATIENCE_S, PROJECT, TEMPLATE
 from heard_parity import TOUCHES, assert_is_the_true_voice, true_voice
@@ -63,17 +63,25 @@ class Played:
     changed: dict[str, NDArray[np.float64]]  # of a stroke, half of them before the named change
     speaker: dict[str, Any]  # what a HapticSpeaker put out in each phase
     sounds_us: dict[str, list[float]]  # by interaction
+    refused: list[str]  # what it told of touches that it does not take
 
 
 @pytest.fixture(scope="module")
 def gdscript() -> Played:
     """The golden cases in Godot in Chromium."""
-    return played(GOLDEN)
+    return played([*GOLDEN, *HOSTILE, *FITTED, *REFUSED])
 
 
 def test_it_plans_every_golden_touch_as_the_service_does(gdscript: Played) -> None:
-    table = deviations(GOLDEN, gdscript.cases)
+    table = deviations(GOLDEN, gdscript.cases[: len(GOLDEN)])
     assert [each for each in table if not each.is_small] == []
+
+
+def test_a_wrong_value_is_taken_as_the_service_takes_it_and_a_wrong_word_is_not_felt(
+    gdscript: Played,
+) -> None:
+    assert_wrong_values_are_fitted(gdscript.cases[len(GOLDEN) :])
+    assert len(gdscript.refused) == len(REFUSED)  # once for each word
 
 
 @pytest.mark.realtime
@@ -217,7 +225,9 @@ def played(cases: list[dict[str, Any]]) -> Played:
             assert time.monotonic() < end, f"{len(said)} cases; {complaints[-5:]}"
             page.wait_for_timeout(100)
         browser.close()
-    assert complaints == [], complaints[:6]
+    refused = [text for text in complaints if "a touch is not felt" in text]
+    others = [text for text in complaints if "a touch is not felt" not in text]
+    assert [text for text in others if "at: push_warning" not in text] == []
     details: dict[str, list[dict[str, Any]]] = {}
     for each in said:
         details.setdefault(each["what"], []).append(each["detail"])
@@ -230,6 +240,7 @@ def played(cases: list[dict[str, Any]]) -> Played:
         changed={one["name"]: np.array(one["wave"]) for one in details["change"]},
         speaker=details["speaker"][0],
         sounds_us=done["sounds_us"],
+        refused=refused,
     )
 
 

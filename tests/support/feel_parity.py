@@ -22,6 +22,47 @@ EDGE = 0.0705
 FELT = 0.1  # amplitude from which a frequency is compared
 
 
+# Each value that a program gets wrong, as a player is told it, and as the service takes it.
+_SPEEDS = {"NaN": 0.0, "Infinity": 20.0, "-Infinity": 0.0, "1e300": 20.0, "-2": 0.0}
+_FORCES = {"NaN": 1.5, "Infinity": 200.0, "-Infinity": 0.0, "1e300": 200.0, "-2": 0.0}
+WRONG = [("speed_mps", *pair) for pair in _SPEEDS.items()]
+WRONG += [("force_n", *pair) for pair in _FORCES.items()]
+WORDS = [("phase", "hover"), ("hand", "none"), ("interaction", "rub")]
+
+
+def _case(kind: str, field: str, value: object) -> Json:
+    touch = {"hand": "right", "object_id": "wood", "speed_mps": 0.3, "force_n": 2.0}
+    touch |= {"phase": "contact", "interaction": kind, field: value}
+    plans = [{"at_s": at_s, "plan": "right"} for at_s in (10.0, 10.05)]
+    return {"name": f"{kind} {field} {value}", "events": [{"at_s": 10.0, "touch": touch}, *plans]}
+
+
+KINDS = ("tap", "press", "slide", "carve", "swing")
+HOSTILE = [_case(kind, field, value) for kind in KINDS for field, value, _ in WRONG]
+FITTED = [_case(kind, field, value) for kind in KINDS for field, _, value in WRONG]
+REFUSED = [_case("slide", field, word) for field, word in WORDS]
+
+
+def plans(played: list[Json]) -> list[list[Json]]:
+    """Return the plans of each case, every number of which is finite."""
+    found = [[event for event in case["events"] if "amplitude" in event] for case in played]
+    assert "Infinity" not in json.dumps(found)
+    assert "NaN" not in json.dumps(found)
+    forms = ("amplitude", "parametric")
+    return [[{form: event[form] for form in forms} for event in case] for case in found]
+
+
+def assert_wrong_values_are_fitted(played: list[Json]) -> None:
+    """Compare the plans of HOSTILE, FITTED and REFUSED, in this order."""
+    found = plans(played)
+    count = len(HOSTILE)
+    wrong, fitted, refused = found[:count], found[count : 2 * count], found[2 * count :]
+    triples = zip(HOSTILE, wrong, fitted, strict=True)
+    assert [case["name"] for case, one, other in triples if one != other] == []
+    assert len(refused) == len(REFUSED)
+    assert not any(event["amplitude"]["amplitude"] for case in refused for event in case)
+
+
 @dataclass(frozen=True)
 class Deviation:
     """Of all plans of one case: the largest deviation of amplitude, of frequency and of onset."""

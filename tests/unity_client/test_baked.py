@@ -10,7 +10,7 @@ import identity
 import mono
 import numpy as np
 import pytest
-from feel_parity import GOLDEN, deviations
+from feel_parity import FITTED, GOLDEN, HOSTILE, REFUSED, assert_wrong_values_are_fitted, deviations
 from heard_parity import (
     TOUCHES,
     assert_is_the_sound_voice,
@@ -29,6 +29,13 @@ def test_it_plans_every_golden_touch_as_the_service_does(build: mono.Build) -> N
     printed = build.run("baked.exe", str(FEEL), text=json.dumps(GOLDEN), timeout=120.0 * PACE)
     table = deviations(GOLDEN, json.loads(printed))
     assert [each for each in table if not each.is_small] == []
+
+
+def test_a_wrong_value_is_taken_as_the_service_takes_it_and_a_wrong_word_is_not_felt(
+    build: mono.Build,
+) -> None:
+    cases = json.dumps([*HOSTILE, *FITTED, *REFUSED])
+    assert_wrong_values_are_fitted(json.loads(build.run("baked.exe", str(FEEL), text=cases)))
 
 
 def test_it_finds_things_in_a_bake_as_the_shared_cases_say(build: mono.Build) -> None:

@@ -50,11 +50,13 @@ class FeelPlayer {
 
   /** Factor of every vibration, 0 to 1. */
   set gain(value) {
-    for (const {planner} of Object.values(this.#hands)) planner.gain = value;
+    for (const {planner} of Object.values(this.#hands)) planner.gain = within(1, value, 1);
   }
 
   /** Receives a touch at `now`; returns whether it begins an impact, which asks for a plan at once. */
-  touch(touch, now) {
+  touch(given, now) {
+    const touch = fitted(given, this.#feel.rules.touch);
+    if (!touch) return false;
     const hand = this.#hands[touch.hand];
     if (touch.phase === 'release') {
       hand.isArmed = hand.isHeld;
@@ -110,13 +112,33 @@ class FeelPlayer {
       force: touch.force_n,
       seed: this.#onsets,
       expiresAt: hand.leaseUntil,
-      gain: IMPACTS.includes(interaction) ? surface.impact_gain ?? 1 : 1,
+      gain: IMPACTS.includes(interaction) ? within(1, surface.impact_gain, 1) : 1,
       thickness: interaction === 'swing' ? surface.thickness_m : undefined,
       hum: hand.touches ? surface.hum : undefined,
     };
     hand.planner.apply(command, now);
     hand.heard?.apply(command);
   }
+}
+
+const told = new Set();
+
+/** Returns a touch as the service takes it: its quantities within the limits. An unknown word is told once, and undefined returned. */
+function fitted(touch, {fastest_mps: fastest, strongest_n: strongest, gentle_n: gentle, ...words}) {
+  for (const [name, known] of Object.entries(words)) {
+    const word = touch[name];
+    if (known.includes(word) || (name === 'interaction' && word == null)) continue;
+    const text = `a touch is not felt: its ${name} is \`${word}\`, not one of ${known.join(', ')}`;
+    if (!told.has(text) && told.size < 100) console.warn(text);
+    told.add(text);
+    return undefined;
+  }
+  return {...touch, speed_mps: within(fastest, touch.speed_mps, 0), force_n: within(strongest, touch.force_n, gentle)};
+}
+
+/** Returns a quantity between 0 and `most`; `missing` for what is no number. */
+function within(most, value, missing) {
+  return typeof value !== 'number' || Number.isNaN(value) ? missing : Math.min(most, Math.max(0, value));
 }
 
 const RELEASED = {leaseUntil: null, touches: false, vibrates: false, slides: false, interaction: undefined};

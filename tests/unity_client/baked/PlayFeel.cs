@@ -96,10 +96,16 @@ public static class PlayFeel
             Phase = (string)touch["phase"],
             Hand = (string)touch["hand"],
             Interaction = (string)interaction,
-            SpeedMps = (double)touch["speed_mps"],
-            ForceN = (double)touch["force_n"],
+            SpeedMps = Number(touch["speed_mps"]),
+            ForceN = Number(touch["force_n"]),
             Surface = surface == null ? null : new FeltSurface { Material = (string)surface },
         };
+    }
+
+    // Numbers that JSON lacks come as text.
+    private static double Number(object value)
+    {
+        return value is string ? double.Parse((string)value, CultureInfo.InvariantCulture) : (double)value;
     }
 
     private static string Text(FeltPlan plan)

@@ -208,7 +208,7 @@ namespace HapticVLM.Baked
     internal sealed class Rules
     {
         public readonly double LeaseS;
-        public readonly Table Impacts, Textures, Press, Voices, Plan, Perception;
+        public readonly Table Touch, Impacts, Textures, Press, Voices, Plan, Perception;
         public readonly double[] LogContactS, GridHz, ThresholdHz, ThresholdDb;
         public readonly double SmoothS, FadeS;
         public readonly int Chunk, PlanHz, MaxRinging, MaxImpacts, MaxFadingTextures;
@@ -216,6 +216,7 @@ namespace HapticVLM.Baked
         public Rules(Table table)
         {
             LeaseS = table.Number("lease_s");
+            Touch = table.Part("touch");
             Impacts = table.Part("impacts");
             Textures = table.Part("textures");
             Press = table.Part("press");

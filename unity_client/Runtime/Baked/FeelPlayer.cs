@@ -57,7 +57,11 @@ namespace HapticVLM.Baked
         internal static readonly HashSet<string> Textures = new HashSet<string> { "slide", "carve", "swing" };
         private readonly Feel feel;
         private readonly Dictionary<string, Hand> hands = new Dictionary<string, Hand>();
+        private readonly HashSet<string> told = new HashSet<string>();
         private int onsets;
+
+        /// <summary>Told once for each unknown word of a touch, which is then not felt.</summary>
+        public Action<string> Refused;
 
         /// <summary>With soundHz above 0, Render gives the touches as sound, too.</summary>
         public FeelPlayer(Feel feel, int soundHz = 0)
@@ -69,12 +73,17 @@ namespace HapticVLM.Baked
         /// <summary>Factor of every vibration, 0 to 1.</summary>
         public double Gain
         {
-            set { foreach (Hand hand in hands.Values) hand.Planner.Gain = value; }
+            set { foreach (Hand hand in hands.Values) hand.Planner.Gain = Within(1.0, value, 1.0); }
         }
 
         /// <summary>Receives a touch; returns whether it begins an impact, which asks for a plan at once.</summary>
         public bool Touch(FeltTouch touch, double now)
         {
+            Rules rules = feel.Rules;
+            bool isKnown = IsKnown(rules, "hand", touch.Hand) && IsKnown(rules, "phase", touch.Phase);
+            if (!isKnown || (touch.Interaction != null && !IsKnown(rules, "interaction", touch.Interaction))) return false;
+            touch.SpeedMps = Within(rules.Touch.Number("fastest_mps"), touch.SpeedMps, 0.0);
+            touch.ForceN = Within(rules.Touch.Number("strongest_n"), touch.ForceN, rules.Touch.Number("gentle_n"));
             Hand hand = hands[touch.Hand];
             if (touch.Phase == "release")
             {
@@ -148,6 +157,21 @@ namespace HapticVLM.Baked
             return left;
         }
 
+        bool IsKnown(Rules rules, string name, string word)
+        {
+            List<object> known = rules.Touch.List(name);
+            if (known.Contains(word)) return true;
+            string text = "a touch is not felt: its " + name + " is `" + word + "`, not one of " + string.Join(", ", known);
+            if (told.Count < 100 && told.Add(text) && Refused != null) Refused(text);
+            return false;
+        }
+
+        /// <summary>A quantity between 0 and `most`; `missing` for NaN.</summary>
+        static double Within(double most, double value, double missing)
+        {
+            return double.IsNaN(value) ? missing : Math.Min(most, Math.Max(0.0, value));
+        }
+
         private void Play(Hand hand, FeltTouch touch, bool onset, double now)
         {
             onsets += onset ? 1 : 0;
@@ -162,7 +186,7 @@ namespace HapticVLM.Baked
                 Force = touch.ForceN,
                 Seed = onsets,
                 ExpiresAt = hand.LeaseUntil,
-                Gain = Impacts.Contains(interaction) ? Math.Min(surface.ImpactGain, 1.0) : 1.0,
+                Gain = Impacts.Contains(interaction) ? Within(1.0, surface.ImpactGain, 1.0) : 1.0,
                 Thickness = interaction == "swing" ? surface.ThicknessM : null,
                 Hum = hand.Touches ? surface.Hum : null,
             };

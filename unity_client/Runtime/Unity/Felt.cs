@@ -90,7 +90,7 @@ namespace HapticVLM
         public void Open(Feel feel)
         {
             Feel = feel;
-            player = new FeelPlayer(feel) { Gain = gain };
+            player = new FeelPlayer(feel) { Gain = gain, Refused = text => UnityEngine.Debug.LogWarning(text, null) };
         }
 
         public void Switch(FeltMode mode, double now)

@@ -17,6 +17,7 @@ var surface_of: Callable
 var _feel: Dictionary
 var _hands := {}
 var _onsets := 0
+var _told := {}
 
 
 func _init(feel: Dictionary, surfaces: Callable, sound_hz := 0.0) -> void:
@@ -44,7 +45,10 @@ static func open(text: String) -> Dictionary:
 
 ## Receives a touch as `HapticService` sends it; returns whether it begins an impact, which asks
 ## for a plan at once.
-func touch(fields: Dictionary, now: float) -> bool:
+func touch(given: Dictionary, now: float) -> bool:
+	var fields := _fitted(given)
+	if fields.is_empty():
+		return false
 	var hand: Hand = _hands[fields.hand]
 	if fields.phase == "release":
 		hand.is_armed = hand.is_held
@@ -89,7 +93,7 @@ func is_held(name: String) -> bool:
 func plan(name: String, form: String, now: float) -> Dictionary:
 	var hand: Hand = _hands[name]
 	hand.lapse(now)
-	return hand.plan(form, now, gain)
+	return hand.plan(form, now, within(1.0, gain, 1.0))
 
 
 ## Returns whether `render` would give zeros until the next touch.
@@ -116,6 +120,32 @@ func render(count: int, now: float) -> PackedFloat64Array:
 	return wave
 
 
+## Returns a touch as the service takes it: its quantities within the limits; empty, and an unknown
+## word is told once, where it is refused.
+func _fitted(fields: Dictionary) -> Dictionary:
+	var rules: Dictionary = _feel.rules.touch
+	for name: String in ["hand", "phase", "interaction"]:
+		var word: Variant = fields.get(name)
+		if word in rules[name] or (name == "interaction" and word == null):
+			continue
+		var text := "a touch is not felt: its %s is `%s`, not one of %s" % [name, word, rules[name]]
+		if not text in _told and _told.size() < 100:
+			push_warning(text)
+			_told[text] = true
+		return {}
+	var fitted := fields.duplicate()
+	fitted.speed_mps = within(rules.fastest_mps, fields.get("speed_mps"), 0.0)
+	fitted.force_n = within(rules.strongest_n, fields.get("force_n"), rules.gentle_n)
+	return fitted
+
+
+## Returns a quantity between 0 and `most`; `missing` for what is no number.
+static func within(most: float, value: Variant, missing: float) -> float:
+	if not (value is float or value is int) or is_nan(value):
+		return missing
+	return clampf(value, 0.0, most)
+
+
 func _play(hand: Hand, fields: Dictionary, onset: bool, now: float) -> void:
 	_onsets += int(onset)
 	var surface: Dictionary = surface_of.call(fields)
@@ -126,11 +156,11 @@ func _play(hand: Hand, fields: Dictionary, onset: bool, now: float) -> void:
 			"material": surface.get("material"),
 			"interaction": interaction,
 			"onset": onset,
-			"speed": float(fields.speed_mps),
-			"force": float(fields.force_n),
+			"speed": fields.speed_mps,
+			"force": fields.force_n,
 			"seed": _onsets,
 			"expires_at": hand.lease_until,
-			"gain": minf(surface.get("impact_gain", 1.0), 1.0) if is_impact else 1.0,
+			"gain": within(1.0, surface.get("impact_gain"), 1.0) if is_impact else 1.0,
 			"thickness": surface.get("thickness_m") if interaction == "swing" else null,
 			"hum": surface.get("hum") if hand.touches else null,
 		},

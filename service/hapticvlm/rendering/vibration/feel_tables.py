@@ -23,6 +23,7 @@ from __future__ import annotations
 import base64
 import math
 from collections.abc import Mapping, Sequence
+from typing import get_args
 
 import msgspec
 import numpy as np
@@ -30,7 +31,15 @@ from numpy.typing import NDArray
 
 from hapticvlm import perception
 from hapticvlm.materials import Material, Vibration
-from hapticvlm.messages import LEASE_MS
+from hapticvlm.messages import (
+    GENTLE_N,
+    LEASE_MS,
+    MOST_FORCE_N,
+    MOST_SPEED_MPS,
+    HandName,
+    Interaction,
+    Phase,
+)
 from hapticvlm.rendering.vibration import (
     controller_scale,
     grains,
@@ -227,10 +236,22 @@ class PerceptionRules(msgspec.Struct, frozen=True):
     best_hz: float
 
 
+class TouchRules(msgspec.Struct, frozen=True):
+    """What a player takes of a touch: as the protocol's `Touch`; other words are refused."""
+
+    fastest_mps: float
+    strongest_n: float
+    gentle_n: float
+    hand: tuple[str, ...]
+    phase: tuple[str, ...]
+    interaction: tuple[str, ...]
+
+
 class Rules(msgspec.Struct, frozen=True):
     """Every figure that the equations of a player need. `lease_s` is how long a touch holds."""
 
     lease_s: float
+    touch: TouchRules
     impacts: ImpactRules
     textures: TextureRules
     press: PressRules
@@ -275,6 +296,7 @@ def rules() -> Rules:
     """Return the figures that a player needs."""
     return Rules(
         LEASE_MS / 1000.0,
+        _touch_rules(),
         _impact_rules(),
         _texture_rules(),
         PressRules(grains.STRENGTH, grains.MAX_RATE_HZ, grains.BACK),
@@ -347,6 +369,17 @@ def _loop(loop: Loop) -> LoopTable:
 def _draws() -> str:
     rows = [np.random.default_rng(seed).random(DRAWS) for seed in range(SEEDS)]
     return _base64(np.floor(np.array(rows) * 65_536.0).astype("<u2").tobytes())
+
+
+def _touch_rules() -> TouchRules:
+    return TouchRules(
+        fastest_mps=MOST_SPEED_MPS,
+        strongest_n=MOST_FORCE_N,
+        gentle_n=GENTLE_N,
+        hand=get_args(HandName),
+        phase=get_args(Phase),
+        interaction=get_args(Interaction),
+    )
 
 
 def _impact_rules() -> ImpactRules:
