@@ -65,11 +65,6 @@ def test_every_command_explains_itself_in_whole_sentences():
     assert [n for n in commands if not (ALL[n].description or "").strip().endswith(".")] == []
 
 
-def test_examples_stand_as_they_are_written():
-    shown = ALL["hapticvlm serve"].format_help()
-    assert "examples:\n  hapticvlm serve\n" in shown
-
-
 @pytest.mark.parametrize(
     "words",
     [
@@ -114,17 +109,6 @@ def test_a_package_that_will_be_needed_is_asked_for_before_the_service_starts(
     assert line.startswith(f"hapticvlm serve: needs {package}: `")
     assert line.endswith(f"install {installed}`")
     assert not done.stdout
-
-
-def test_the_doctor_ends_with_one_sentence():
-    from hapticvlm.commands.doctor import sentence
-    from hapticvlm.doctor.findings import Finding
-
-    fine, note = Finding("python", "ok", "3.13"), Finding("audio", "note", "none")
-    wrong = Finding("port", "wrong", "taken", "another")
-    assert sentence([fine]).startswith("Nothing is wrong")
-    assert "1 note" in sentence([fine, note])
-    assert "port" in sentence([fine, note, wrong])
 
 
 def test_a_bar_is_drawn_on_a_terminal_and_nowhere_else(capsys):

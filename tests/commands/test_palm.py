@@ -6,7 +6,6 @@ import argparse
 
 import pytest
 
-from hapticvlm.commands import serve
 from hapticvlm.server.options import plate_resistance
 
 
@@ -42,14 +41,3 @@ def test_another_file_is_refused_with_what_to_give(tmp_path, text):
 def test_neither_number_nor_file_says_so(tmp_path, name):
     with pytest.raises(argparse.ArgumentTypeError, match="not a number, and as a file: "):
         plate_resistance(str(tmp_path / name))
-
-
-def test_serve_takes_the_file_too(tmp_path):
-    path = tmp_path / "palm.json"
-    path.write_text('{"calibrate": "plate", "plate_resistance": 2e-3}')
-    parser = argparse.ArgumentParser()
-    serve.add_flags(parser)
-
-    for given in (str(path), "2e-3"):
-        serving = serve.resolve_options(parser.parse_args(["--plate-resistance", given]), {})
-        assert serving.plate_resistance == 2e-3

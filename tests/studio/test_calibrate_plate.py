@@ -236,23 +236,3 @@ def test_a_result_that_cannot_be_written_is_told_all_the_same(tmp_path, capsys):
     said = capsys.readouterr()
     assert "plate resistance 0.000" in said.out
     assert str(nowhere) in said.err
-
-
-def test_a_file_of_something_else_is_refused_with_what_to_give(tmp_path):
-    path = tmp_path / "curve.json"
-    path.write_text('{"calibrate": "speaker", "plate_resistance": 5e-4}')
-
-    with pytest.raises(argparse.ArgumentTypeError, match="calibrate plate --out"):
-        plate_resistance(str(path))
-
-
-@pytest.mark.parametrize(
-    ("given", "complaint"),
-    [
-        (["--peltier", "simulated"], "give --simulate 5e-4 instead"),
-        (["--peltier", "/dev/nowhere"], "/dev/nowhere"),
-    ],
-)
-def test_what_cannot_work_says_what_to_do(given, complaint, capsys):
-    assert main(["calibrate", "plate", *given]) == 2
-    assert complaint in capsys.readouterr().err

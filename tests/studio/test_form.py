@@ -108,11 +108,6 @@ def test_in_a_pilot_by_ear_no_text_speaks_of_a_palm_a_device_or_of_feeling() -> 
         assert named <= {"consent", "trouble"}, language
 
 
-def test_no_text_has_a_number_before_a_plural_that_may_be_one() -> None:
-    for text in leaves(languages.texts("en", Path("nowhere"))).values():
-        assert not re.search(r"\{(?:trials|renderings)\} (?:times|trials remain)", text), text
-
-
 class Nobody(Conductor):
     """A study without devices, of which nothing can be asked."""
 
