@@ -169,18 +169,22 @@ def test_a_link_opens_at_its_moment_and_enter_plays_it(gallery: Page) -> None:
 
 
 @pytest.mark.parametrize(("width", "height"), [(1280, 900), (400, 800)])
-def test_a_surface_stays_where_it_is_when_it_is_touched(
+def test_the_things_of_the_picture_are_touched_and_it_stays_where_it_is(
     browser: Browser, address: str, width: int, height: int
 ) -> None:
     page = browser.new_page(viewport={"width": width, "height": height})
     page.set_default_timeout(SLOW_MS)
     page.goto(address)
-    swatch = page.locator(".swatch").first
+    swatch = page.locator("#photo")
     expect(page.locator("#told")).to_contain_text("Press or stroke")
     swatch.hover()
     before = swatch.bounding_box()
     page.mouse.down()
-    expect(page.locator("#told")).to_contain_text("your hand")
+    expect(page.locator("#told")).to_have_text("wood, your hand")
+    table = page.locator("#lit").get_attribute("points")
+    swatch.hover(position=swatch.evaluate("(e) => ({x: e.clientWidth*.41, y: e.clientHeight*.38})"))
+    expect(page.locator("#told")).to_have_text("metal, your hand")
+    assert page.locator("#lit").get_attribute("points") != table
     expect(page.locator("#hear")).to_have_text("Sound on")
     assert swatch.bounding_box() == before
     page.close()

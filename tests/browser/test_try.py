@@ -94,11 +94,6 @@ def service() -> Iterator[Service]:
         yield found
 
 
-def said_by(*arguments: str) -> str:
-    command = [sys.executable, "-m", "hapticvlm", *arguments]
-    return subprocess.run(command, capture_output=True, text=True, check=True).stdout
-
-
 def level(service: Service) -> float:
     from conftest import status
 
@@ -146,7 +141,8 @@ def test_a_thing_on_a_plain_ground_is_outlined_as_recognise_outlines_it(browser,
     Image.fromarray(drawn("thing")[0]).save(picture)
     with visit(browser, service) as page:
         page.locator("#file").set_input_files(str(picture))
-        told = json.loads(said_by("recognise", "--json", str(picture)))
+        command = [sys.executable, "-m", "hapticvlm", "recognise", "--json", str(picture)]
+        told = json.loads(subprocess.check_output(command))
         assert told["outlined"]
         expect(page.locator("#because")).to_contain_text("outlined on its plain ground")
         material = told["runner_up"] if told["material"] == "unknown" else told["material"]

@@ -1,4 +1,4 @@
-"""Writes the WebXR room and a gallery of the materials as plain files that any web host serves.
+"""Writes a labelled photograph, all materials and the WebXR room as files that any web host serves.
 
 The files lie where the service serves them: its pages at the top, the scene below `scene/`. Their
 addresses are relative, so both find each other below any address. The room's page states that it
@@ -36,6 +36,8 @@ PAGES = (
     "sound.stream.js",
     "sound.voice.js",
     "sound.worklet.js",
+    "try.table.jpg",
+    "try.things.js",
 )
 _HERE = Path(__file__).parent
 _ROOM = "webxr/index.html"

@@ -1,4 +1,4 @@
-// The gallery of the materials: touched, heard and felt from a bake, without a service.
+// A photograph whose things we labelled, and the gallery of the materials: touched, heard and felt from a bake, without a service.
 //
 // Each gesture is a link to itself, such as #glass/strike (moments.js). A page that is opened by it waits there for Enter or
 // a tap.
@@ -7,6 +7,7 @@ import { byId, copyAddress, make } from "./dom.js";
 import { materialColour } from "./feel.js";
 import { offerSound, sound, startWithTouch } from "./hear.js";
 import { BakedWave } from "./scene/webxr/baked.js";
+import { thingAt, thingsOf } from "./try.things.js";
 import { KINDS, playMoment, readMoment, usualMoment, writeMoment } from "./scene/webxr/moments.js";
 
 const EVERY_MS = 30; // between two touches of a hand
@@ -22,16 +23,16 @@ export const felt = new Felt(null, tables, { mode: "baked" });
 export const pulses = new Pulses();
 const wave = new BakedWave(tables, play);
 const names = [...tables.materials.keys()];
-const lights = new Map(); // material -> its light
 let level = 0;
 let gesture = null; // ends what is under way
 let opened = null; // the moment of the address
 let asked = null; // the moment that waits for the sound
 let newest = null; // the moment of the newest touch
-let touched = null; // the material whose light shines
+let light = null; // of the surface that is touched
 
 pulses.follow(felt);
 felt.scene(names.map((material) => ({ object_id: material, material })));
+offerPhoto(byId("photo"));
 byId("materials").append(...names.map(card));
 byId("link").addEventListener("click", async () => (byId("link").textContent = await copyAddress(writeMoment(newest))));
 byId("stop").addEventListener("click", stop);
@@ -45,7 +46,7 @@ requestAnimationFrame(draw);
 function open() {
   for (const link of document.querySelectorAll(".opened")) link.classList.remove("opened");
   opened = null;
-  let words = "Press or stroke a surface, or choose a gesture. A gamepad or phone vibrates.";
+  let words = "Press or stroke the picture or a surface, or choose a gesture.";
   try {
     opened = readMoment(location.hash, names);
   } catch (error) {
@@ -70,15 +71,22 @@ function remember(moment) {
 function card(material) {
   const box = make("article", "", { id: material });
   const swatch = make("div", "", { className: "swatch" });
-  const light = make("i");
-  swatch.append(light);
+  swatch.append(make("i"));
   swatch.style.setProperty("--colour", materialColour(material));
-  lights.set(material, light);
-  offerHand(swatch, material);
+  offerHand(swatch, () => material);
   const gestures = make("div", "", { className: "gestures" });
   gestures.append(...KINDS.map((kind) => gestureLink(material, kind)));
   box.append(make("h2", material), swatch, gestures);
   return box;
+}
+
+// Makes each thing on the photograph a surface of its material; the thing under the hand lights up.
+function offerPhoto(photo) {
+  const things = thingsOf("table");
+  let thing = things[0];
+  const find = ({ offsetX: x, offsetY: y }) => (thing = thingAt(things, { x: x / photo.clientWidth, y: y / photo.clientHeight }) ?? thing);
+  photo.addEventListener("pointermove", (event) => byId("lit").setAttribute("points", find(event).points.join(" ")));
+  offerHand(photo, (event) => find(event).material);
 }
 
 function gestureLink(material, kind) {
@@ -97,9 +105,16 @@ function gestureLink(material, kind) {
 // Plays a moment; one that is under way ends.
 export function begin(moment) {
   end();
+  shine(byId(moment.target));
   gesture = playMoment(moment, (fields) => send(moment.target, fields), () => (gesture = null));
   remember(moment);
   tell(titled(moment));
+}
+
+// Lets the light of a surface follow the vibration.
+function shine(surface) {
+  light?.style.setProperty("--level", 0);
+  light = surface.querySelector("i");
 }
 
 function end() {
@@ -111,9 +126,11 @@ function titled({ target, kind }) {
   return `${target}, ${kind}`;
 }
 
-// Makes a swatch a surface: a press strikes it, a drag strokes it at its speed on the screen.
-function offerHand(swatch, material) {
+// Makes a swatch a surface: a press strikes it, a drag strokes it at its speed on the screen. `materialAt` returns the
+// material at a pointer's event.
+function offerHand(swatch, materialAt) {
   let before = null; // {x, y, at}
+  let material = null;
   const at = ({ offsetX: x, offsetY: y, timeStamp }) => ({ x, y, at: timeStamp });
   const place = ({ x, y }) => {
     swatch.style.setProperty("--x", `${x}px`);
@@ -124,6 +141,8 @@ function offerHand(swatch, material) {
     end();
     swatch.setPointerCapture?.(event.pointerId);
     place((before = at(event)));
+    material = materialAt(event);
+    shine(swatch);
     const { kind, speed, force } = event.shiftKey ? TAP : STRIKE;
     send(material, { phase: "contact", interaction: kind, speed_mps: speed, force_n: force });
     remember({ target: material, kind, speed, force });
@@ -138,6 +157,8 @@ function offerHand(swatch, material) {
   swatch.addEventListener("pointermove", (event) => {
     if (!before || event.timeStamp - before.at < EVERY_MS / 2) return;
     const now = at(event);
+    material = materialAt(event);
+    tell(`${material}, your hand`);
     const metres = (Math.hypot(now.x - before.x, now.y - before.y) / 96) * 0.0254; // CSS px
     place(now);
     const speed = Math.min((1000 * metres) / (now.at - before.at), FASTEST);
@@ -157,7 +178,6 @@ function offerHand(swatch, material) {
 
 function send(material, fields) {
   const touch = { hand: HAND, object_id: material, ...fields };
-  touched = material;
   felt.touch(touch);
   wave.touch(touch, felt.surfaceOf(touch));
 }
@@ -180,7 +200,7 @@ function draw() {
   for (const gamepad of (navigator.getGamepads?.() ?? []).filter(Boolean)) pulses.play({ handedness: "none", gamepad });
   pulses.playOnPhone(HAND);
   level *= FALLS;
-  for (const [material, light] of lights) light.style.setProperty("--level", material === touched ? Math.min(1, 3 * level).toFixed(2) : 0);
+  light?.style.setProperty("--level", Math.min(1, 3 * level).toFixed(2));
   requestAnimationFrame(draw);
 }
 
