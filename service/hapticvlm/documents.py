@@ -29,6 +29,9 @@ MAX_KEY_PARTS = 16  # of a dotted TOML key; a key of thousands of parts unfolds 
 _ADDRESS = re.compile(r" <[^<>]* object at 0x[0-9a-f]+>")
 _TOO_DEEP = "nested too deep"
 _FORMULA_STARTS = tuple("=+-@\t\r\n\uff1d\uff0b\uff0d\uff20")  # the last four are full-width
+_READ_AS_MISSING = frozenset(
+    ("NA", "N/A", "n/a", "NaN", "nan", "NULL", "null", "None", "<NA>", "#NA", "#N/A", "#N/A N/A")
+)
 
 T = TypeVar("T")
 
@@ -191,9 +194,13 @@ def parse_json(content: str | bytes) -> Any:  # noqa: ANN401 - whatever JSON can
 def spreadsheet_cell(value: object) -> object:
     """Return a value for a CSV file: a text that begins like a formula gets an apostrophe.
 
-    A spreadsheet would run such a text when the file is opened, and it may come from a stranger.
+    A spreadsheet would run such a text when the file is opened, and it may come from a stranger. A
+    text that pandas or R reads as a missing value gets one too.
     """
-    return f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA_STARTS) else value
+    is_changed = isinstance(value, str) and (
+        value.startswith(_FORMULA_STARTS) or value in _READ_AS_MISSING
+    )
+    return f"'{value}" if is_changed else value
 
 
 def _size(count: int) -> str:

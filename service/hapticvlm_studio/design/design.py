@@ -34,6 +34,14 @@ from hapticvlm_studio.design.stimuli import Stimulus, StudyError, revive
 
 HEAD = "study.json"
 VERSION = 2  # of study.json
+# Codes that pandas, R or a spreadsheet reads as a missing value, true or false, a number or a date.
+_MONTH = "jan|feb|mar|apr|may|june?|july?|aug|sept?|oct|nov|dec"
+_MONTHS = f"{_MONTH}|january|february|march|april|august|september|october|november|december"
+_CHANGED_BY_TABLES = re.compile(
+    rf"-.*|na|nan|none|null|true|false|t|f|inf|infinity|[\d_-]+|\d[\d_]*[edijl][\d-]*"
+    rf"|0x[\da-f]+|\d*-?({_MONTHS})-?\d*",
+    re.IGNORECASE,
+)
 _WINDOWS_DEVICE = re.compile(r"con|prn|aux|nul|(com|lpt)[0-9¹²³]", re.IGNORECASE)
 
 
@@ -86,20 +94,28 @@ def design(stimuli: tuple[Stimulus, ...], participants: Iterable[str], plan: Pla
             "file on Windows and macOS"
         )
     for code in codes:
-        if not code.replace("-", "").replace("_", "").isalnum() or len(code) > 40:
-            raise StudyError(
-                f"participant {code!r}: a code has at most 40 letters, digits, - and _"
-            )
-        if _WINDOWS_DEVICE.fullmatch(code):
-            raise StudyError(
-                f"participant {code!r}: Windows has a device of this name and allows no such file; "
-                f"use another code, such as {code}-1"
-            )
+        check_code(code)
     names = [stimulus.name for stimulus in stimuli]
     lay_out = free_orders if plan.order == "free" else blocked_orders
     rows = lay_out(names, len(codes), plan.repeats, plan.seed)
     trials = dict(zip(codes, rows, strict=True))
     return Design(stimuli, plan.repeats, plan.renderings, plan.seed, trials, plan.order, plan.form)
+
+
+def check_code(code: str) -> None:
+    """Refuse a participant's code that a file or a table cannot hold. Raises StudyError."""
+    if not code.replace("-", "").replace("_", "").isalnum() or len(code) > 40:
+        raise StudyError(f"participant {code!r}: a code has at most 40 letters, digits, - and _")
+    if _CHANGED_BY_TABLES.fullmatch(code):
+        raise StudyError(
+            f"participant {code!r}: pandas, R or a spreadsheet reads this code as something else; "
+            f"use another code, such as P-{code.lstrip('-_')}"
+        )
+    if _WINDOWS_DEVICE.fullmatch(code):
+        raise StudyError(
+            f"participant {code!r}: Windows has a device of this name and allows no such file; "
+            f"use another code, such as {code}-1"
+        )
 
 
 def write_design(folder: Path, design: Design) -> None:
