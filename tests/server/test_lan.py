@@ -10,6 +10,7 @@ import pytest
 import qr_codes
 
 from hapticvlm.commands.run_service import print_ready
+from hapticvlm.errors import UsageError
 from hapticvlm.messages import Device, Devices
 from hapticvlm.server import service_info
 from hapticvlm.server.access import Address
@@ -53,6 +54,13 @@ def test_a_damaged_token_is_made_anew(damaged: bytes) -> None:
     made = lan.kept_token()
     assert re.fullmatch(r"[a-z0-9]{4}(-[a-z0-9]{4}){2}", made)
     assert lan.kept_token() == made
+
+
+def test_a_home_that_cannot_be_written_is_told_with_what_was_to_be_kept(tmp_path, monkeypatch):
+    (tmp_path / "home").write_text("a file")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "home"))
+    with pytest.raises(UsageError, match=r"token cannot be kept in .*lan-token.*HAPTICVLM_TOKEN"):
+        lan.kept_token()
 
 
 def test_what_it_makes_is_accepted_off_this_machine() -> None:

@@ -80,8 +80,6 @@ def _bake(options: argparse.Namespace) -> int:
 
     if (options.source is None) != options.materials:
         raise UsageError("give either SOURCE or --materials")
-    if hasattr(sys.stdout, "reconfigure"):  # ids may have any letters
-        sys.stdout.reconfigure(errors="backslashreplace")
     with usage_errors():
         table = touch_options.table(options.gallery)
     if options.materials:

@@ -108,9 +108,6 @@ def _recognise(options: argparse.Namespace) -> int:
             f"{options.paths[0]}: {what}; give JPEG, PNG or WebP files, or folders of them"
         )
     recogniser = PictureRecogniser.load(options.encoder, options.gallery)
-    for stream in (sys.stdout, sys.stderr):
-        if hasattr(stream, "reconfigure"):  # a file's name may be invalid in every encoding
-            stream.reconfigure(errors="backslashreplace")
     width = min(WIDEST, max(len(str(path)) for path in paths))
     if not options.json:
         print(_row("picture", ("material", "confidence", "runner-up", "source"), width), flush=True)

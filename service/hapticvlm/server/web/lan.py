@@ -20,6 +20,7 @@ import segno
 
 from hapticvlm import documents
 from hapticvlm.cache_folder import cache_folder
+from hapticvlm.errors import UsageError
 from hapticvlm.server.addresses import is_loopback
 from hapticvlm.server.settings import ServeOptions
 
@@ -40,7 +41,7 @@ def token_file() -> Path:
 
 
 def opened(options: ServeOptions) -> ServeOptions:
-    """Return options that serve pages and scenes to the local network. Raises OSError.
+    """Return options that serve pages and scenes to the local network. Raises UsageError.
 
     What the user states stays: another address to listen on, or a token of their own.
     """
@@ -53,18 +54,22 @@ def opened(options: ServeOptions) -> ServeOptions:
 
 
 def kept_token() -> str:
-    """Read the token of the last time, or make one and keep it. Raises OSError."""
+    """Read the token of the last time, or make one and keep it. Raises UsageError."""
     path = token_file()
-    with suppress(FileNotFoundError, ValueError):
+    with suppress(OSError, ValueError):
         token = documents.read_bytes(path, MAX_BYTES).decode("ascii").strip()
         if len(token) >= GROUPS * GROUP:
             return token
     token = new_token()
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.unlink(missing_ok=True)
-    number = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-    with os.fdopen(number, "w", encoding="ascii") as file:
-        file.write(token + "\n")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.unlink(missing_ok=True)
+        number = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+        with os.fdopen(number, "w", encoding="ascii") as file:
+            file.write(token + "\n")
+    except OSError as error:
+        problem = f"--lan: its token cannot be kept in {path} ({error.strerror})"
+        raise UsageError(f"{problem}; set HAPTICVLM_TOKEN, or XDG_CACHE_HOME to a folder") from None
     return token
 
 
