@@ -488,12 +488,3 @@ def test_the_plate_command_tells_the_plate_and_its_faults(
     assert "no faults" in output
     assert main(["plate", "status", "--peltier", "simulated", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["plate_c"] > 30.0
-
-
-def test_the_plate_command_says_why_a_fault_is_not_cleared(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    assert main(["plate", "clear", "warm", "--peltier", "simulated"]) == 2
-    assert "no fault 'warm'; there are 1 plate_a_open" in capsys.readouterr().err
-    assert main(["plate", "clear", "runaway", "--peltier", "simulated"]) == 2
-    assert "runaway is not latched" in capsys.readouterr().err

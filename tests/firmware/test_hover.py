@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from itertools import product
 
 import pytest
-from hovers import HOVERS, REACHES_S, SHORT_M, Part, reach
+from hovers import HOVERS, Part
 from tiers import nightly_except
 
 from hapticvlm.messages import Scene, SceneObject, Touch
@@ -32,19 +32,6 @@ def test_a_hand_that_hovers_without_touching_never_feels_it(
 
     print(f"{min(off_c):+.2f} to {max(off_c):+.2f} degC")
     assert max(map(abs, off_c)) <= FELT_C
-
-
-@pytest.mark.parametrize(
-    ("short_m", "lag_s", "palm"),
-    nightly_except(9, product(SHORT_M, LAGS_S, (PALM, 5e-4))),
-)
-def test_a_reach_that_stops_short_of_metal_is_hardly_felt(
-    chip: Chip, short_m: float, lag_s: float, palm: float
-) -> None:
-    for lasts_s in REACHES_S:
-        off_c = felt(chip, reach(-short_m, lasts_s), lag_s, palm)
-        print(f"{lasts_s} s: {min(off_c):+.2f} degC")
-        assert -min(off_c) <= SHORT_M[short_m]
 
 
 def felt(

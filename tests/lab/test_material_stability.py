@@ -101,12 +101,6 @@ def test_light_changes_no_mask_and_no_size(name: str) -> None:
     assert np.array_equal(changed.mask, shown.mask)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("shake", [one for one in SHAKES if one.needs_mask], ids=lambda s: s.name)
-def test_a_wrong_mask_changes_no_pixel(shake: Shake) -> None:
-    shown = picture()
-    assert np.array_equal(at_worst(shake, shown).image, shown.image)
-
-
 def test_a_stop_under_halves_the_light() -> None:
     shown = Picture(np.full((8, 8, 3), 200, np.uint8), None)
     darker = darken(shown, 1.0, np.random.default_rng(0))
@@ -134,22 +128,6 @@ def test_an_occluder_covers_the_share_it_says(share: float) -> None:
     inside = shown.mask > 0
     changed = (covered.image != shown.image).any(axis=2)[inside].mean()
     assert changed == pytest.approx(share, abs=0.03)
-
-
-def test_masks_err_by_what_they_say() -> None:
-    shown = picture()
-    assert shown.mask is not None
-    size = length_of(shown.mask)
-    moved = apply(BY_NAME["mask shift"], shown, 0.2, 3).mask
-    grown = apply(BY_NAME["mask dilated"], shown, 0.1, 3).mask
-    box = apply(BY_NAME["box for mask"], shown, 1.0, 3).mask
-    assert moved is not None
-    assert grown is not None
-    assert box is not None
-    away = np.argwhere(moved).mean(axis=0) - np.argwhere(shown.mask).mean(axis=0)
-    assert np.hypot(*away) == pytest.approx(0.2 * size, abs=1.5)
-    assert length_of(grown) == pytest.approx(1.2 * size, abs=2)
-    assert (box > 0).sum() == size**2
 
 
 @pytest.mark.parametrize("name", ["clutter", "reflections"])

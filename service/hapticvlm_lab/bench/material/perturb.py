@@ -21,9 +21,7 @@ from hapticvlm_lab.bench.material.picture import (
     as_float,
     display,
     exposed,
-    length_of,
     linear,
-    mask_of,
     scaled,
     seen_behind,
     shifted,
@@ -48,7 +46,6 @@ class Shake:
     change: Change
     severities: tuple[float, ...]
     unit: str
-    needs_mask: bool = False
     only: str | None = None  # for this class alone
 
 
@@ -107,37 +104,6 @@ def occlude(picture: Picture, share: float, rng: np.random.Generator) -> Picture
     covered = along <= np.quantile(along[y, x], share)
     shade = 0.75 + 0.25 * np.sin(grid_y / 9.0)[..., None]
     return picture.over(np.where(covered[..., None], np.array(HAND) * shade, picture.image))
-
-
-def shift_mask(picture: Picture, share: float, rng: np.random.Generator) -> Picture:
-    """Move the mask off the object, by that share of its size."""
-    mask = mask_of(picture)
-    angle = rng.uniform(0.0, 2.0 * np.pi)
-    size = share * length_of(mask)
-    return picture.over(mask=shifted(mask, np.sin(angle) * size, np.cos(angle) * size))
-
-
-def dilate_mask(picture: Picture, share: float, _: np.random.Generator) -> Picture:
-    """Extend the mask beyond the object on all sides, by that share of its size."""
-    from scipy.ndimage import distance_transform_edt
-
-    mask = mask_of(picture)
-    grown = distance_transform_edt(mask == 0) <= share * length_of(mask)
-    return picture.over(mask=np.where(grown, 255, 0).astype(np.uint8))
-
-
-def box_mask(picture: Picture, share: float, _: np.random.Generator) -> Picture:
-    """Fill that share of the mask's box outside the object; 1: only the box is known."""
-    from scipy.ndimage import distance_transform_edt
-
-    mask = mask_of(picture)
-    rows = np.flatnonzero(mask.any(axis=1))
-    columns = np.flatnonzero(mask.any(axis=0))
-    box = np.zeros(mask.shape, np.bool_)
-    box[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1] = True
-    away = distance_transform_edt(mask == 0)
-    reach = np.quantile(away[box & (mask == 0)], share) if (box & (mask == 0)).any() else 0.0
-    return picture.over(mask=np.where(box & (away <= reach), 255, 0).astype(np.uint8))
 
 
 def move(picture: Picture, length: float, rng: np.random.Generator) -> Picture:
@@ -207,9 +173,6 @@ SHAKES = (
     Shake("JPEG", jpeg, (0, 50, 75, 90, 97), "100 - quality"),
     Shake("size", shrink, (0, 1, 2, 3, 4), f"halvings of {OBJECT_PX} px"),
     Shake("occlusion", occlude, (0, 0.2, 0.4, 0.6, 0.8), "share covered"),
-    Shake("mask shift", shift_mask, (0, 0.1, 0.2, 0.4, 0.6), "of its size", needs_mask=True),
-    Shake("mask dilated", dilate_mask, (0, 0.05, 0.1, 0.2, 0.4), "of its size", needs_mask=True),
-    Shake("box for mask", box_mask, (0, 0.5, 1.0), "of the box filled", needs_mask=True),
     Shake("motion", move, (0, 4, 8, 16, 32), "px between frames"),
     Shake("clutter", clutter, (0, 0.25, 0.5, 0.75, 0.9), "of the light, glass alone", only="glass"),
     Shake("mirrors", mirror, (0, 0.25, 0.5, 0.75, 1.0), "of the surroundings"),

@@ -108,13 +108,6 @@ def exposed(picture: Picture, gain: float) -> Floats:
     return display(linear(picture.image) * gain)
 
 
-def mask_of(picture: Picture) -> Pixels:
-    """Return the mask, or the whole picture if none is known."""
-    if picture.mask is not None:
-        return picture.mask
-    return np.full(picture.image.shape[:2], 255, np.uint8)
-
-
 def where_object(picture: Picture) -> NDArray[np.bool_]:
     """Find the object: under its mask, or in the middle half that the product uses."""
     if picture.mask is not None:

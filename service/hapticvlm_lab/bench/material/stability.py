@@ -152,10 +152,9 @@ def run(where: Where, out: Path, *, as_json: bool) -> int:
 
 
 def shake_source(source: Source, default: Default) -> list[Curve]:
-    """Apply every perturbation that the source allows, at all severities."""
+    """Apply every perturbation at all severities."""
     clean = predict_clean(source, default)
-    shakes = [shake for shake in SHAKES if source.cut == "mask" or not shake.needs_mask]
-    return [shaken(clean, shake, default) for shake in shakes if _concerned(clean, shake).any()]
+    return [shaken(clean, shake, default) for shake in SHAKES if _concerned(clean, shake).any()]
 
 
 def predict_clean(source: Source, default: Default) -> Clean:
