@@ -114,8 +114,8 @@ def _add_demo(commands: Commands) -> None:
         "--static",
         type=Path,
         metavar="FOLDER",
-        help="write the WebXR scene and a gallery of the materials as plain files for any web "
-        "host; they are felt and heard without a service",
+        help="write a photograph to touch, all materials and the WebXR scene as plain files for "
+        "any web host; they are felt and heard without a service",
     )
     touch_options.add_voice(demo, "sound", "voice of the speaker and of vibration.wav (sound)")
     demo.add_argument("--quiet", action="store_true", help="play no sound")

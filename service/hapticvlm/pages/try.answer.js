@@ -6,7 +6,6 @@ import * as felt from "./felt.js";
 const LIKELY = 4; // materials offered as buttons where the one said is not right
 const COMMON = ["wood", "metal", "glass", "fabric", "plastic"]; // offered where nothing is more likely
 const SEEN = { picture: "the whole picture", thing: "the whole picture, and the thing outlined on its plain ground", part: "the part under the hand" };
-const STATED = { us: "labelled by us", you: "stated by you" };
 const CANNOT = { living: "I do not feel people or animals", else: "I cannot tell" };
 
 let scene = null;
@@ -46,7 +45,7 @@ const headline = (decision) => (decision.material === "unknown" ? (CANNOT[decisi
 
 // Says who stated a material, and what is felt where none is said.
 function remark(decision) {
-  if (decision.source === "scene") return scene.target().thing && !scene.isCorrected ? STATED.us : STATED.you;
+  if (decision.source === "scene") return scene.target().thing && !scene.isCorrected ? "labelled by us" : "stated by you";
   return decision.material !== "unknown" || decision.neutral_because ? "" : `it feels like ${felt.material(decision)}`;
 }
 
