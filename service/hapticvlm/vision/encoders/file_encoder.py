@@ -1,10 +1,11 @@
 """Uses an image network in one ONNX file as an encoder, run by onnxruntime. Knows no gallery.
 
 The features are the input of the network's last mean over places, averaged under the mask; without
-such a mean they are the input of its last dense layer, of the whole crop. The class scores of an
-ImageNet classifier are read as materials. Colours are prepared as a preprocessor_config.json beside
-the file states; without one, bytes are passed on as they are, and floats are scaled as most exports
-expect, which is logged.
+such a mean its output of tokens, without the class token; else the input of its last dense layer,
+of the whole crop. The class scores of an ImageNet classifier are read as materials. Axes that a
+file leaves open are tried. Colours are prepared as a preprocessor_config.json beside it or one
+folder up states; without one, bytes are passed on as they are, and floats are scaled as most
+exports expect, which is logged.
 """
 
 from __future__ import annotations
@@ -13,7 +14,9 @@ import hashlib
 import logging
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from math import isqrt
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm import documents
-from hapticvlm.errors import short_line
+from hapticvlm.errors import printable, short_line
 from hapticvlm.vision.encoders import joint_embedding
 from hapticvlm.vision.encoders.encoder import (
     FINGERPRINT,
@@ -51,11 +54,17 @@ TYPES: Mapping[str, type[np.generic]] = {
     "tensor(uint8)": np.uint8,
     "tensor(float)": np.float32,
     "tensor(float16)": np.float16,
+    "tensor(double)": np.float64,
 }
 _POOLING = ("GlobalAveragePool", "AveragePool", "ReduceMean")
 _DENSE = ("MatMul", "Gemm")
 _SOFTMAX = "Softmax"
 _SIDES_PX = range(16, 1025)
+USUAL_SIDE = 224  # px, what nearly all take whose file leaves it open
+LONG = 400  # characters of onnxruntime's reason, which stands behind a place in its source
+_PLACE_IN_SOURCE = re.compile(
+    r"\[ONNXRuntimeError\] : \d+ : \w+ : |\S+\.(?:cc|h):\d+ \S+\((?:[^()]|\([^()]*\))*\)\s"
+)
 
 logger = logging.getLogger(__name__)
 
@@ -127,8 +136,8 @@ def load_file_encoder(path: Path, threads: int = 1) -> FileEncoder:
         # cannot fuse nodes across a tensor that it has to give out.
         inner = _in_question(graph)
         probe = open_session(with_outputs(model, inner), threads, path.parent)
-        layout = _layout(probe)
-        sizes = _sizes(probe, layout, (*inner, *graph.outputs))
+        stated = _stated(path)
+        layout, sizes = _run_once(probe, stated, (*inner, *graph.outputs))
         features = _find_features(graph, sizes)
         scores = _find_scores(graph, sizes)
         outputs = (features,) if scores is None else (features, scores)
@@ -137,11 +146,12 @@ def load_file_encoder(path: Path, threads: int = 1) -> FileEncoder:
     except EncoderError:
         raise
     except Exception as error:  # noqa: BLE001 - whatever a foreign file trips
-        problem = f"encoder `{path}` cannot be read ({short_line(error)})"
+        reason = printable(_PLACE_IN_SOURCE.sub("", str(error)), LONG)
+        problem = f"encoder `{path}` cannot be read ({reason})"
         raise EncoderError(f"{problem}; give an image network as FILE.onnx") from None
     beliefs = scores is not None
     digest = hashlib.sha256(model).hexdigest()[:FINGERPRINT]
-    preprocessing = _read_preprocessing(path, layout)
+    preprocessing = _preprocessing(path, layout, stated)
     name = f"{path.stem}-{digest} ({'classes' if beliefs else 'features'})"
     dimension = _width(sizes[features]) + joint_embedding.ADDED * beliefs
     revision = f"{digest} {preprocessing}"  # prepared otherwise, it is another network
@@ -160,26 +170,45 @@ def _read(path: Path) -> bytes:
     return documents.read_bytes(path, MAX_BYTES, READ_S)
 
 
-def _layout(session: Any) -> Layout:  # noqa: ANN401 - onnxruntime is untyped
-    """Read the layout of the one input. Raises ValueError."""
+def _layouts(session: Any, stated: Preprocessing | None) -> list[Layout]:  # noqa: ANN401
+    """List the layouts that the one input may have, colours first and then last. May be [].
+
+    Most exports leave axes open, even that of the colours. Raises ValueError.
+    """
     inputs = session.get_inputs()
     if len(inputs) != 1:
         raise ValueError(f"it has {len(inputs)} inputs; an image network has one")
     port = inputs[0]
-    sizes = [size if isinstance(size, int) else 0 for size in port.shape]  # 0: left open
-    if len(sizes) != 4 or 3 not in (sizes[1], sizes[3]):
+    sizes = [size if isinstance(size, int) and size > 0 else 0 for size in port.shape]  # 0: open
+    if len(sizes) != 4 or not {sizes[1], sizes[3]} & {0, 3}:
         raise ValueError(f"its input is {sizes}, not (N, S, S, 3) or (N, 3, S, S)")
     if sizes[0] > 1:
         raise ValueError(f"it takes {sizes[0]} pictures at once; export it for 1 or any number")
-    colours_last = sizes[3] == 3
-    height, width = sizes[1:3] if colours_last else sizes[2:]
-    side = height or width or 224  # what nearly all take whose file leaves it open
-    if (width or side) != side or side not in _SIDES_PX:
-        raise ValueError(f"it takes {height} x {width} px, not a square of 16 to 1024 px")
     dtype = TYPES.get(port.type)
     if dtype is None:
         raise ValueError(f"its input is a {port.type}; it must be one of {', '.join(TYPES)}")
-    return Layout(port.name, side, dtype, colours_last)
+    layouts = []
+    for first, colours in ((2, 1), (1, 3)):
+        height, width = sizes[first : first + 2]
+        side = height or width or (stated.input_side if stated else USUAL_SIDE)
+        if sizes[colours] in (0, 3) and (width or side) == side and side in _SIDES_PX:
+            layouts.append(Layout(port.name, side, dtype, colours == 3))
+    if not layouts:
+        raise ValueError(f"its input is {sizes}, not a square of 16 to 1024 px")
+    return layouts
+
+
+def _run_once(
+    session: Any,  # noqa: ANN401
+    stated: Preprocessing | None,
+    names: Sequence[str],
+) -> tuple[Layout, dict[str, tuple[int, ...]]]:
+    """Return the first layout in which the network runs, and the sizes of its tensors."""
+    *others, last = _layouts(session, stated)
+    for layout in others:
+        with suppress(Exception):  # onnxruntime's errors share no base of their own
+            return layout, _sizes(session, layout, names)
+    return last, _sizes(session, last, names)
 
 
 def _in_question(graph: Graph) -> tuple[str, ...]:
@@ -222,6 +251,9 @@ def _find_features(graph: Graph, sizes: Mapping[str, tuple[int, ...]]) -> str:
         after = sizes.get(node.outputs[0])
         if node.kind in _POOLING and after is not None and _is_over_places(before, after):
             return node.inputs[0]
+    for name in graph.outputs:
+        if len(sizes.get(name, ())) == 3:
+            return name
     for node in reversed(nodes):
         if node.kind in _DENSE and len(sizes[node.inputs[0]]) == 2:
             return node.inputs[0]
@@ -231,12 +263,14 @@ def _find_features(graph: Graph, sizes: Mapping[str, tuple[int, ...]]) -> str:
 
 
 def _is_over_places(before: tuple[int, ...], after: tuple[int, ...]) -> bool:
-    """Whether a node averages a map of several places to one."""
-    return len(before) == 4 and int(np.prod(after)) == _width(before) < int(np.prod(before))
+    """Whether a node averages a map, or tokens, of several places to one."""
+    return len(before) in (3, 4) and int(np.prod(after)) == _width(before) < int(np.prod(before))
 
 
 def _width(sizes: tuple[int, ...]) -> int:
     """Return how many features there are; a map (1, 7, 7, 1280) has them last, not first."""
+    if len(sizes) == 3:
+        return sizes[2]
     if len(sizes) != 4:
         return int(np.prod(sizes))
     return sizes[1] if sizes[2] == sizes[3] else sizes[3]
@@ -253,27 +287,36 @@ def _find_scores(graph: Graph, sizes: Mapping[str, tuple[int, ...]]) -> str | No
     return result if is_known else None
 
 
-def _read_preprocessing(path: Path, layout: Layout) -> Preprocessing | None:
-    """Read the file beside the network, else assume; None for bytes, which need nothing."""
-    candidates = (path.parent / name for name in PREPROCESSING)
+def _stated(path: Path) -> Preprocessing | None:
+    """Read the preprocessing beside a network, or one folder up as the hub has it for onnx/."""
+    folders = (path.parent, path.resolve().parents[1])
+    candidates = (folder / name for folder in folders for name in PREPROCESSING)
     beside = next((file for file in candidates if file.is_file()), None)
+    if beside is None:
+        return None
+    try:
+        return read_preprocessing(documents.read_json(beside, dict[str, Any]))
+    except (OSError, ValueError) as error:
+        reason = documents.reason(error)
+        raise EncoderError(f"encoder `{path}`, {beside.name}: {reason}; correct it") from None
+
+
+def _preprocessing(
+    path: Path, layout: Layout, stated: Preprocessing | None
+) -> Preprocessing | None:
+    """Return what is stated, else what is usual; None for bytes, which need nothing."""
+    side = layout.side
     if layout.is_bytes:
         return None
-    side = layout.side
-    if beside is None:
+    if stated is None:
         mean, deviation = _usual(path, layout)
         message = "encoder `%s`: no %s beside it; assuming colours of mean %s and deviation %s"
         logger.warning(message, path.name, PREPROCESSING[0], mean, deviation)
         return Preprocessing(side, side, 1 / 255, mean, deviation)
-    try:
-        preprocessing = read_preprocessing(documents.read_json(beside, dict[str, Any]))
-    except (OSError, ValueError) as error:
-        reason = documents.reason(error)
-        raise EncoderError(f"encoder `{path}`, {beside.name}: {reason}; correct it") from None
-    if preprocessing.input_side != side:
-        problem = f"encoder `{path}` takes {side} px, {beside.name} says {preprocessing.input_side}"
+    if stated.input_side != side:
+        problem = f"encoder `{path}` takes {side} px, {PREPROCESSING[0]} says {stated.input_side}"
         raise EncoderError(f"{problem}; correct it")
-    return preprocessing
+    return stated
 
 
 def _usual(path: Path, layout: Layout) -> tuple[Colour, Colour]:
@@ -298,15 +341,23 @@ def _prepare(
 
 
 def _pool(features: Floats, masks: Floats) -> Floats:
-    """Average a map (N, D, h, w) or (N, h, w, D) under the masks: (N, D); flatten the rest."""
+    """Average a map (N, D, h, w) or (N, h, w, D) under the masks: (N, D); flatten the rest.
+
+    Of tokens (N, T, D) the last ones that form a square are a map; those before it are of the whole
+    picture.
+    """
     from PIL import Image
 
+    if features.ndim == 3:
+        side = isqrt(features.shape[1])
+        cells = features[:, -side * side :].transpose(0, 2, 1)
+        features = cells.reshape(len(features), -1, side, side)
     if features.ndim != 4:
         return features.reshape(len(features), -1)
     if features.shape[2] != features.shape[3]:
         features = features.transpose(0, 3, 1, 2)
     size = (features.shape[3], features.shape[2])
-    cells = [np.asarray(Image.fromarray(m).resize(size, Image.Resampling.BOX)) for m in masks]
-    weights = np.stack([cell if cell.any() else np.ones_like(cell) for cell in cells])
+    parts = [np.asarray(Image.fromarray(m).resize(size, Image.Resampling.BOX)) for m in masks]
+    weights = np.stack([part if part.any() else np.ones_like(part) for part in parts])
     weights = weights / weights.sum(axis=(1, 2), keepdims=True)
     return np.asarray(np.einsum("nchw,nhw->nc", features, weights), np.float32)
