@@ -157,7 +157,10 @@ def is_caught(defect: Defect, scratch: Path) -> bool:
         file.write_text(sound, encoding="utf-8")
     if done.returncode not in (0, 1):  # no test was found, or pytest itself failed
         raise SystemExit(f"{defect.test}:\n{done.stdout}{done.stderr}")
-    return done.returncode == 1 and "failed" in done.stdout
+    went_red = done.returncode == 1 and "failed" in done.stdout
+    if not went_red:
+        print(done.stdout, done.stderr)  # a test that passes, or one that could not begin
+    return went_red
 
 
 def main() -> int:
