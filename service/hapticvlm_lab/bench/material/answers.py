@@ -1,4 +1,4 @@
-"""The answers of a method to a source's pictures, or to its objects where views are fused."""
+"""The answers of a method to a source's pictures."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm import materials
-from hapticvlm.evidence.ladder import KNOWN, Evidence, decide, fuse, fuse_recognitions, pool
+from hapticvlm.evidence.ladder import KNOWN, Evidence, decide, pool
 from hapticvlm.evidence.names import from_name
 from hapticvlm.evidence.shader import from_shader
 from hapticvlm.vision.flatness import is_flat
@@ -23,7 +23,7 @@ ELEVEN = tuple(materials.MATERIALS)
 
 @dataclass(frozen=True, slots=True)
 class Answers:
-    """Answers to N pictures or objects.
+    """Answers to N pictures.
 
     four, eleven: the likeliest material among these classes, whatever its belief. spoken: the
     material, or SILENT where its belief is too small to say it. A guess has none.
@@ -47,7 +47,7 @@ def answer(method: Method, source: Source, embeddings: Floats | None) -> Answers
     """Ask a method about every picture of a source."""
     if method.family == "guess":
         return _guess(source)
-    if method.rungs or method.fused:
+    if method.rungs:
         return _by_evidence(method, source, embeddings)
     return _by_beliefs(method, source, embeddings)
 
@@ -121,30 +121,17 @@ def _among(beliefs: Doubles, names: Words, allowed: Collection[str]) -> Words:
 
 
 def _by_evidence(method: Method, source: Source, embeddings: Floats | None) -> Answers:
-    """Gather evidence per picture, or per object with its views fused, and decide by the ladder.
-
-    What is spoken is fused as the session does. Forced answers take the mean of all views instead:
-    the session's fusion drops small beliefs, and among four classes the right one may be small.
-    """
-    evidence = encoder_evidence(method, source, embeddings)
-    objects = source.objects
-    units = [objects == name for name in dict.fromkeys(objects.tolist())]
-    if not method.fused:
-        units = list(np.eye(len(objects), dtype=np.bool_))
-    first = np.array([unit.argmax() for unit in units])
-    stated = [object_evidence(method, source, name) for name in objects[first].tolist()]
-    views = [[evidence[row] for row in np.flatnonzero(unit)] if evidence else [] for unit in units]
-    fused = [[fuse_recognitions(each)] if each else [] for each in views]
-    means = [[fuse(each)] if each else [] for each in views]
-    verdicts = [decide([*known, *view]) for known, view in zip(stated, fused, strict=True)]
-    forced = [[*known, *view] for known, view in zip(stated, means, strict=True)]
-    spoken = [SILENT if v.material == materials.UNKNOWN else v.material for v in verdicts]
+    """Gather the evidence of each picture, and decide by the ladder."""
+    seen = encoder_evidence(method, source, embeddings)
+    stated = [object_evidence(method, source, name) for name in source.objects.tolist()]
+    evidence = [[*known, *seen[at : at + 1]] for at, known in enumerate(stated)]
+    said = [decide(items).material for items in evidence]
     return Answers(
-        four=np.array([_forced(items, FOUR) for items in forced]),
-        eleven=np.array([_forced(items, ELEVEN) for items in forced]),
-        spoken=np.array(spoken),
-        truth=source.truth[first],
-        objects=objects[first],
+        four=np.array([_forced(items, FOUR) for items in evidence]),
+        eleven=np.array([_forced(items, ELEVEN) for items in evidence]),
+        spoken=np.array([SILENT if name == materials.UNKNOWN else name for name in said]),
+        truth=source.truth,
+        objects=source.objects,
     )
 
 

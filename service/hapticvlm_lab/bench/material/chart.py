@@ -49,17 +49,13 @@ STYLE = {  # colour and marker of each family
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One method on one source. None: it cannot be measured there.
-
-    views: mean views per decision, by which `latency_ms` multiplies the cost of one.
-    """
+    """One method on one source. None: it cannot be measured there."""
 
     source: str
     method: str
     family: str
     is_default: bool
     cut: str
-    views: float
     four: Score | None
     eleven: Score | None
     open: Open | None
@@ -68,7 +64,7 @@ class Row:
     @property
     def latency_ms(self) -> float | None:
         """Median time of one core for one decision, ms; None for what takes no time."""
-        return None if self.cost is None else self.cost.median * self.views
+        return None if self.cost is None else self.cost.median
 
 
 def run(where: Where, named: Sequence[str], out: Path, *, as_json: bool) -> int:
@@ -107,14 +103,12 @@ def chart_source(source: Source, methods: Sequence[Method], times: Mapping[str, 
 
 def _row(method: Method, source: Source, embeddings: Floats | None, cost: Cost | None) -> Row:
     answers = answer(method, source, embeddings)
-    views = len(source.views) / len(set(source.objects.tolist())) if method.fused else 1.0
     return Row(
         source=source.name,
         method=method.name,
         family=method.family,
         is_default=method.is_default,
         cut=method.cut or source.cut,
-        views=round(views, 2),
         four=score(answers.four, answers.truth, answers.objects, FOUR),
         eleven=score(answers.eleven, answers.truth, answers.objects, ELEVEN),
         open=None if answers.spoken is None else open_score(answers.spoken, answers.truth),
@@ -192,7 +186,7 @@ def _line(row: Row) -> str:
     cost = row.cost
     times = f"{'-':>9}{'-':>8}"
     if cost is not None:
-        times = f"{cost.median * row.views:>9.3g}{cost.floors * row.views:>8.3g}"
+        times = f"{cost.median:>9.3g}{cost.floors:>8.3g}"
     return (
         f"{mark + row.method:<38}{times}  {_share(row.four):<15}{_share(row.eleven):<15}"
         f"{_spoken(row.open)}"

@@ -22,7 +22,7 @@ from hapticvlm import messages
 from hapticvlm.demo import CAPTURE
 from hapticvlm.vision.pictures import Crop, crop
 
-Cut = Literal["mask", "box", "centre", "whole"]
+Cut = Literal["mask", "centre", "whole"]
 
 FOUR = ("wood", "glass", "fabric", "metal")
 # The data folder, where it lies beside a checkout.
@@ -32,18 +32,17 @@ VIEWS = 8  # most views used per object, evenly over its time
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """One picture of one object: the encoded frame, its truth, and mask or region if known."""
+    """One picture of one object: the encoded frame, its truth, and its mask if known."""
 
     frame: messages.Frame
     object_id: str
     truth: str
     mask: bytes | None = None
-    region: messages.Region | None = None
 
     def as_cut(self, cut: Cut) -> messages.Frame:
-        """Return the frame as sent by a client that knows the mask, its box, or neither."""
+        """Return the frame as sent by a client that knows the mask, the whole frame, or neither."""
         mask = self.mask if cut == "mask" else None
-        region = {"box": self.region, "whole": messages.WHOLE}.get(cut)
+        region = messages.WHOLE if cut == "whole" else None
         return msgspec.structs.replace(self.frame, mask=mask, region=region)
 
 

@@ -46,25 +46,13 @@ class Method:
     gallery: Gallery | None = None
     rungs: frozenset[messages.Rung] = frozenset()
     cut: Cut | None = None
-    fused: bool = False
     is_default: bool = False
     refers: bool = False
     surfaces: bool = False
 
     def fits(self, source: Source) -> bool:
-        """Return whether the source has what this method needs and no other method does the same.
-
-        Fusion needs several views of an object, a rung needs statements of the scene, and a cut
-        that the source itself uses would repeat the row without a cut.
-        """
-        several = len(source.views) > len(set(source.objects.tolist()))
-        boxed = all(view.region is not None for view in source.views)
-        cuts = {"mask": {"box", "centre"} if boxed else {"centre"}, "whole": {"centre"}}
-        return (
-            (several or not self.fused)
-            and (bool(source.stated) or not self.rungs)
-            and (self.cut is None or self.cut in cuts[source.cut])
-        )
+        """Return whether the source has what this method needs: a rung needs statements."""
+        return bool(source.stated) or not self.rungs
 
 
 def assemble(named: Sequence[str]) -> tuple[list[Method], list[str]]:
@@ -92,18 +80,14 @@ def networks(data: Path | None) -> list[str]:
 
 
 def _combinations() -> list[Method]:
-    """Return the default, and what changes with the cut, with fusion and with the other rungs."""
+    """Return the default, and what changes with the cut and with the other rungs."""
     encoder = load_encoder()
     default = Method("ours", "ours", encoder, load_gallery(encoder=encoder), is_default=True)
     other = replace(default, is_default=False)
-    ladder = replace(other, name="ladder", family="ladder", rungs=NAME | SHADER)
     return [
         default,
-        replace(other, name="ours, box", cut="box"),
         replace(other, name="ours, centre", cut="centre"),
-        replace(other, name="ours, fused", fused=True),
-        ladder,
-        replace(ladder, name="ladder, fused", fused=True),
+        replace(other, name="ladder", family="ladder", rungs=NAME | SHADER),
     ]
 
 

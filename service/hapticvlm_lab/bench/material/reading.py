@@ -187,11 +187,9 @@ def _unknown_pictures(data: Path) -> list[View]:
 
 
 def _view(fields: Mapping[str, Any], message: Mapping[str, Any], truth: str) -> View:
-    region = fields.get("region")
     shape = {name: fields[name] for name in ("format", "width", "height", "origin")}
     frame = messages.Frame(id=1, captured_at=0.0, image=message["image"], **shape)
-    box = None if region is None else messages.Region(**region)
-    return View(frame, str(fields.get("object_id", "")), truth, message.get("mask"), box)
+    return View(frame, str(fields.get("object_id", "")), truth, message.get("mask"))
 
 
 def _stated(thing: Mapping[str, Any]) -> tuple[str, Stated]:

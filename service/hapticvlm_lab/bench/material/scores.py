@@ -29,10 +29,7 @@ SILENT = ""  # an answer that names nothing; counts as wrong
 
 @dataclass(frozen=True, slots=True)
 class Score:
-    """Balanced accuracy 0..1 over `classes` (objects of each), its 95 % interval and its parts.
-
-    n counts answers: pictures, or objects where views are fused.
-    """
+    """Balanced accuracy 0..1 of n pictures over `classes` (objects of each); 95 % interval."""
 
     accuracy: float
     low: float
