@@ -11,17 +11,18 @@ It knows no clock: times are arguments, in s.
 
 from __future__ import annotations
 
+import bisect
 import copy
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
-from feel_file import IMPACTS, Json
+from feel_file import IMPACTS, TEXTURES, Json
 from numpy.typing import NDArray
 
-TEXTURES = ("slide", "carve", "swing")
 SOON = 1e-9
 Floats = NDArray[np.float64]
 State = tuple[float, float]  # value and slope of a smoothed number
@@ -29,28 +30,26 @@ State = tuple[float, float]  # value and slope of a smoothed number
 SINE: Json = {
     "gain": None,
     "rate_hz": 32,
-    "wave": np.sin(np.arange(32) * (np.pi / 16)),
-    "drive": np.ones(1),
-    "body": np.sqrt(0.5 * np.ones(1)),
+    "wave": np.exp(1j * np.arange(32) * (np.pi / 16)),
 }
 
 
 class Piece(NamedTuple):
-    """The sound of one clip for a moment. Positions are in s of the clip.
+    """What sounds of one clip in a moment: from `at`, s of the clip, on, at this rate.
 
-    `begin` and `end` are the gain of the samples, `pad` that of the tracks. `felt` and `hz` are
-    those of a loop; a shot has them in its tracks.
+    `begin` and `end` are the gain of the samples. A pad plays `drive`, `felt` and `hz`, and the
+    compression follows `body`.
     """
 
     clip: Json
     at: float
-    wave_at: float
-    wave_rate: float
+    rate: float
     begin: float
     end: float
-    pad: float
-    felt: float | None = None
-    hz: float = 0.0
+    drive: float
+    felt: float
+    hz: float
+    body: float
 
 
 class Player:
@@ -71,9 +70,10 @@ class Player:
         self._say = say
         self._drawn = 1
         self._turned_down = 0.0
+        self._turn = 0.0  # of the shift of the sound voice
         self._held = 0.0  # level that the compression of the sound voice follows
         self._compression: float | None = None
-        self._hands = {name: _Hand() for name in feel["words"]["hand"]}
+        self._hands = {name: _Hand(rate_hz is None) for name in feel["words"]["hand"]}
 
     def touch(self, touch: Json, now: float) -> bool:
         """Receive a touch at `now`, s; return whether an impact begins, which asks for a plan."""
@@ -83,14 +83,14 @@ class Player:
         phase, interaction = touch["phase"], touch.get("interaction")
         if phase == "release":
             hand.is_armed = hand.is_held
-            hand.rest(at_once=self.rate_hz is None)
+            hand.rest()
             return False
         if hand.is_armed and phase in ("approach", "contact"):
             hand.is_held = hand.is_armed = False
         if hand.is_held:
             return False
         if hand.lease_until is not None and now > hand.lease_until:
-            hand.rest(at_once=self.rate_hz is None)
+            hand.rest()
         if self.rate_hz is None:
             self._run(hand, now)
         self._notes_milliseconds(hand, phase, now)
@@ -98,7 +98,7 @@ class Player:
         hand.lease_until = now + self.feel["rules"]["lease_s"]
         hand.touches = phase != "approach"
         if not hand.touches and interaction != "swing":
-            hand.let_go(at_once=self.rate_hz is None)
+            hand.let_go()
             return False
         is_texture = interaction in TEXTURES
         slides = phase == "slide" or is_texture or not (onset or interaction)
@@ -110,7 +110,7 @@ class Player:
         """End everything; a hand is felt again after its release and a new approach or contact."""
         for hand in self._hands.values():
             hand.is_held, hand.is_armed = True, False
-            hand.rest(at_once=self.rate_hz is None)
+            hand.rest()
 
     def plan(self, name: str, form: str, now: float) -> Json:
         """Return the next moments of a hand as a `vibration` event; empty lists are silence."""
@@ -122,16 +122,16 @@ class Player:
         if hand is None or at is None or hand.lease_until is None:
             return plan
         if hand.lease_until <= at:
-            hand.rest(at_once=True)
+            hand.rest()
             return plan
-        begun = [shot for shot in hand.shots if shot.kind in IMPACTS and shot.is_new]
+        begun = [shot for shot in hand.impacts() if shot.is_new]
         for shot in begun:
             shot.is_new = False
         self._run(hand, at)
         ahead, drawn = hand.fork(), self._drawn
         size = round(period_s / step_s)
         steps = round(pad["horizon_s"] / period_s) * size
-        powers = np.array([self._power(self._pieces(ahead, step_s)) for _ in range(steps)])
+        powers = np.array([_powers(self._pieces(ahead, step_s)) for _ in range(steps)])
         self._drawn = drawn
         drive, felt, turned = powers.reshape(-1, size, 3).mean(axis=1).T
         level = np.minimum(np.sqrt(felt if form == "amplitude" else drive), 1.0)
@@ -160,11 +160,14 @@ class Player:
             part = wave[begin : begin + piece]
             for hand in self._hands.values():
                 if hand.lease_until is not None and hand.lease_until < at + begin / self.rate_hz:
-                    hand.rest(at_once=False)
+                    hand.rest()
             dt = part.size / self.rate_hz
+            shift = self._shift(part.size)
             pieces = [each for hand in self._hands.values() for each in self._pieces(hand, dt)]
             for one in pieces:
-                read = _read(one.clip, one.wave_at, one.wave_rate / self.rate_hz, part.size)
+                read = _read(one.clip, one.at, one.rate / self.rate_hz, part.size)
+                if np.iscomplexobj(read):
+                    read = (read * shift).real
                 part += read * np.linspace(one.begin, one.end, part.size)
             part *= self._gains(pieces, part.size, dt)
             self._limit(part, dt)
@@ -179,8 +182,8 @@ class Player:
         gain = self._within("impact_gain", surface.get("impact_gain"), 1.0)
         gain = gain if kind in IMPACTS else 1.0
         thickness_m = self._within("thickness_m", surface.get("thickness_m"), None)
-        hand.hum = self._hum(surface.get("hum")) if hand.touches else None
-        hand.texture = hand.press = None
+        hum = self._hum(surface.get("hum")) if hand.touches else None
+        hand.wishes = [_Wish("hum", hum["level"], hum, lambda: [_Hum()])] if hum else []
         name = surface.get("material")
         facts = self.feel["materials"].get(name) if isinstance(name, str) else None
         if facts is None:
@@ -188,129 +191,94 @@ class Player:
                 self._note("material", f"{name!r} is not in the feel file; bake it")
             return
         if kind == "press" and facts["n_per_grain"] is not None:
-            hand.press = (name, facts, force, gain)
+            hand.wishes.append(
+                _Wish(f"press {name}", gain, force, lambda: [_Press(facts, self.draw(), gain)])
+            )
         if onset and kind != "swing":
             self._strike(hand, facts, kind if kind in IMPACTS else "tap", (speed, force), gain)
         if kind in TEXTURES:
             usual_m = facts["swing"]["thickness_m"]
             thin = usual_m / (thickness_m or usual_m) if kind == "swing" else 1.0
-            hand.texture = ((name, kind, thin), facts, (speed, force), speed * thin)
+            to = speed, force, speed * thin
+            begin = partial(self._texture, facts[kind], facts["grain"], to[2])
+            hand.wishes.append(_Wish((name, kind, thin), 1.0, to, begin))
 
     def _strike(self, hand: _Hand, facts: Json, kind: str, motion: State, gain: float) -> None:
-        ringing = [shot for shot in hand.shots if shot.kind in IMPACTS]
+        ringing = hand.impacts()
         if len(ringing) >= self.feel["rules"]["max_impacts"]:
             return
         loud = [shot for shot in ringing if shot.aim > 0.0]
         if len(loud) >= self.feel["rules"]["max_ringing"]:
             loud[0].aim = 0.0
         table, impact = self.feel["impacts"][kind], facts[kind]
-        contact_s = self.look(table["contact_s"], *motion)
-        off = [abs(math.log(length / contact_s)) for length in impact["contact_s"]]
-        clip = self.feel["clips"][impact["clips"][off.index(min(off))]]
+        place = self.look(table["place"], *motion)
+        clips = [self.feel["clips"][clip] for clip in impact["clips"]]
+        first = min(int(place), len(clips) - 1)
+        clip = _blended(clips[first], clips[min(first + 1, len(clips) - 1)], place - first)
         palm, pad = (
             min(impact[on] * self.look(table[on], *motion), clip["most"]) for on in ("palm", "pad")
         )
         rate = 1.0 + self.feel["rules"]["pitch_varies"] * (2.0 * self.draw() - 1.0)
-        length = self._length(clip) / min(rate, 1.0)
-        hand.shots.append(_Shot(clip, kind, palm, pad, length, gain, gain, rate, facts["hz"]))
+        skip_s = self.look(table["skip_s"], *motion)
+        hand.voices.append(_Shot(clip, palm, pad, gain, rate, facts["hz"], skip_s, key=kind))
 
     def _pieces(self, hand: _Hand, dt: float) -> list[Piece]:
         """Let a hand sound for `dt`, s; return what sounds."""
-        self._follow(hand)
+        for voice in hand.voices:
+            if not isinstance(voice, _Shot):
+                voice.aim = 0.0
+        for wish in hand.wishes:
+            self._follow(hand, wish)
         pieces: list[Piece] = []
         step = dt / self.feel["rules"]["fade_s"]
-        for voice in hand.voices:
-            pieces += self._advance(voice, hand, step, dt)
-        for shot in hand.shots:
-            pieces += self._advance(shot, hand, step, dt)
-        hand.drop_silent()
+        for voice in hand.voices:  # grains that begin are added at the end, and sound at once
+            before = voice.fade
+            voice.fade += min(max(voice.aim - voice.fade, -step), step)
+            pieces += voice.advance(self, hand, before, dt)
+        hand.voices = [voice for voice in hand.voices if voice.fade or voice.aim]
         return pieces
 
-    def _advance(self, voice: Any, hand: _Hand, step: float, dt: float) -> list[Piece]:  # noqa: ANN401
-        before = voice.fade
-        voice.fade += min(max(voice.aim - voice.fade, -step), step)
-        return list(voice.advance(self, hand, before, dt))
+    def _follow(self, hand: _Hand, wish: _Wish) -> None:
+        """Let the voices of a hand follow what its newest touch wants."""
+        same = [voice for voice in hand.voices if voice.key == wish.key]
+        textures = {voice.key for voice in hand.voices if isinstance(voice.key, tuple)}
+        is_texture = isinstance(wish.key, tuple)
+        if not same and not (is_texture and len(textures) > self.feel["rules"]["max_textures"]):
+            same = wish.begin()
+            hand.voices += same
+        for voice in same:
+            voice.key, voice.aim, voice.to = wish.key, wish.aim, wish.to
 
-    def _follow(self, hand: _Hand) -> None:
-        """Fade the voices of a hand towards its newest touch."""
-        for voice in hand.voices:
-            voice.aim = 0.0
-        if hand.texture:
-            self._follow_texture(hand, *hand.texture)
-        if hand.press:
-            name, facts, force, gain = hand.press
-            if not any(press.key == name for press in hand.presses):
-                first = 0.3 + 0.4 * self.draw()
-                hand.presses.append(_Press(name, facts, first, gain, gain))
-            for press in hand.presses:
-                if press.key == name:
-                    press.aim, press.force = gain, force
-        if hand.hum:
-            hand.hums = hand.hums or [_Hum(hand.hum)]
-            hand.hums[0].aim, hand.hums[0].hum = hand.hum["level"], hand.hum
-
-    def _follow_texture(
-        self,
-        hand: _Hand,
-        key: Any,  # noqa: ANN401
-        facts: Json,
-        motion: State,
-        pitch: float,
-    ) -> None:
-        same = [texture for texture in hand.textures if texture.key == key]
-        if not same and len(hand.textures) <= self.feel["rules"]["max_textures"]:
-            same = [self._texture(key, facts, pitch)]
-            hand.textures += same
-        for texture in same:
-            texture.aim, texture.motion, texture.pitch = 1.0, motion, pitch
-
-    def _texture(self, key: Any, facts: Json, pitch: float) -> _Texture:  # noqa: ANN401
-        carve = facts["carve"] if key[1] == "carve" else None
-        slide = facts["slide" if carve else key[1]]["layers"]
-        layers = []
-        for layer in carve["layers"] or slide if carve else slide:
+    def _texture(self, facts: Json, grain: str, speed: float) -> list[Any]:
+        """Return the voices of a texture: a loop for each layer, and breaks."""
+        voices: list[Any] = []
+        for layer in facts["layers"]:
             clip = self.feel["loops"][layer["loop"]]
-            at = self.draw() * self.seconds(clip)
-            layers.append(_Layer(clip, layer["level"], at, at))
-        factor = carve["factor"] if carve else 1.0
-        return _Texture(key, facts, factor, layers, self.draw(), (pitch, 0.0))
+            at = self.draw() * clip["wave"].size / clip["rate_hz"]
+            voices.append(_Layer(clip, layer, at, (speed, 0.0)))
+        return (
+            [*voices, _Breaks(facts["breaks"], grain, self.draw())] if facts["breaks"] else voices
+        )
 
-    def grain(self, facts: Json, gain: float) -> _Shot:
-        """Return a grain of a material that begins now."""
-        clip = self.feel["clips"][facts["grain"]]
-        return _Shot(clip, "grain", gain, gain, self._length(clip))
+    def grain(self, name: str, gain: float, late_s: float) -> _Shot:
+        """Return a grain that begins `late_s` after the begin of this step."""
+        return _Shot(self.feel["clips"][name], gain, gain, 1.0, at=-late_s, key="grain")
 
-    def seconds(self, clip: Json) -> float:
-        """Return the length of a clip's tracks, s."""
-        return float(clip["drive"].size * self.feel["rules"]["step_s"])
-
-    def _length(self, clip: Json) -> float:
-        return max(float(clip["wave"].size / clip["rate_hz"]), self.seconds(clip))
-
-    def _power(self, pieces: list[Piece]) -> tuple[float, float, float]:
-        """Return the squares of level, of loudness, and of level times frequency."""
-        drive = felt = turned = 0.0
-        step_s = self.feel["rules"]["step_s"]
-        for clip, at, _, _, _, _, gain, loudness, hertz in pieces:
-            level = gain * _track(clip, "drive", at, step_s)
-            drive += level**2
-            if loudness is None:
-                felt += (gain * _track(clip, "felt", at, step_s)) ** 2
-                turned += (level * _track(clip, "hz", at, step_s)) ** 2
-            else:
-                felt += (level * loudness) ** 2
-                turned += (level * hertz) ** 2
-        return drive, felt, turned
+    def _shift(self, count: int) -> Any:  # noqa: ANN401
+        """Return the factor of complex samples in the next ones, (count,); 1 in the true voice."""
+        sound = self.feel["rules"]["sound"]
+        if sound is None or self.rate_hz is None:
+            return 1.0
+        turns = self._turn + np.arange(count) * (sound["shift_hz"] / self.rate_hz)
+        self._turn = (self._turn + count * sound["shift_hz"] / self.rate_hz) % 1.0
+        return np.exp(2j * np.pi * turns)
 
     def _gains(self, pieces: list[Piece], count: int, dt: float) -> Floats:
         """Return the compression of the sound voice, (count,); 1 in the true voice."""
         sound, gain = self.feel["rules"]["sound"], self._within("gain", self.gain, 1.0)
         if sound is None:
             return np.full(count, gain)
-        body = sum(
-            (each.end * _track(each.clip, "body", each.at, self.feel["rules"]["step_s"])) ** 2
-            for each in pieces
-        )
+        body = sum(each.body**2 for each in pieces)
         self._held = max(self._held * math.exp(-sound["fall_per_s"] * dt), math.sqrt(body))
         to = sound["level"] * max(self._held, sound["lowest"]) ** (sound["exponent"] - 1.0)
         before, self._compression = self._compression, to
@@ -343,18 +311,18 @@ class Player:
         """Let a hand that is planned sound until `now`."""
         left = 0.0 if hand.time is None else min(max(now - hand.time, 0.0), 0.5)
         hand.time = now
-        while left > SOON and hand.sounds:
+        while left > SOON and (hand.voices or hand.wishes):
             self._pieces(hand, min(left, self.feel["rules"]["step_s"]))
             left -= self.feel["rules"]["step_s"]
 
     def look(self, table: Any, speed: float, force: float | None = None) -> float:  # noqa: ANN401
         """Return the value of a table at a speed, and at a force: linear between, held beyond."""
-        rows = (
-            [np.interp(force, self.feel["forces_n"], row) for row in table]
-            if force is not None
-            else table
-        )
-        return float(np.interp(speed, self.feel["speeds_mps"], rows))
+        at, share = _between(self.feel["speeds_mps"], speed)
+        low, high = table[at], table[at + 1]
+        if force is not None:
+            on, part = _between(self.feel["forces_n"], force)
+            low, high = (row[on] + part * (row[on + 1] - row[on]) for row in (low, high))
+        return float(low + share * (high - low))
 
     def smooth(self, state: State, target: float, dt: float) -> State:
         """Return value and slope of a number that follows its target through two low-passes."""
@@ -422,114 +390,146 @@ class Player:
             self._say(f"{field}: {text}")
 
 
+class _Wish(NamedTuple):
+    """What the newest touch of a hand wants to sound, and to follow."""
+
+    key: Any
+    aim: float
+    to: Any
+    begin: Callable[[], list[Any]]
+
+
+@dataclass(kw_only=True)
+class _Voice:
+    """Something that sounds. `fade` moves to `aim`; at 0 with aim 0 the voice ends."""
+
+    key: Any = None
+    fade: float = 0.0
+    aim: float = 0.0
+    to: Any = None
+
+
 @dataclass
-class _Shot:
-    """An impact or a grain that sounds once."""
+class _Shot(_Voice):
+    """An impact or a grain that sounds once; before 0, `at` waits for its begin."""
 
     clip: Json
-    kind: str
     palm: float
     pad: float
-    seconds: float
-    fade: float = 1.0
-    aim: float = 1.0
+    gain: float
     rate: float = 1.0
     hz: float = 0.0
     at: float = 0.0
-    is_new: bool = True
+    is_new: bool = True  # for a plan
+    has_begun: bool = False
+
+    def __post_init__(self) -> None:
+        """Sound at once."""
+        self.fade = self.aim = self.gain
 
     def advance(self, player: Player, hand: _Hand, before: float, dt: float) -> list[Piece]:
         """Return what sounds of it in the next `dt`, s."""
-        del player, hand
-        gains = self.palm * before, self.palm * self.fade, self.pad * self.fade
-        piece = Piece(self.clip, self.at, self.at * self.rate, self.rate, *gains)
-        self.at += dt
-        if self.at >= self.seconds:
+        del hand
+        step = max(int(self.at / player.feel["rules"]["step_s"] + SOON), 0)
+        drive, felt, hertz, body = (
+            float(track[step]) if step < track.size else 0.0
+            for track in (self.clip[name] for name in ("drive", "felt", "hz", "body"))
+        )
+        palm, pad = self.palm * self.fade, self.pad * self.fade
+        gains = self.palm * before, palm, pad * drive, pad * felt, hertz, palm * body
+        piece = Piece(self.clip, self.at, self.rate, *gains)
+        self.at += self.rate * dt
+        self.has_begun = True
+        if (
+            self.at >= self.clip["wave"].size / self.clip["rate_hz"]
+            and step >= self.clip["drive"].size
+        ):
             self.fade = self.aim = 0.0
         return [piece]
 
 
 @dataclass
-class _Layer:
-    """One loop of a texture; positions in s of its clip."""
+class _Layer(_Voice):
+    """One loop of a texture. It follows speed, force, and the speed at which it is read."""
 
     clip: Json
-    table: Any
+    facts: Json
     at: float
-    wave_at: float
+    flow: State
     level: State = (0.0, 0.0)
 
-
-@dataclass
-class _Texture:
-    """A slide, a carve or a swing over one material."""
-
-    key: tuple[str, str, float]
-    facts: Json
-    factor: float
-    layers: list[_Layer]
-    to_next: float
-    flow: State
-    fade: float = 0.0
-    aim: float = 1.0
-    broken: State = (0.0, 0.0)
-    motion: tuple[float, float] = (0.0, 0.0)
-    pitch: float = 0.0  # speed at which the loops are read, m/s
-
     def advance(self, player: Player, hand: _Hand, before: float, dt: float) -> list[Piece]:
-        """Return what sounds of its layers in the next `dt`, s; breaks are added to the hand."""
-        self.flow = player.smooth(self.flow, self.pitch, dt)
-        self.layers = [copy.copy(layer) for layer in self.layers]
-        pieces = [self._layer(player, layer, before, dt) for layer in self.layers]
-        carve = self.facts["carve"]
-        if self.key[1] == "carve" and carve["per_s"]:
-            target = player.look(carve["level"], *self.motion)
-            self.broken = player.smooth(self.broken, target, dt)
-            self.to_next -= player.look(carve["per_s"], self.motion[0]) * dt
-            if self.to_next < 0.0:
-                gain = (0.4 + 0.6 * player.draw()) * self.broken[0] * self.fade
-                hand.shots.append(player.grain(self.facts, gain))
-                self.to_next = max(self.to_next + 0.5 + player.draw(), 0.0)
-        return pieces
-
-    def _layer(self, player: Player, layer: _Layer, before: float, dt: float) -> Piece:
-        clip, old = layer.clip, layer.level[0]
-        rates = {name: player.look(clip[name], self.flow[0]) for name in ("rate", "wave_rate")}
-        target = self.factor * player.look(layer.table, *self.motion)
-        layer.level = player.smooth(layer.level, target * player.look(clip["gain"], self.pitch), dt)
-        gain = layer.level[0] * self.fade
-        felt, hertz = (player.look(clip[name], self.flow[0]) for name in ("felt", "hz"))
-        gains = old * before, gain, gain
-        piece = Piece(clip, layer.at, layer.wave_at, rates["wave_rate"], *gains, felt, hertz)
-        layer.at = (layer.at + rates["rate"] * dt) % player.seconds(clip)
-        layer.wave_at += rates["wave_rate"] * dt
-        layer.wave_at %= clip["wave"].size / clip["rate_hz"]
-        return piece
+        """Return what sounds of it in the next `dt`, s."""
+        del hand
+        clip, old, (speed, force, pitch) = self.clip, self.level[0], self.to
+        self.flow = player.smooth(self.flow, pitch, dt)
+        rate, felt, hertz, loud, body = (
+            player.look(clip[name], self.flow[0]) for name in ("rate", "felt", "hz", "loud", "body")
+        )
+        level = player.look(player.feel["levels"][self.facts["level"]], speed, force)
+        target = self.facts["factor"] * level * player.look(clip["gain"], pitch)
+        self.level = player.smooth(self.level, target, dt)
+        gain = self.level[0] * self.fade
+        step = int(self.at / player.feel["rules"]["step_s"] + SOON) % clip["drive"].size
+        drive = gain * float(clip["drive"][step])
+        gains = old * before * loud, gain * loud, drive, drive * felt, hertz, gain * body
+        piece = Piece(clip, self.at, rate, *gains)
+        self.at = (self.at + rate * dt) % (clip["wave"].size / clip["rate_hz"])
+        return [piece]
 
 
 @dataclass
-class _Press:
-    """A press on something that yields: a grain for each step that it deepens."""
+class _Breaks(_Voice):
+    """The fibres that break under a blade, a grain each. It follows speed and force."""
 
-    key: str
     facts: Json
-    next: float
-    fade: float
-    aim: float
-    force: float = 0.0
-    depth: State = (0.0, 0.0)
-    rest: float = 0.0
+    grain: str
+    to_next: float
+    level: State = (0.0, 0.0)
 
     def advance(self, player: Player, hand: _Hand, before: float, dt: float) -> list[Piece]:
         """Add the grain of the next `dt`, s, to the hand."""
         del before
-        rules = player.feel["rules"]
-        self.depth = player.smooth(self.depth, self.force / self.facts["n_per_grain"], dt)
+        speed, force, _ = self.to
+        target = player.look(player.feel["levels"][self.facts["level"]], speed, force)
+        self.level = player.smooth(self.level, target, dt)
+        per_s = player.look(self.facts["per_s"], speed)
+        self.to_next -= per_s * dt
+        if self.to_next < 0.0:
+            gain = (0.4 + 0.6 * player.draw()) * self.level[0] * self.fade
+            hand.voices.append(player.grain(self.grain, gain, dt + self.to_next / per_s))
+            self.to_next = max(self.to_next + 0.5 + player.draw(), 0.0)
+        return []
+
+
+@dataclass
+class _Press(_Voice):
+    """A press on something that yields: a grain for each step that it deepens with the force."""
+
+    facts: Json
+    next: float
+    gain: float
+    depth: State = (0.0, 0.0)
+    rest: float = 0.0  # s until another grain may begin
+
+    def __post_init__(self) -> None:
+        """Begin without a fade, at some place before the first step."""
+        self.next, self.fade = 0.3 + 0.4 * self.next, self.gain
+
+    def advance(self, player: Player, hand: _Hand, before: float, dt: float) -> list[Piece]:
+        """Add the grain of the next `dt`, s, to the hand."""
+        del before
+        rules, old = player.feel["rules"], self.depth[0]
+        self.depth = player.smooth(self.depth, self.to / self.facts["n_per_grain"], dt)
+        deeper = self.depth[0] - old
+        if self.depth[0] >= self.next and self.rest < dt:
+            late_s = max(self.rest, dt * (self.next - old) / deeper if deeper > 0.0 else 0.0, 0.0)
+            gain = rules["grain_strength"] * self.fade
+            hand.voices.append(player.grain(self.facts["grain"], gain, late_s))
+            passed = old + deeper * late_s / dt - self.next
+            self.next += math.floor(max(passed, 0.0)) + 1.0
+            self.rest = late_s + 1.0 / rules["grains_per_s"]
         self.rest -= dt
-        if self.depth[0] >= self.next and self.rest <= 0.0:
-            hand.shots.append(player.grain(self.facts, rules["grain_strength"] * self.fade))
-            self.next += math.floor(self.depth[0] - self.next) + 1.0
-            self.rest = 1.0 / rules["grains_per_s"]
         left = self.next - 1.0 - self.depth[0] - rules["grain_back"]
         if left > 0.0:
             self.next -= math.floor(left) + 1.0
@@ -537,12 +537,9 @@ class _Press:
 
 
 @dataclass
-class _Hum:
-    """A tone and its harmonics; `fade` is its level."""
+class _Hum(_Voice):
+    """A tone and its harmonics, which follow a hum; `fade` is its level."""
 
-    hum: Json
-    fade: float = 0.0
-    aim: float = 0.0
     turns: tuple[float, ...] = (0.0,) * 16
 
     def advance(self, player: Player, hand: _Hand, before: float, dt: float) -> list[Piece]:
@@ -550,26 +547,23 @@ class _Hum:
         del hand
         pad, sound = player.feel["rules"]["pad"], player.feel["rules"]["sound"]
         pieces = []
-        for order, drive in enumerate(self.hum["drives"], start=1):
-            hertz = order * self.hum["hz"]
-            played = sound["times"] * hertz + sound["shift_hz"] if sound else hertz
+        for order, (drive, turn) in enumerate(zip(self.to["drives"], self.turns, strict=False), 1):
+            hertz = order * self.to["hz"]
             weight = np.interp(hertz, pad["hum_hz"], sound["hum_weight"]) if sound else 1.0
             felt = float(np.interp(hertz, pad["hum_hz"], pad["hum_felt"]))
-            clip = {**SINE, "body": SINE["body"] / weight}
-            gains = drive * before * weight, drive * self.fade * weight, drive * self.fade
-            pieces.append(Piece(clip, 0.0, self.turns[order - 1], played, *gains, felt, hertz))
-        moved = [
-            (turn + piece.wave_rate * dt) % 1.0
-            for turn, piece in zip(self.turns, pieces, strict=False)
-        ]
+            level, rate = drive * self.fade, hertz * (sound["times"] if sound else 1.0)
+            gains = drive * before * weight, level * weight, level, level * felt, hertz
+            pieces.append(Piece(SINE, turn, rate, *gains, level * math.sqrt(0.5)))
+        moved = [(piece.at + piece.rate * dt) % 1.0 for piece in pieces]
         self.turns = (*moved, *self.turns[len(moved) :])
         return pieces
 
 
 @dataclass
 class _Hand:
-    """One hand: its lease, its hold, what it was told last, and what sounds."""
+    """One hand: its lease, its hold, what it wants to sound, and what sounds."""
 
+    ends_at_once: bool  # as a plan does; samples fade
     is_held: bool = False
     is_armed: bool = False
     touches: bool = False
@@ -577,72 +571,69 @@ class _Hand:
     time: float | None = None  # until which a plan has let it sound
     touched_at: float = 0.0
     gaps: int = 0
-    texture: Any = None
-    press: Any = None
-    hum: Json | None = None
-    shots: list[_Shot] = field(default_factory=list)
-    textures: list[_Texture] = field(default_factory=list)
-    presses: list[_Press] = field(default_factory=list)
-    hums: list[_Hum] = field(default_factory=list)
+    wishes: list[_Wish] = field(default_factory=list)
+    voices: list[Any] = field(default_factory=list)
 
-    @property
-    def voices(self) -> list[Any]:
-        """All that sounds, grains last: a voice before may add one that begins at once."""
-        return [*self.textures, *self.presses, *self.hums]
-
-    @property
-    def sounds(self) -> bool:
-        """Whether something sounds or is about to."""
-        return bool(self.voices or self.shots or self.texture or self.press or self.hum)
+    def impacts(self) -> list[_Shot]:
+        """Return the impacts that ring."""
+        return [voice for voice in self.voices if voice.key in IMPACTS]
 
     def fork(self) -> _Hand:
         """Return a copy that may sound ahead."""
         fork = copy.copy(self)
-        for kind in ("shots", "textures", "presses", "hums"):
-            setattr(fork, kind, [copy.copy(voice) for voice in getattr(self, kind)])
+        fork.voices = [copy.copy(voice) for voice in self.voices]
         return fork
 
-    def drop_silent(self) -> None:
-        """Drop the voices that have ended."""
-        for kind in ("shots", "textures", "presses", "hums"):
-            sounding = [voice for voice in getattr(self, kind) if voice.fade or voice.aim]
-            setattr(self, kind, sounding)
-
-    def let_go(self, *, at_once: bool) -> None:
+    def let_go(self) -> None:
         """End what sounds: at once for a plan, with a fade for samples."""
-        self.texture = self.press = self.hum = None
-        begun = [shot for shot in self.shots if shot.at or shot.kind not in IMPACTS]
-        self.shots = [] if at_once else begun
-        for shot in self.shots:
-            shot.aim = 0.0
-        if at_once:
-            self.textures, self.presses, self.hums, self.time = [], [], [], None
+        self.wishes = []
+        begun = [each for each in self.voices if each.key not in IMPACTS or each.has_begun]
+        self.voices = [] if self.ends_at_once else begun
+        self.time = None
+        for voice in self.voices:
+            voice.aim = 0.0
 
-    def rest(self, *, at_once: bool) -> None:
+    def rest(self) -> None:
         """End the lease, and what sounds."""
         self.lease_until = None
         self.touches = False
-        self.let_go(at_once=at_once)
+        self.let_go()
 
 
-def _track(clip: Json, name: str, at: float, step_s: float) -> float:
-    """Return a track's value at a place, s: of the step that holds it; 0 after the end."""
-    track, step = clip[name], int(at / step_s + SOON)
-    if "gain" in clip:
-        return float(track[step % track.size])
-    return float(track[step]) if step < track.size else 0.0
+def _powers(pieces: list[Piece]) -> Floats:
+    """Return the squares of level, of loudness, and of level times frequency, (3,)."""
+    each = [(one.drive, one.felt, one.drive * one.hz) for one in pieces] or [(0.0, 0.0, 0.0)]
+    return np.asarray(np.square(each).sum(axis=0))
 
 
-def _read(clip: Json, at: float, rate: float, count: int) -> Floats:
+def _between(axis: list[float], value: float) -> tuple[int, float]:
+    """Return the place of a value on an axis: the entry below it, and the share of the next one."""
+    at = min(max(bisect.bisect_right(axis, value), 1), len(axis) - 1) - 1
+    return at, min(max((value - axis[at]) / (axis[at + 1] - axis[at]), 0.0), 1.0)
+
+
+def _blended(one: Json, other: Json, share: float) -> Json:
+    """Return a clip between two of the same rate: 1 - share of the one, share of the other."""
+    clip = dict(one)
+    for name in ("wave", "drive", "felt", "hz", "body"):
+        short, long = sorted((one[name], other[name]), key=len)
+        weights = (1.0 - share, share) if short is one[name] else (share, 1.0 - share)
+        clip[name] = weights[1] * long
+        clip[name][: short.size] += weights[0] * short
+    clip["most"] = (1.0 - share) * one["most"] + share * other["most"]
+    return clip
+
+
+def _read(clip: Json, at: float, rate: float, count: int) -> Any:  # noqa: ANN401
     """Return samples (count,) of a clip from `at`, s, on: a cubic through four of its samples."""
     wave = clip["wave"]
     places = at * clip["rate_hz"] + np.arange(count) * (rate * clip["rate_hz"])
-    whole = places.astype(int)
+    whole = np.floor(places).astype(int)
     share = places - whole
     if "gain" in clip:
         a, b, c, d = (wave[(whole + k) % wave.size] for k in (-1, 0, 1, 2))
     else:
         padded = np.concatenate(([0.0], wave, np.zeros(3)))
-        a, b, c, d = (padded[np.minimum(whole + k, wave.size + 1)] for k in (0, 1, 2, 3))
+        a, b, c, d = (padded[np.clip(whole + k, 0, wave.size + 1)] for k in (0, 1, 2, 3))
     cubic = c - a + share * (2 * a - 5 * b + 4 * c - d + share * (3 * (b - c) + d - a))
-    return np.asarray(b + 0.5 * share * cubic)
+    return b + 0.5 * share * cubic

@@ -1,191 +1,118 @@
-"""Opens a feel file of `hapticvlm bake`: checks every number and decodes the clips.
+"""Opens a feel file of `hapticvlm bake`: checks it by its schema and decodes the clips.
 
 A foreign or damaged file is refused with the field that is wrong, before anything is felt. The
-limits leave no figure that could make a player loop for ever or use a device at full strength.
+limits of the schema leave no figure that could make a player loop for ever or use a device at full
+strength.
 """
 
 from __future__ import annotations
 
 import base64
+import json
+import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 Json = dict[str, Any]
 IMPACTS = ("tap", "strike", "press")
-VOICES = ("true", "sound")
-# Each number of a file and its limits. [s] is a list by speed, [f] by force, [] of any length; * is
-# each entry of a map. A field that ends in ? may be null.
-LIMITS = {
-    "version": (2, 2),
-    "speeds_mps.[s]": (0, 1000),
-    "forces_n.[f]": (0, 1e4),
-    "ranges.*.[]": (-1e6, 1e6),
-    "rules.lease_s": (0.01, 10),
-    "rules.step_s": (0.001, 0.02),
-    "rules.fade_s": (0.001, 1),
-    "rules.smooth_s": (0.001, 1),
-    "rules.ceiling": (0.01, 1),
-    "rules.recover_s": (0.001, 10),
-    "rules.max_impacts": (1, 64),
-    "rules.max_ringing": (1, 64),
-    "rules.max_textures": (0, 64),
-    "rules.pitch_varies": (0, 0.5),
-    "rules.grain_strength": (0, 10),
-    "rules.grains_per_s": (1, 1000),
-    "rules.grain_back": (0, 10),
-    "rules.pad.horizon_s": (0.01, 1),
-    "rules.pad.period_s.*": (0.0025, 0.1),
-    "rules.pad.scale.*": (0, 100),
-    "rules.pad.exponent": (0.01, 10),
-    "rules.pad.min_level": (0, 1),
-    "rules.pad.min_impact": (0, 1),
-    "rules.pad.min_impact_s": (0, 1),
-    "rules.pad.min_amplitude": (0, 1),
-    "rules.pad.hum_hz.[]": (1, 1e4),
-    "rules.pad.hum_felt.[]": (0, 100),
-    "rules.sound?.level": (0, 10),
-    "rules.sound?.exponent": (0, 1),
-    "rules.sound?.lowest": (1e-6, 1),
-    "rules.sound?.fall_per_s": (0, 100),
-    "rules.sound?.times": (0, 16),
-    "rules.sound?.shift_hz": (0, 1e4),
-    "rules.sound?.hum_weight.[]": (0, 100),
-    "impacts.*.contact_s.[s].[f]": (1e-4, 1),
-    "impacts.*.palm.[s].[f]": (0, 100),
-    "impacts.*.pad.[s].[f]": (0, 100),
-    "materials.*.hz": (1, 1e4),
-    "materials.*.n_per_grain?": (1e-3, 1e6),
-    "materials.*.slide.layers.[].level.[s].[f]": (0, 100),
-    "materials.*.swing.layers.[].level.[s].[f]": (0, 100),
-    "materials.*.swing.thickness_m": (1e-4, 100),
-    "materials.*.carve.layers?.[].level.[s].[f]": (0, 100),
-    "materials.*.carve.factor": (0, 10),
-    "materials.*.carve.level?.[s].[f]": (0, 100),
-    "materials.*.carve.per_s?.[s]": (0, 1000),
-    "clips.*.rate_hz": (100, 96000),
-    "clips.*.peak": (0, 1000),
-    "clips.*.most": (0, 1e4),
-    "clips.*.drive.peak": (0, 1000),
-    "clips.*.felt.peak": (0, 1000),
-    "clips.*.body?.peak": (0, 1000),
-    "loops.*.rate_hz": (100, 96000),
-    "loops.*.peak": (0, 1000),
-    "loops.*.drive.peak": (0, 1000),
-    "loops.*.body?.peak": (0, 1000),
-    "loops.*.gain.[s]": (0, 100),
-    "loops.*.rate.[s]": (0.001, 100),
-    "loops.*.wave_rate.[s]": (0.001, 100),
-    "loops.*.felt.[s]": (0, 100),
-    "loops.*.hz.[s]": (1, 1e4),
-} | {
-    f"materials.*.{kind}.{field}": limits
-    for kind in IMPACTS
-    for field, limits in (("contact_s.[]", (1e-4, 1)), ("palm", (0, 1000)), ("pad", (0, 1000)))
-}
+TEXTURES = ("slide", "carve", "swing")
+SCHEMA = json.loads((Path(__file__).parents[1] / "schemas/feel_clips.schema.json").read_text())
+KINDS: Json = {"object": dict, "array": list, "string": str, "number": (int, float), "integer": int}
+SIZES = {"string": "Length", "array": "Items"}
+SILENCE = {"peak": 0.0, "bytes": "/w=="}
 
 
 def opened(file: Any) -> Json:  # noqa: ANN401
     """Check a parsed feel file and decode its clips. Raises ValueError, which names the field."""
-    for path, (low, high) in LIMITS.items():
-        _check(file, path.split("."), "", file, low, high)
-    if file.get("voice") not in VOICES:
-        raise ValueError(f"voice: {file.get('voice')!r} is not true or sound; bake it again")
-    _check_lists(file)
-    feel: Json = {**file, "clips": {}, "loops": {}}
-    for kind in ("clips", "loops"):
-        for name, clip in file[kind].items():
-            feel[kind][name] = _decoded(clip, f"{kind}.{name}", is_loop=kind == "loops")
-    _check_names(file)
-    return feel
-
-
-def _check_lists(file: Json) -> None:
-    for name in ("phase", "hand", "interaction"):
-        words = file.get("words", {}).get(name)
-        if not isinstance(words, list) or not all(isinstance(word, str) for word in words):
-            raise ValueError(f"words.{name}: is not a list of words; bake it again")
+    _check(file, SCHEMA, "")
     for axis in ("speeds_mps", "forces_n"):
         if sorted(set(file[axis])) != file[axis]:
             raise ValueError(f"{axis}: does not rise; bake it again")
+    _check_names(file)
+    feel: Json = {**file}
+    for kind in ("clips", "loops"):
+        feel[kind] = {name: _decoded(clip, f"{kind}.{name}") for name, clip in file[kind].items()}
+    return feel
+
+
+def _check(value: Any, schema: Json, name: str) -> None:  # noqa: ANN401
+    """Check a value by the part of the schema that describes it, and all that it contains."""
+    if "anyOf" in schema and value is None:
+        return
+    schema = _described(schema)
+    problem = _problem(value, schema)
+    if problem:
+        raise ValueError(f"{name or 'the file'}: {problem}; bake it again")
+    parts: Any = ()
+    if schema["type"] == "object":
+        others = schema.get("additionalProperties")
+        parts = schema.get("properties") or dict.fromkeys(value, others)
+    elif schema["type"] == "array":
+        parts = dict(enumerate(schema.get("prefixItems") or [schema["items"]] * len(value)))
+    for key in parts:
+        field = f"{name}.{key}".lstrip(".")
+        if isinstance(key, str) and key not in value:
+            raise ValueError(f"{field}: is missing; bake it again")
+        _check(value[key], parts[key], field)
+
+
+def _described(schema: Json) -> Json:
+    """Return the part that describes a value that is not null, without references."""
+    for part in schema.get("anyOf", ()):
+        schema = part if part.get("type") != "null" else schema
+    return SCHEMA["$defs"][schema["$ref"].rpartition("/")[2]] if "$ref" in schema else schema
+
+
+def _problem(value: Any, schema: Json) -> str | None:  # noqa: ANN401
+    """Return what is wrong with a value itself."""
+    kind = schema["type"]
+    if not isinstance(value, KINDS[kind]) or isinstance(value, bool):
+        return f"is not of type {kind}"
+    if kind in ("string", "array"):
+        least, most = schema.get(f"min{SIZES[kind]}", 0), schema.get(f"max{SIZES[kind]}", 1e9)
+        if not least <= len(value) <= most:
+            return f"has {len(value)} entries, not {least} or more"
+    if kind == "string" and not re.search(schema.get("pattern", ""), value):
+        return f"{value!r} does not match {schema['pattern']}"
+    if kind in ("number", "integer"):
+        low, high = schema.get("minimum", -1e9), schema.get("maximum", 1e9)
+        if not low <= value <= high:
+            return f"{value!r} is not {low:g} to {high:g}"
+    return None
 
 
 def _check_names(file: Json) -> None:
     for name, facts in file["materials"].items():
-        layers = (
-            facts["slide"]["layers"] + facts["swing"]["layers"] + (facts["carve"]["layers"] or [])
-        )
-        names = [("loops", layer.get("loop")) for layer in layers] + [("clips", facts.get("grain"))]
-        names += [("clips", clip) for kind in IMPACTS for clip in facts[kind].get("clips", ())]
-        for kind in IMPACTS:
-            if len(facts[kind]["contact_s"]) != len(facts[kind].get("clips", ())):
-                raise ValueError(
-                    f"materials.{name}.{kind}.clips: not as many as contact_s; bake it again"
-                )
-        for kind, clip in names:
-            if clip not in file[kind]:
-                raise ValueError(f"materials.{name}: {kind} has no {clip!r}; bake it again")
+        names = [("clips", facts["grain"])]
+        names += [("clips", clip) for kind in IMPACTS for clip in facts[kind]["clips"]]
+        for layer in (layer for kind in TEXTURES for layer in facts[kind]["layers"]):
+            names += [("loops", layer["loop"]), ("levels", layer["level"])]
+        breaks = [facts[kind]["breaks"] for kind in TEXTURES]
+        names += [("levels", each["level"]) for each in breaks if each]
+        for kind, key in names:
+            if key not in file[kind]:
+                raise ValueError(f"materials.{name}: {kind} has no {key!r}; bake it again")
 
 
-def _check(
-    value: Any,  # noqa: ANN401
-    path: list[str],
-    name: str,
-    file: Json,
-    low: float,
-    high: float,
-) -> None:
-    if not path:
-        _check_number(value, name[1:], low, high)
-        return
-    key, rest = path[0].rstrip("?"), path[1:]
-    if key.startswith("["):
-        wanted = {"[s]": "speeds_mps", "[f]": "forces_n"}.get(key)
-        size = len(file[wanted]) if wanted and name[1:] != wanted else None
-        if not isinstance(value, list) or not value or size not in (None, len(value)):
-            raise ValueError(
-                f"{name[1:]}: is not a list of {size or 'some'} entries; bake it again"
-            )
-        parts = [(f"{name}.{at}", one) for at, one in enumerate(value)]
-    elif not isinstance(value, dict):
-        raise ValueError(f"{name[1:] or 'the file'}: is not a map; bake it again")
-    elif key not in ("*", *value):
-        raise ValueError(f"{name[1:]}.{key}: is missing; bake it again".lstrip("."))
-    else:
-        parts = [(f"{name}.{at}", value[at]) for at in (value if key == "*" else [key])]
-    for name, one in parts:
-        if not (one is None and path[0].endswith("?")):
-            _check(one, rest, name, file, low, high)
-
-
-def _check_number(value: Any, name: str, low: float, high: float) -> None:  # noqa: ANN401
-    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    if not (is_number and low <= value <= high):
-        raise ValueError(f"{name}: {value!r} is not {low:g} to {high:g}; bake it again")
-
-
-def _decoded(clip: Json, name: str, *, is_loop: bool) -> Json:
-    def data(text: Any, field: str) -> bytes:  # noqa: ANN401
+def _decoded(clip: Json, name: str) -> Json:
+    def codes(text: str, field: str) -> Any:  # noqa: ANN401
         try:
-            decoded = base64.b64decode(text, validate=True)
-        except (ValueError, TypeError):
-            decoded = b""
-        if not decoded:
-            raise ValueError(f"{name}.{field}: is not base64, or empty; bake it again")
-        return decoded
+            return np.frombuffer(base64.b64decode(text, validate=True), np.uint8)
+        except ValueError:
+            raise ValueError(f"{name}.{field}: is not base64; bake it again") from None
 
-    decoded = {
-        **clip,
-        "wave": np.frombuffer(data(clip.get("wave"), "wave"), np.int8) * (clip["peak"] / 127),
-    }
-    for field in ("drive", "felt", "body"):
-        if isinstance(clip.get(field), dict):  # a loop has the loudness by speed
-            codes = np.frombuffer(
-                data(clip[field].get("bytes"), f"{field}.bytes"), np.uint8
-            ).astype(float)
-            decoded[field] = np.where(
-                codes == 255, 0.0, clip[field]["peak"] * 10.0 ** (-codes / 40.0)
-            )
-    if not is_loop:
-        decoded["hz"] = 20.0 * 10.0 ** (np.frombuffer(data(clip.get("hz"), "hz"), np.uint8) / 150.0)
+    wave = codes(clip["wave"], "wave").view(np.int8) * (clip["peak"] / 127)
+    decoded = {**clip, "wave": wave}
+    if "gain" in clip:  # a loop; in the sound voice it has real and imaginary parts
+        decoded["wave"] = wave[: wave.size // 2 * 2].view(np.complex128) if clip["body"] else wave
+        decoded["loud"] = clip["loud"] or [1.0] * len(clip["rate"])
+        decoded["body"] = clip["body"] or [0.0] * len(clip["rate"])
+    else:
+        decoded["hz"] = 20.0 * 10.0 ** (codes(clip["hz"], "hz") / 150.0)
+    for field in ("drive",) if "gain" in clip else ("drive", "felt", "body"):
+        track: Json = clip[field] or SILENCE
+        steps = codes(track["bytes"], f"{field}.bytes")
+        decoded[field] = np.where(steps == 255, 0.0, track["peak"] * 10.0 ** (steps / -40.0))
     return decoded

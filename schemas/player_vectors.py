@@ -301,12 +301,12 @@ def _broken() -> Iterator[Json]:
         (["rules", "pad", "horizon_s"], 1e9),
         (["rules", "pad", "scale", "parametric"], 1e9),
         (["materials", "wood", "n_per_grain"], 0),
-        (["materials", "wood", "carve", "per_s", 3], 1e9),
-        (["materials", "wood", "slide", "layers", 0, "level", 2, 1], True),
+        (["materials", "wood", "carve", "breaks", "per_s", 3], 1e9),
+        (["levels", "slide", 2, 1], True),
         (["impacts", "tap", "palm", 0, 0], None),
         (["clips", "wood grain", "rate_hz"], 1e9),
         (["clips", "wood grain", "peak"], nan),
-        (["loops", "wood relief", "rate", 0], 0),
+        (["loops", "wood relief", "rate", 0], -1),
         (["speeds_mps", 3], -1),
     )
     for path, value in numbers:
@@ -320,11 +320,8 @@ def _broken() -> Iterator[Json]:
         (["materials", "wood", "grain"], "oak grain", "materials.wood"),
         (["materials", "wood", "tap", "clips"], ["oak"], "materials.wood"),
         (["materials", "wood", "slide", "layers", 0, "loop"], "__proto__", "materials.wood"),
-        (
-            ["materials", "wood", "slide", "layers", 0, "level"],
-            [],
-            "materials.wood.slide.layers.0.level",
-        ),
+        (["materials", "wood", "slide", "layers", 0, "level"], "rough", "materials.wood"),
+        (["levels", "slide", 2], [], "levels.slide.2"),
         (["words", "phase"], "contact", "words.phase"),
     )
     for path, value, field in others:

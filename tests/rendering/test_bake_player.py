@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 import sys
-from itertools import pairwise
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import jsonschema
 import numpy as np
@@ -15,7 +16,6 @@ import pytest
 from numpy.typing import NDArray
 
 from hapticvlm.materials import MATERIALS
-from hapticvlm.rendering.vibration.perceived_level import THIRD_OCTAVES_HZ
 from hapticvlm.rendering.vibration.sound_voice import as_sound
 from hapticvlm.rendering.vibration.vibration import IMPACTS, INTERACTIONS, RATE_HZ, VOICES, Motion
 from hapticvlm.rendering.vibration.voices import DELAY_S, Command, Voices
@@ -38,7 +38,20 @@ FILES: dict[str, Json] = {
 FEELS = {voice: opened(file) for voice, file in FILES.items()}
 MAX_BYTES = 250_000
 BLOCK = RATE_HZ // 100
-SEEDS = 3  # no two impacts are equal: the mean of some is compared
+SPEEDS_MPS = (0.1, 0.2, 0.4, 0.8, 1.5)
+FORCES_N = (0.5, 1.5, 5.0)
+# No two touches are equal, so the mean of some is compared, of the service and of the player. Even
+# and odd seeds of the service beside each other are the floor of the comparison.
+SEEDS = {"slide": (4, 2), "carve": (4, 2), "swing": (8, 8)}  # of impacts (8, 3)
+OCTAVE_STEPS = np.arange(0.0, 8.0, 1.0 / 24.0)  # from 20 Hz
+# What is off by more than the marks, as docs/player.md says: 99 % of levels, dB, and of pitches.
+BEYOND = {
+    ("true", "press"): (vectors.STEP_DB, 0.07),
+    ("sound", "press"): (6.0, 0.3),
+    ("sound", "slide"): (2.0, 0.1),
+    ("sound", "carve"): (vectors.STEP_DB, 0.1),
+    ("sound", "swing"): (2.4, vectors.MOST_PITCH),
+}
 
 
 @pytest.mark.parametrize("voice", VOICES)
@@ -111,12 +124,48 @@ def test_a_touch_that_is_not_renewed_fades_within_20_ms_of_its_lease() -> None:
     assert not np.abs(blocks[27]).any()
 
 
+@pytest.mark.parametrize("kind", INTERACTIONS)
+def test_the_player_is_within_a_step_of_the_service(kind: str) -> None:
+    for row in compared(kind, ("glass", "wood"), (0.4,), (1.5,)):
+        assert abs(row.level_db) <= vectors.MOST_DB
+        assert abs(row.onset_s) <= vectors.MOST_ONSET_S
+
+
 @pytest.mark.nightly
-def test_the_player_is_within_a_step_of_the_service_on_every_material() -> None:
-    rows = [row for kind in ("tap", "slide") for row in compared("true", kind, (0.4,), (1.5,))]
-    off = np.abs([row[1] for row in rows])
-    assert np.quantile(off, 0.9) <= vectors.STEP_DB
-    assert off.max() <= vectors.MOST_DB
+@pytest.mark.parametrize("kind", INTERACTIONS)
+def test_the_player_is_within_its_marks_on_every_material_speed_and_force(kind: str) -> None:
+    """`pytest -s -m nightly` prints the table of docs/player.md."""
+    forces = (1.5,) if kind == "swing" else FORCES_N  # air has no force
+    rows = compared(kind, tuple(MATERIALS), SPEEDS_MPS, forces)
+    off: list[str] = []
+    for voice in VOICES:
+        mine = np.abs([row[1:] for row in rows if row.voice == voice])
+        level, pitch, onset, level_floor, pitch_floor = np.quantile(mine, 0.99, axis=0)
+        print(
+            f"| {kind} | {voice} | {np.median(mine[:, 0]):.1f} | {level:.1f} ({level_floor:.1f}) "
+            f"| {100 * pitch:.0f} ({100 * pitch_floor:.0f}) | {1000 * onset:.1f} |"
+        )
+        most_db, most_pitch = BEYOND.get((voice, kind), (vectors.STEP_DB, vectors.MOST_PITCH))
+        for name, value, most in (
+            ("level", level, max(most_db, level_floor)),
+            ("largest level", mine[:, 0].max(), max(vectors.MOST_DB, most_db, mine[:, 3].max())),
+            ("pitch", pitch, max(most_pitch, pitch_floor)),
+            ("onset", mine[:, 2].max(), vectors.MOST_ONSET_S),
+        ):
+            if value > most:
+                off.append(f"{voice} {kind}: {name} is off by {value:.3g}, the mark is {most:.3g}")
+    assert off == []
+
+
+class Row(NamedTuple):
+    """How far the player is from the service, and the service from itself with other seeds."""
+
+    voice: str
+    level_db: float
+    pitch: float
+    onset_s: float
+    level_floor_db: float
+    pitch_floor: float
 
 
 def played(touch: Json | None, surface: Json | None, gain: object) -> tuple[Json, set[str]]:
@@ -131,29 +180,40 @@ def played(touch: Json | None, surface: Json | None, gain: object) -> tuple[Json
 
 
 def compared(
-    voice: str, kind: str, speeds: tuple[float, ...], forces: tuple[float, ...]
-) -> list[tuple[str, float, float, float]]:
-    """Return (touch, level dB, pitch as a share, onset ms) of the player beside the service."""
-    rows = []
-    for material in MATERIALS:
-        for speed in speeds:
-            for force in forces:
-                motion = Motion(speed * (5.0 if kind == "swing" else 1.0), force)
-                own = [of_the_service(voice, material, kind, motion, seed) for seed in range(SEEDS)]
-                theirs = [of_the_player(voice, material, kind, motion, n) for n in range(SEEDS)]
-                begin = 0 if kind in IMPACTS else RATE_HZ // 5
-                one, other = (
-                    np.sum([bands(wave[begin:]) for wave in w], axis=0) for w in (own, theirs)
-                )
-                level_db = 10.0 * math.log10(other.max() / one.max())
-                onsets = [first(w[0]) for w in (theirs, own)]
-                onset_ms = 1000.0 * (onsets[0] - onsets[1]) if kind in IMPACTS else 0.0
-                name = f"{material} {motion.speed_mps:g} m/s {force:g} N"
-                rows.append((name, level_db, pitch(other) / pitch(one) - 1.0, onset_ms))
-    return rows
+    kind: str, materials: tuple[str, ...], speeds: tuple[float, ...], forces: tuple[float, ...]
+) -> list[Row]:
+    times = 5.0 if kind == "swing" else 1.0
+    cases = itertools.product(materials, speeds, forces)
+    return [
+        row
+        for name, speed, force in cases
+        for row in compared_touch(name, kind, Motion(times * speed, force))
+    ]
 
 
-def of_the_service(voice: str, material: str, kind: str, motion: Motion, seed: int) -> Wave:
+def compared_touch(material: str, kind: str, motion: Motion) -> Iterator[Row]:
+    begin = 0 if kind in IMPACTS else RATE_HZ // 5
+    of_service, of_player = SEEDS.get(kind, (8, 3))
+    own = [of_the_service(material, kind, motion, seed) for seed in range(of_service)]
+    for voice in VOICES:
+        voiced = [as_sound(wave) if voice == "sound" else wave for wave in own]
+        waves = [wave[round(DELAY_S * RATE_HZ) :].astype(np.float64) for wave in voiced]
+        theirs = [of_the_player(voice, material, kind, motion, n) for n in range(of_player)]
+        halves = [spectrum([wave[begin:] for wave in waves[half::2]]) for half in (0, 1)]
+        heard = [spectrum([wave[begin:] for wave in theirs]), (halves[0] + halves[1]) / 2, *halves]
+        level, pitch = (list(map(figure, heard)) for figure in (strongest_db, pitch_hz))
+        onset_s = np.median([*map(first, theirs)]) - np.median([*map(first, waves)])
+        yield Row(
+            voice,
+            level[0] - level[1],
+            pitch[0] / pitch[1] - 1.0,
+            float(onset_s) if kind in IMPACTS else 0.0,
+            level[2] - level[3],
+            pitch[2] / pitch[3] - 1.0,
+        )
+
+
+def of_the_service(material: str, kind: str, motion: Motion, seed: int) -> NDArray[np.float32]:
     voices = Voices(1.0, MATERIALS, fills_caches=False)
     wave = []
     for block in range(blocks(kind)):
@@ -162,9 +222,7 @@ def of_the_service(voice: str, material: str, kind: str, motion: Motion, seed: i
             ends = 0.01 * block + 0.25
             voices.apply(Command(1, material, kind, onset, motion, seed, ends))
         wave.append(voices.render(BLOCK, 0.01 * block))
-    heard = np.concatenate(wave)
-    heard = as_sound(heard) if voice == "sound" else heard
-    return heard[round(DELAY_S * RATE_HZ) :].astype(np.float64)
+    return np.concatenate(wave)
 
 
 def of_the_player(voice: str, material: str, kind: str, motion: Motion, number: int) -> Wave:
@@ -191,16 +249,27 @@ def is_renewed(kind: str, block: int) -> bool:
     return block % 8 == 0 and (block == 0 or kind not in ("tap", "strike"))
 
 
-def bands(wave: Wave) -> Wave:
-    """Return the power in each third octave, from that of the palm up to 5 kHz."""
-    edges = np.array(THIRD_OCTAVES_HZ[0]) * 2.0 ** ((np.arange(25) - 0.5) / 3.0)
-    power = np.abs(np.fft.rfft(wave)) ** 2 / wave.size
-    begins = np.searchsorted(np.fft.rfftfreq(wave.size, 1.0 / RATE_HZ), edges)
-    return np.array([power[a:b].sum() for a, b in pairwise(begins)])
+def spectrum(waves: list[Wave]) -> Wave:
+    """Return the mean power at each Hz."""
+    return np.asarray(
+        np.mean([np.abs(np.fft.rfft(w[:RATE_HZ], RATE_HZ)) ** 2 for w in waves], axis=0)
+    )
 
 
-def pitch(power: Wave) -> float:
-    return float(np.exp((power * np.arange(power.size)).sum() / power.sum() * math.log(2.0) / 3.0))
+def strongest_db(power: Wave) -> float:
+    """Return the level of the strongest third octave, wherever it lies."""
+    sums = np.concatenate(([0.0], np.cumsum(power)))
+    begins, ends = (
+        np.interp(20.0 * 2.0 ** (OCTAVE_STEPS + more), np.arange(sums.size) - 0.5, sums)
+        for more in (0.0, 1.0 / 3.0)
+    )
+    return 10.0 * math.log10(float((ends - begins).max()))
+
+
+def pitch_hz(power: Wave) -> float:
+    hertz = np.arange(20, 6000)
+    heard = power[hertz]
+    return math.exp(float(heard @ np.log(hertz) / heard.sum()))
 
 
 def first(wave: Wave) -> float:

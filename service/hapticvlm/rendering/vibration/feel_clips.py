@@ -4,12 +4,15 @@ Each file is complete for one voice. It has short recordings of this synthesis (
 tables by which a player picks, scales, loops and mixes them. docs/player.md has the format and the
 rules of a player, and `examples/bake_player.py` is the smallest one.
 
-- An impact is rendered at three lengths of contact, at level 1. The one of the nearest length is
-  played at the level that speed and force give.
+- An impact is rendered at some lengths of contact, at level 1, with the middles of all pulses at
+  the same time. So the blend of two neighbours is the impact of a length between theirs. Taps and
+  strikes are damped alike and share their clips.
 - A texture is a layer or two: a loop of relief, and one of stick-slip, which all materials share. A
   loop is rendered at a centre of REFERENCE_HZ and rms 1. By speed it has a rate, and a gain that
   makes it equally strong for the palm at every rate; by speed and force each layer has a level.
 - One grain a material serves for the breaks of carving and for a press.
+- The sound voice plays f at TIMES * f + SHIFT_HZ. Only the product follows the rate of a loop, so
+  its samples are complex, and the player adds the shift.
 - The sound voice is not linear: it compresses the level of all that sounds at once. So its clips
   lack the compression, and the player applies it, with the levels of the true voice (`body`).
 - A pad needs no samples. Each clip has its drive, its loudness and its frequency every STEP_S.
@@ -22,12 +25,13 @@ from __future__ import annotations
 import base64
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache, partial
-from typing import Any, get_args
+from typing import Annotated, Any, get_args
 
 import msgspec
 import numpy as np
+from msgspec import Meta
 from numpy.typing import NDArray
 
 from hapticvlm import messages
@@ -51,37 +55,55 @@ from hapticvlm.rendering.vibration.vibration import IMPACTS, RATE_HZ, Motion
 
 VERSION = 2
 STEP_S = 0.0025  # of the tracks that pads play
-# Between these, level and rate are linear to within half a dB and three in a hundred.
-SPEEDS_MPS = (0.0, 0.01, 0.03, 0.07, 0.12, 0.2, 0.35, 0.6, 1.0, 1.5, 2.2, 3.2, 5.0, 8.0, 20.0)
+# Between these, level and rate are linear to within half a dB and two in a hundred.
+_USUAL_MPS = tuple(round(0.04 * 2.0 ** (n / 2), 3) for n in range(16))
+SPEEDS_MPS = (0.0, 0.01, 0.02, *_USUAL_MPS, 20.0)
 FORCES_N = (0.0, 0.2, 0.5, 1.0, 2.0, 4.0, 10.0, 30.0, 200.0)
-LENGTHS = 3  # of contact, for which an impact is rendered
-_SPREAD = (0.1, 0.5, 0.9)  # where they lie among those of usual motions
-_USUAL = [Motion(v, f) for v in (0.1, 0.2, 0.35, 0.6, 1.0, 1.5) for f in (0.5, 1.5, 5.0)]
+# Lengths of contact for which impacts are rendered, s: between those of the hardest and of the
+# slowest usual one. A press is damped and short, so more of its clips fit.
+_BLOWS_S = np.geomspace(impacts.SHORTEST_S, 5.8e-3, 5)
+LENGTHS_S = {"tap": _BLOWS_S, "strike": _BLOWS_S, "press": np.geomspace(4.7e-3, 9.8e-3, 7)}
 REFERENCE_HZ = 100.0  # centre of a loop of relief at rate 1
-PERIODS = {"true": 160, "sound": 42}  # of a loop of relief
-_RATES_HZ = {"true": (1000, 1500, 2000, 3000, 4000), "sound": (4000, 6000, 8000, 12000)}
+PERIODS = {"true": 160, "sound": 30}  # of a loop of relief
+_RATES_HZ = (1000, 1500, 2000, 3000, 4000, 6000, 8000)
 _ROOM = 3.2  # samples per period of the highest frequency that matters
 _ABOVE_DB = {"true": -36.0, "sound": -27.0}  # energy that may lie above it
-_SILENT = {
-    "true": 1.0 / 200.0,
-    "sound": 1.0 / 60.0,
-}  # of the peak: the end of a clip that stays below it is cut
+# Of the peak: the end of a clip that stays below it is cut.
+_SILENT = {"true": 1.0 / 200.0, "sound": 1.0 / 60.0}
 _FLOOR = 255  # the byte of silence in a track
 FIGURES = 4
 _THINNEST_M = 1e-3  # the wire wants more than 0
+_CENTRES_HZ = np.geomspace(textures.LOWEST_HZ, textures.HIGHEST_HZ, 8)  # where loops are heard
 _JOIN = 8  # periods over which the end of a loop fades into its beginning
 _FADE = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, RATE_HZ // 1000))  # of a clip of sound, 1 ms
 
 _Floats = NDArray[np.float64]
-Values = tuple[float, ...]
-Grid = tuple[Values, ...]
+_Wave = NDArray[Any]  # of float64, or complex
+
+# What a player may assume of each number: with these limits no value of a file can make a loop
+# endless or a motor too strong. The schema of the file, by which players refuse one, has them.
+Text = Annotated[str, Meta(min_length=1)]
+Share = Annotated[float, Meta(ge=0.0, le=1.0)]
+Factor = Annotated[float, Meta(ge=0.0, le=1e4)]
+Positive = Annotated[float, Meta(ge=1e-4, le=1e6)]
+Seconds = Annotated[float, Meta(ge=0.001, le=10.0)]
+Period = Annotated[float, Meta(ge=0.001, le=0.1)]
+Hertz = Annotated[float, Meta(ge=1.0, le=1e4)]
+Count = Annotated[int, Meta(ge=1, le=1000)]
+Rate = Annotated[int, Meta(ge=100, le=96_000)]
+Values = Annotated[tuple[Factor, ...], Meta(min_length=1)]
+BySpeed = Annotated[
+    tuple[Factor, ...], Meta(min_length=len(SPEEDS_MPS), max_length=len(SPEEDS_MPS))
+]
+ByForce = Annotated[tuple[Factor, ...], Meta(min_length=len(FORCES_N), max_length=len(FORCES_N))]
+Grid = Annotated[tuple[ByForce, ...], Meta(min_length=len(SPEEDS_MPS), max_length=len(SPEEDS_MPS))]
 
 
 class Track(msgspec.Struct, frozen=True):
     """A value every `step_s`: byte b of base64 `bytes` is peak * 10^(-b / 40), 255 is 0."""
 
-    peak: float
-    bytes: str
+    peak: Factor
+    bytes: Text
 
 
 class Clip(msgspec.Struct, frozen=True):
@@ -92,87 +114,86 @@ class Clip(msgspec.Struct, frozen=True):
     voice follows, and null in the true voice.
     """
 
-    rate_hz: int
-    peak: float
-    wave: str
-    most: float
+    rate_hz: Rate
+    peak: Factor
+    wave: Text
+    most: Factor
     drive: Track
     felt: Track
-    hz: str
+    hz: Text
     body: Track | None
 
 
 class LoopClip(msgspec.Struct, frozen=True):
-    """One loop of rms 1. By speed: its gain, and the rates of its tracks and of its samples.
+    """One loop of rms 1; in the sound voice a real and an imaginary byte for each sample.
 
-    What a pad feels of its drive has the loudness `felt`, as a factor, and the frequency `hz`.
+    By speed it has its gain and rate, and what a pad feels of its drive: the loudness `felt`, as a
+    factor, and the frequency `hz`. In the sound voice `loud` is a further gain of the samples, and
+    `body` the level that the compression follows.
     """
 
-    rate_hz: int
-    peak: float
-    wave: str
+    rate_hz: Rate
+    peak: Factor
+    wave: Text
     drive: Track
-    body: Track | None
-    gain: Values
-    rate: Values
-    wave_rate: Values
-    felt: Values
-    hz: Values
+    gain: BySpeed
+    rate: BySpeed
+    felt: BySpeed
+    hz: BySpeed
+    loud: BySpeed | None
+    body: BySpeed | None
 
 
 class Layer(msgspec.Struct, frozen=True):
-    """One loop of a texture. Its level is by speed and force."""
+    """One loop of a texture. Its level is `factor` times the table of `levels` that it names."""
 
     loop: str
-    level: Grid
+    level: str
+    factor: Factor
+
+
+class Breaks(msgspec.Struct, frozen=True):
+    """The fibres that break under a blade: `per_s` by speed, each a grain of a table's level."""
+
+    level: str
+    per_s: BySpeed
 
 
 class Texture(msgspec.Struct, frozen=True):
-    """A texture: its layers, and the usual thickness of what is swung, m."""
+    """A texture: its layers, the usual thickness of what is swung, m, and breaks of fibres."""
 
-    layers: tuple[Layer, ...]
-    thickness_m: float | None = None
-
-
-class Carving(msgspec.Struct, frozen=True):
-    """Carving as it differs from sliding: the layers, their factor, and the breaks of fibres.
-
-    `layers` null: those of sliding. There are `per_s` breaks by speed, each a grain of `level`.
-    """
-
-    layers: tuple[Layer, ...] | None
-    factor: float
-    level: Grid | None
-    per_s: Values | None
+    layers: Annotated[tuple[Layer, ...], Meta(min_length=1)]
+    thickness_m: Positive | None = None
+    breaks: Breaks | None = None
 
 
 class Impact(msgspec.Struct, frozen=True):
-    """An impact: its clips, their lengths of contact in s, and its level on a palm and a pad."""
+    """An impact: its clips, and its level on a palm and a pad."""
 
-    clips: tuple[str, ...]
-    contact_s: Values
-    palm: float
-    pad: float
+    clips: Annotated[tuple[str, ...], Meta(min_length=1)]
+    palm: Factor
+    pad: Factor
 
 
 class MaterialFeel(msgspec.Struct, frozen=True):
     """All of a material. `hz` is its first mode; `n_per_grain` null: it does not yield."""
 
-    hz: float
+    hz: Hertz
     tap: Impact
     strike: Impact
     press: Impact
     slide: Texture
-    carve: Carving
+    carve: Texture
     swing: Texture
     grain: str
-    n_per_grain: float | None
+    n_per_grain: Positive | None
 
 
 class ImpactTable(msgspec.Struct, frozen=True):
-    """By speed and force: the length of contact in s, and the factor of palm and pad."""
+    """By speed and force: the place among the clips, the time of them that is skipped, factors."""
 
-    contact_s: Grid
+    place: Grid
+    skip_s: Grid
     palm: Grid
     pad: Grid
 
@@ -180,14 +201,14 @@ class ImpactTable(msgspec.Struct, frozen=True):
 class PadRules(msgspec.Struct, frozen=True):
     """The rules of pads: of a level they play scale[form] * level^exponent, 0 below `min_level`."""
 
-    horizon_s: float
-    period_s: dict[str, float]
-    scale: dict[str, float]
-    exponent: float
-    min_level: float
-    min_impact: float
-    min_impact_s: float
-    min_amplitude: float
+    horizon_s: Annotated[float, Meta(ge=0.01, le=1.0)]
+    period_s: dict[str, Period]
+    scale: dict[str, Annotated[float, Meta(ge=0.0, le=100.0)]]
+    exponent: Positive
+    min_level: Share
+    min_impact: Share
+    min_impact_s: Share
+    min_amplitude: Share
     hum_hz: Values
     hum_felt: Values
 
@@ -195,31 +216,31 @@ class PadRules(msgspec.Struct, frozen=True):
 class SoundRules(msgspec.Struct, frozen=True):
     """The compression of the sound voice, and where it moves a hum: times * f + shift_hz."""
 
-    level: float
-    exponent: float
-    lowest: float
-    fall_per_s: float
-    times: float
-    shift_hz: float
+    level: Factor
+    exponent: Share
+    lowest: Positive
+    fall_per_s: Factor
+    times: Positive
+    shift_hz: Factor
     hum_weight: Values  # at `pad.hum_hz`
 
 
 class Rules(msgspec.Struct, frozen=True):
     """The figures of a player that no table holds; docs/player.md says what each is for."""
 
-    lease_s: float
-    step_s: float
-    fade_s: float
-    smooth_s: float
-    ceiling: float
-    recover_s: float
-    max_impacts: int
-    max_ringing: int
-    max_textures: int
-    pitch_varies: float
-    grain_strength: float
-    grains_per_s: float
-    grain_back: float
+    lease_s: Seconds
+    step_s: Period
+    fade_s: Seconds
+    smooth_s: Seconds
+    ceiling: Annotated[float, Meta(ge=0.01, le=1.0)]
+    recover_s: Seconds
+    max_impacts: Count
+    max_ringing: Count
+    max_textures: Count
+    pitch_varies: Annotated[float, Meta(ge=0.0, le=0.5)]
+    grain_strength: Factor
+    grains_per_s: Annotated[float, Meta(ge=1.0, le=1000.0)]
+    grain_back: Factor
     pad: PadRules
     sound: SoundRules | None
 
@@ -227,14 +248,15 @@ class Rules(msgspec.Struct, frozen=True):
 class Feel(msgspec.Struct, frozen=True):
     """A feel file. Grids are [speed][force] at `speeds_mps` and `forces_n`."""
 
-    version: int
-    voice: str
+    version: Annotated[int, Meta(ge=VERSION, le=VERSION)]
+    voice: Annotated[str, Meta(pattern="^(true|sound)$")]
     ranges: dict[str, tuple[float, float]]
     words: dict[str, tuple[str, ...]]
     rules: Rules
-    speeds_mps: Values
-    forces_n: Values
+    speeds_mps: BySpeed
+    forces_n: ByForce
     impacts: dict[str, ImpactTable]
+    levels: dict[str, Grid]
     materials: dict[str, MaterialFeel]
     clips: dict[str, Clip]
     loops: dict[str, LoopClip]
@@ -242,12 +264,13 @@ class Feel(msgspec.Struct, frozen=True):
 
 def feel(table: Mapping[str, Material], voice: str) -> Feel:
     """Return the feel of these materials in one of VOICES; some tenths of a second for each new."""
-    writer = _Writer(voice, {}, {"slips": _slips(voice)})
+    writer = _Writer(voice, loops={"slips": _slips(voice)})
     materials = {}
     for name, material in sorted(table.items()):
         materials[name], own = _rendered(voice, name, material.vibration)
         writer.clips.update(own.clips)
         writer.loops.update(own.loops)
+        writer.levels.update(own.levels)
     return Feel(
         version=VERSION,
         voice=voice,
@@ -258,6 +281,7 @@ def feel(table: Mapping[str, Material], voice: str) -> Feel:
         speeds_mps=SPEEDS_MPS,
         forces_n=FORCES_N,
         impacts={kind: _impact_table(kind) for kind in IMPACTS},
+        levels=writer.levels,
         materials=materials,
         clips=writer.clips,
         loops=writer.loops,
@@ -267,13 +291,13 @@ def feel(table: Mapping[str, Material], voice: str) -> Feel:
 # A folder of scenes is baked in one go, and most of its scenes have the same materials.
 @lru_cache(maxsize=64)
 def _rendered(voice: str, name: str, facts: Vibration) -> tuple[MaterialFeel, _Writer]:
-    writer = _Writer(voice, {}, {})
+    writer = _Writer(voice)
     return _material(writer, name, facts), writer
 
 
 @lru_cache(maxsize=2)
 def _slips(voice: str) -> LoopClip:
-    writer = _Writer(voice, {}, {})
+    writer = _Writer(voice)
     writer.loop("slips", loops.stick_slip(), [textures.slips_hz(speed) for speed in SPEEDS_MPS])
     return writer.loops["slips"]
 
@@ -311,6 +335,7 @@ def _rules(voice: str) -> Rules:
         shift_hz=sound_voice.SHIFT_HZ,
         hum_weight=tuple(weights[np.searchsorted(edges, hz, "right") - 1] for hz in hertz),
     )
+    carrier_db = drive_threshold_db(np.array([controller_scale.CARRIER_HZ]))
     pad = PadRules(
         horizon_s=vibration_plan.HORIZON_S,
         period_s={str(form): period for form, period in vibration_plan.PERIOD_S.items()},
@@ -321,16 +346,7 @@ def _rules(voice: str) -> Rules:
         min_impact_s=vibration_plan.MIN_IMPACT_S,
         min_amplitude=vibration_plan.MIN_AMPLITUDE,
         hum_hz=hertz,
-        hum_felt=_rounded(
-            10.0
-            ** (
-                (
-                    drive_threshold_db(np.array([controller_scale.CARRIER_HZ]))
-                    - drive_threshold_db(np.array(hertz))
-                )
-                / 20.0
-            )
-        ),
+        hum_felt=_rounded(10.0 ** ((carrier_db - drive_threshold_db(np.array(hertz))) / 20.0)),
     )
     return Rules(
         lease_s=messages.LEASE_MS / 1000.0,
@@ -353,19 +369,30 @@ def _rules(voice: str) -> Rules:
 
 def _impact_table(kind: str) -> ImpactTable:
     strength = partial(impacts.strength, kind)
+    lengths = LENGTHS_S[kind]
+
+    def log_length(motion: Motion) -> float:
+        return math.log(min(max(impacts.contact_s(kind, motion), lengths[0]), lengths[-1]))
+
+    apart = math.log(lengths[1] / lengths[0])
     return ImpactTable(
-        contact_s=_grid(lambda motion: impacts.contact_s(kind, motion)),
+        place=_grid(lambda motion: (log_length(motion) - math.log(lengths[0])) / apart),
+        skip_s=_grid(lambda motion: _early_s(kind, math.exp(log_length(motion)))),
         palm=_grid(lambda motion: strength(motion) ** impacts.COMPRESSION),
         pad=_grid(strength),
     )
 
 
+def _early_s(kind: str, contact_s: float) -> float:
+    """Return how long before a pulse of this length the longest one begins, s."""
+    return max(float(LENGTHS_S[kind][-1] - contact_s), 0.0) / 2.0
+
+
 def _material(writer: _Writer, name: str, facts: Vibration) -> MaterialFeel:
-    writer.shot(
-        f"{name} grain",
-        textures.grain(facts, NOMINAL),
-        textures.grain(facts, vibration_plan.PLAYBACK),
+    grain, on_pad = (
+        textures.grain(facts, playback) for playback in (NOMINAL, vibration_plan.PLAYBACK)
     )
+    writer.shots([f"{name} grain"], [grain], [on_pad])
     period_m = facts.swung_m / textures.STROUHAL
     relief = loops.noise(facts.bandwidth, facts.roughness)
     writer.loop(
@@ -373,62 +400,78 @@ def _material(writer: _Writer, name: str, facts: Vibration) -> MaterialFeel:
     )
     air = loops.noise(textures.shed(facts.roughness), 0.0)
     writer.loop(f"{name} air", air, [textures.centre_hz(v / period_m) for v in SPEEDS_MPS])
-    blown = _grid(lambda motion: textures.RMS * textures.share("swing", motion))
     yields = math.isfinite(facts.stiffness)
     return MaterialFeel(
         hz=facts.modes[0].frequency_hz,
         **{kind: _impact(writer, name, kind, facts) for kind in IMPACTS},
-        slide=Texture(_sliding("slide", name, facts)),
-        carve=_carving(name, facts),
-        swing=Texture((Layer(f"{name} air", blown),), facts.swung_m),
+        slide=Texture(_layers(writer, name, facts, "slide")),
+        carve=_carving(writer, name, facts),
+        swing=Texture((writer.layer(f"{name} air", "swing", 1.0, 0.0, 1),), facts.swung_m),
         grain=f"{name} grain",
         n_per_grain=_number(facts.stiffness * grains.STEP_M) if yields else None,
     )
 
 
 def _impact(writer: _Writer, material: str, kind: str, facts: Vibration) -> Impact:
-    """Render an impact at three lengths of contact, which are spread over those of usual blows."""
+    """Render an impact at LENGTHS_S, each pulse with its middle at that of the longest one."""
     damping = impacts.DAMPING[kind]
     limits = impacts.leaves_band(facts, damping)
     gains = impacts.log_gains(facts, damping)
-    usual = np.log([impacts.contact_s(kind, motion) for motion in _USUAL])
-    lengths = [float(length) for length in np.exp(np.quantile(usual, _SPREAD))]
-    names = []
-    for number, contact_s in enumerate(lengths):
-        level = math.exp(np.interp(math.log(contact_s), np.log(impacts.LENGTHS_S), gains))
-        waves = [
-            level * impacts.struck(facts.modes, contact_s, damping, rate_hz, limits=limits)
-            for rate_hz in (RATE_HZ, vibration_plan.PLAN_HZ)
-        ]
-        names.append(f"{material} {kind} {number}")
-        writer.shot(names[-1], *waves)
+    lengths = LENGTHS_S[kind]
+    names = [f"{material} {damping:g} {number}" for number in range(lengths.size)]
+    if names[0] not in writer.clips:
+        waves = []
+        for contact_s in lengths:
+            level = math.exp(np.interp(math.log(contact_s), np.log(impacts.LENGTHS_S), gains))
+            for rate_hz in (RATE_HZ, vibration_plan.PLAN_HZ):
+                wave = impacts.struck(facts.modes, contact_s, damping, rate_hz, limits=limits)
+                waves.append(np.pad(level * wave, (round(_early_s(kind, contact_s) * rate_hz), 0)))
+        writer.shots(names, waves[::2], waves[1::2])
     still = Motion(math.inf, 0.0)  # at full strength
     palm = impacts.level_of(facts, kind, still, NOMINAL.full_scale_db)
     pad = impacts.level_of(facts, kind, still, None)
-    return Impact(tuple(names), _rounded(lengths), _number(palm), _number(pad))
+    return Impact(tuple(names), _number(palm), _number(pad))
 
 
-def _sliding(kind: str, material: str, facts: Vibration) -> tuple[Layer, ...]:
+def _layers(
+    writer: _Writer, material: str, facts: Vibration, kind: str, factor: float = 1.0
+) -> tuple[Layer, ...]:
     stick = textures.sticks(facts, kind)
-
-    def level(part: int) -> Grid:
-        return _grid(
-            lambda motion: (
-                textures.RMS * textures.strengths(kind, facts.roughness, stick, motion)[part]
-            )
-        )
-
-    rubbing = Layer(f"{material} relief", level(1))
-    return (rubbing, Layer("slips", level(2))) if stick else (rubbing,)
+    rubbing = writer.layer(f"{material} relief", "slide", factor * facts.roughness, stick, 1)
+    return (rubbing, writer.layer("slips", "slide", factor, stick, 2)) if stick else (rubbing,)
 
 
-def _carving(material: str, facts: Vibration) -> Carving:
+def _carving(writer: _Writer, material: str, facts: Vibration) -> Texture:
     if textures.is_hard(facts):
-        return Carving(_sliding("carve", material, facts), 1.0, None, None)
+        return Texture(_layers(writer, material, facts, "carve"))
     spacing_m = textures.BREAK_PERIODS * facts.pitch_m
     per_s = _rounded([textures.breaks_hz(spacing_m, speed) for speed in SPEEDS_MPS])
-    level = _grid(partial(textures.share, "carve"))
-    return Carving(None, textures.CARVE_RUB, level, per_s)
+    breaks = Breaks(writer.level("slide", 0.0, 0), per_s)
+    return Texture(_layers(writer, material, facts, "carve", textures.CARVE_RUB), breaks=breaks)
+
+
+def _as_heard(loop: Loop, periods_hz: float) -> tuple[float, float, float]:
+    """Return pitch, strength and held level, in the sound voice, of a loop at this rate."""
+    at = np.arange(2 * RATE_HZ) * (periods_hz * loop.samples / RATE_HZ)
+    wave = loop.read(np.asarray(at)).astype(np.float32)
+    hertz, power = _spectrum(sound_voice.as_sound(0.1 * wave, compresses=False))
+    pitch_hz = float(power @ hertz / power.sum())
+    return pitch_hz, 100.0 * _strongest(hertz, power), sound_voice.held(wave)
+
+
+def _spectrum(wave: _Wave) -> tuple[_Floats, _Floats]:
+    """Return frequencies and their mean square in a wave (N,), or in the real part of one."""
+    power = np.abs(np.fft.fft(wave)[: wave.size // 2].astype(complex) / wave.size) ** 2
+    power *= 0.5 if np.iscomplexobj(wave) else 2.0
+    hertz = np.arange(power.size, dtype=np.float64) * (RATE_HZ / wave.size)
+    return hertz, np.asarray(power, np.float64)
+
+
+def _strongest(hertz: _Floats, power: _Floats) -> float:
+    """Return the mean square in the strongest third octave."""
+    sums = np.concatenate(([0.0], np.cumsum(power)))
+    ends = np.searchsorted(hertz, hertz * 2.0 ** (1.0 / 3.0))
+    return float((sums[ends] - sums[:-1]).max())
 
 
 def _on_pad(wave: _Floats, step: float) -> tuple[float, float]:
@@ -443,32 +486,45 @@ def _on_pad(wave: _Floats, step: float) -> tuple[float, float]:
 
 @dataclass(slots=True)
 class _Writer:
-    """Collects the clips of one voice."""
+    """Collects the clips and the tables of one voice."""
 
     voice: str
-    clips: dict[str, Clip]
-    loops: dict[str, LoopClip]
+    clips: dict[str, Clip] = field(default_factory=dict)
+    loops: dict[str, LoopClip] = field(default_factory=dict)
+    levels: dict[str, Grid] = field(default_factory=dict)
 
-    def shot(self, name: str, wave: _Floats, pad: _Floats) -> None:
-        """Add a wave (N,) at RATE_HZ that sounds once; `pad` is the same at PLAN_HZ."""
-        played, rate_hz = self._at_low_rate(np.concatenate((wave, np.zeros(RATE_HZ // 50))))
-        late = round(voices.DELAY_S * vibration_plan.PLAN_HZ)
-        drive, felt, hertz = _tracks(np.pad(pad, (late, vibration_plan.PLAN_HZ // 50)))
-        body = self._body(np.pad(wave, round(sound_voice.HALF_S * RATE_HZ)))
-        most = _number(1.0 / float(np.abs(wave).max()))
-        played = played[
-            : 1
-            + int(np.flatnonzero(np.abs(played) > _SILENT[self.voice] * np.abs(played).max())[-1])
-        ]
-        self.clips[name] = Clip(
-            rate_hz=rate_hz,
-            **_packed(played),
-            most=most,
-            drive=_track(drive),
-            felt=_track(felt),
-            hz=_bytes(np.round(150.0 * np.log10(hertz / 20.0))),
-            body=body,
-        )
+    def level(self, kind: str, stick: float, part: int) -> str:
+        """Add the table of one of `textures.strengths` and return its name."""
+        name = f"{kind} {part} {stick:g}" if stick else kind
+        self.levels[name] = _grid(lambda motion: textures.strengths(kind, 1.0, stick, motion)[part])
+        return name
+
+    def layer(self, loop: str, kind: str, factor: float, stick: float, part: int) -> Layer:
+        """Return a layer of a texture, whose level is one of `textures.strengths`."""
+        return Layer(loop, self.level(kind, stick, part), _number(textures.RMS * factor))
+
+    def shots(self, names: list[str], waves: list[_Floats], pads: list[_Floats]) -> None:
+        """Add waves (N,) at RATE_HZ that sound once; `pads` are the same at PLAN_HZ.
+
+        All have the same rate, so that a player can blend them.
+        """
+        tails = [np.concatenate((wave, np.zeros(RATE_HZ // 50))) for wave in waves]
+        voiced = [self._voiced(wave) for wave in tails]
+        rate_hz = max(self._rate_hz(wave) for wave in voiced)
+        for name, wave, sound, pad in zip(names, waves, voiced, pads, strict=True):
+            played = _resampled(sound, round(sound.size * rate_hz / RATE_HZ))
+            drive, felt, hertz = _tracks(np.pad(pad, (0, vibration_plan.PLAN_HZ // 50)))
+            loudest = np.abs(played).max()
+            end = int(np.flatnonzero(np.abs(played) > _SILENT[self.voice] * loudest)[-1])
+            self.clips[name] = Clip(
+                rate_hz=rate_hz,
+                **_packed(played[: end + 1]),
+                most=_number(1.0 / float(np.abs(wave).max())),
+                drive=_track(drive),
+                felt=_track(felt),
+                hz=_bytes(np.round(150.0 * np.log10(hertz / 20.0))),
+                body=None if self.voice == "true" else _track(_body(wave)),
+            )
 
     def loop(self, name: str, loop: Loop, centres_hz: list[float]) -> None:
         """Add the first periods of a loop, their end joined to their beginning.
@@ -478,57 +534,57 @@ class _Writer:
         periods = min(PERIODS[self.voice], loop.size // loop.samples - _JOIN)
         wave = _joined(loop, periods)
         relief = _resampled(wave, round(periods / REFERENCE_HZ * RATE_HZ))
-        played, rate_hz = self._at_low_rate(relief, is_loop=True)
         step = round(STEP_S * RATE_HZ)
         rows = relief[: relief.size // step * step].reshape(-1, step)
-        half = round(sound_voice.HALF_S * RATE_HZ)
         centres = np.array(centres_hz)
-        moved = sound_voice.SHIFT_HZ / sound_voice.TIMES  # a voice at 4 f + 300 Hz has this rate
         on_pad = [_on_pad(wave, loop.samples * hz / vibration_plan.PLAN_HZ) for hz in centres_hz]
+        played, loud, body, rates = relief, None, None, centres / REFERENCE_HZ
+        if self.voice == "sound":
+            line = np.tile(0.1 * relief, 3).astype(np.float32)
+            played = 10.0 * sound_voice.unshifted(line)[relief.size : 2 * relief.size]
+            hertz, power = _spectrum(played)
+            heard = np.array([_as_heard(loop, hz) for hz in _CENTRES_HZ]).T
+            turns = (heard[0] - sound_voice.SHIFT_HZ) / float(power @ hertz / power.sum())
+            own = [_strongest(hertz * rate + sound_voice.SHIFT_HZ, power) for rate in turns]
+            loud = _rounded(np.interp(centres, _CENTRES_HZ, np.sqrt(heard[1] / own)))
+            body = _rounded(np.interp(centres, _CENTRES_HZ, heard[2]))
+            rates = np.interp(centres, _CENTRES_HZ, turns)
+        rate_hz = self._rate_hz(played)
         self.loops[name] = LoopClip(
             rate_hz=rate_hz,
-            **_packed(played),
+            **_packed(_resampled(played, round(played.size * rate_hz / RATE_HZ))),
             drive=_track(np.sqrt(2.0 * np.mean(rows**2, axis=1))),
-            body=self._body(np.pad(relief, half, "wrap")),
             gain=_rounded(np.interp(centres, GRID_HZ, loop.drive)),
-            rate=_rounded(centres / REFERENCE_HZ),
-            wave_rate=_rounded(
-                (centres + moved) / (REFERENCE_HZ + moved)
-                if self.voice == "sound"
-                else centres / REFERENCE_HZ
-            ),
+            rate=_rounded(rates),
             felt=_rounded([felt for felt, _ in on_pad]),
             hz=_rounded([hertz for _, hertz in on_pad]),
+            loud=loud,
+            body=body,
         )
 
-    def _at_low_rate(self, wave: _Floats, *, is_loop: bool = False) -> tuple[_Floats, int]:
-        """Return a wave (N,) in this voice at the lowest rate that holds it, and that rate."""
-        if self.voice == "sound":
-            quiet = 0.1 * wave / np.abs(wave).max()  # the voice clips at 1
-            line = np.tile(quiet, 3) if is_loop else quiet
-            voiced = sound_voice.as_sound(line.astype(np.float32), compresses=False)
-            begin = wave.size if is_loop else 0
-            voiced = voiced[begin : begin + wave.size] * (10.0 * np.abs(wave).max())
-            if not is_loop:
-                voiced[: _FADE.size] *= _FADE
-            wave = voiced.astype(np.float64)
-        power = np.abs(np.fft.rfft(wave)) ** 2
-        above = np.cumsum(power[::-1])[::-1] / power.sum()
-        highest_hz = (
-            float(np.argmax(above < 10.0 ** (_ABOVE_DB[self.voice] / 10.0))) * RATE_HZ / wave.size
-        )
-        rates = _RATES_HZ[self.voice]
-        rate_hz = next((rate for rate in rates if rate >= _ROOM * highest_hz), rates[-1])
-        return _resampled(wave, round(wave.size * rate_hz / RATE_HZ)), rate_hz
-
-    def _body(self, padded: _Floats) -> Track | None:
-        """Return the rms under the window of the sound voice around each step of a padded wave."""
+    def _voiced(self, wave: _Floats) -> _Floats:
+        """Return a wave (N,) that sounds once in this voice."""
         if self.voice == "true":
-            return None
-        window = 2 * round(sound_voice.HALF_S * RATE_HZ)
-        sums = np.concatenate(([0.0], np.cumsum(padded**2)))
-        means = (sums[window:] - sums[:-window]) / window
-        return _track(np.sqrt(means[:: round(STEP_S * RATE_HZ)]))
+            return wave
+        largest = 10.0 * np.abs(wave).max()  # the voice clips at 1
+        sound = sound_voice.as_sound((wave / largest).astype(np.float32), compresses=False)
+        sound[: _FADE.size] *= _FADE
+        return np.asarray(sound.astype(np.float64) * largest)
+
+    def _rate_hz(self, wave: _Wave) -> int:
+        """Return the lowest rate that holds a wave (N,)."""
+        hertz, power = _spectrum(wave)
+        above = np.cumsum(power[::-1])[::-1] / power.sum()
+        highest_hz = hertz[np.argmax(above < 10.0 ** (_ABOVE_DB[self.voice] / 10.0))]
+        return next((rate for rate in _RATES_HZ if rate >= _ROOM * highest_hz), _RATES_HZ[-1])
+
+
+def _body(wave: _Floats) -> _Floats:
+    """Return the rms under the window of the sound voice around each step of a wave (N,)."""
+    window = 2 * round(sound_voice.HALF_S * RATE_HZ)
+    sums = np.concatenate(([0.0], np.cumsum(np.pad(wave, window // 2) ** 2)))
+    means = (sums[window:] - sums[:-window]) / window
+    return np.asarray(np.sqrt(means[:: round(STEP_S * RATE_HZ)]))
 
 
 def _tracks(pad: _Floats) -> tuple[_Floats, _Floats, _Floats]:
@@ -550,20 +606,23 @@ def _joined(loop: Loop, periods: int) -> _Floats:
     return np.asarray(wave / np.sqrt(np.mean(wave**2)))
 
 
-def _resampled(wave: _Floats, count: int) -> _Floats:
-    spectrum = np.fft.rfft(wave)
-    return np.asarray(np.fft.irfft(spectrum, count) * (count / wave.size))
+def _resampled(wave: _Wave, count: int) -> _Wave:
+    if np.iscomplexobj(wave):  # of the sound voice: its frequencies are positive
+        spectrum = np.fft.fft(wave)[: count // 2]
+        return np.asarray(np.fft.ifft(spectrum, count) * (count / wave.size))
+    return np.asarray(np.fft.irfft(np.fft.rfft(wave), count) * (count / wave.size))
 
 
-def _grid(value: Callable[[Motion], float]) -> Grid:
+def _grid(value: Callable[[Motion], float]) -> tuple[tuple[float, ...], ...]:
     return tuple(
         tuple(_number(value(Motion(speed, force)), 3) for force in FORCES_N) for speed in SPEEDS_MPS
     )
 
 
-def _packed(wave: _Floats) -> dict[str, Any]:
+def _packed(wave: _Wave) -> dict[str, Any]:
     peak = float(np.abs(wave).max())
-    samples = np.round(wave * (127.0 / peak)).astype(np.int8)
+    numbers = np.ascontiguousarray(wave).view(np.float64)
+    samples = np.round(numbers * (127.0 / peak)).astype(np.int8)
     return {"peak": _number(peak), "wave": base64.b64encode(samples.tobytes()).decode("ascii")}
 
 
@@ -578,7 +637,7 @@ def _bytes(values: _Floats) -> str:
     return base64.b64encode(data.tobytes()).decode("ascii")
 
 
-def _rounded(values: _Floats | list[float]) -> Values:
+def _rounded(values: _Floats | list[float]) -> tuple[float, ...]:
     return tuple(_number(float(value)) for value in values)
 
 

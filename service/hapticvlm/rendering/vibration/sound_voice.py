@@ -81,6 +81,16 @@ class SoundVoice:
         return np.concatenate([np.zeros(0, np.float32), *parts])
 
     def _chunk(self, samples: _Floats) -> NDArray[np.float32]:
+        bands, windows = self.bands(samples)
+        turns = (self._turn + np.arange(bands.shape[0])) % self._shift.size
+        self._turn = (self._turn + bands.shape[0]) % self._shift.size
+        wave = (bands.sum(axis=1) * self._shift[turns]).real
+        if self._compresses:
+            wave *= np.repeat(self._gains(np.mean(windows**2, axis=1)), self._up)
+        return np.asarray(np.clip(wave, -1.0, 1.0), dtype=np.float32)
+
+    def bands(self, samples: _Floats) -> tuple[_Complex, _Floats]:
+        """Return each band at TIMES its frequency, (N * up, bands), and the windows of samples."""
         line = np.concatenate((self._earlier, samples))
         self._earlier = line[line.size - _SPAN + 1 :]
         windows = np.lib.stride_tricks.sliding_window_view(line, _SPAN)
@@ -90,12 +100,7 @@ class SoundVoice:
         turned = bands / np.maximum(sizes, 1e-12)
         for _ in range(TIMES.bit_length() - 1):
             turned = turned * turned
-        turns = (self._turn + np.arange(bands.shape[0])) % self._shift.size
-        self._turn = (self._turn + bands.shape[0]) % self._shift.size
-        wave = (sizes * (turned * self._shift[turns][:, None]).real).sum(axis=1)
-        if self._compresses:
-            wave *= np.repeat(self._gains(np.mean(windows**2, axis=1)), self._up)
-        return np.asarray(np.clip(wave, -1.0, 1.0), dtype=np.float32)
+        return sizes * turned, windows
 
     def _gains(self, power: _Floats) -> _Floats:
         """Gain (N,) of each sample from the mean squares (N,) around it."""
@@ -147,6 +152,22 @@ def as_sound(wave: NDArray[np.float32], *, compresses: bool = True) -> NDArray[n
     """
     slowed = np.concatenate((wave[::UP], np.zeros(_HALF, np.float32)))
     return SoundVoice(compresses=compresses).render(slowed)[_HALF * UP :][: wave.size]
+
+
+def unshifted(wave: NDArray[np.float32]) -> _Complex:
+    """Return a whole wave (N,) at TIMES its frequencies, without SHIFT_HZ and compression, (N,)."""
+    slowed = np.concatenate((wave[::UP], np.zeros(_HALF))).astype(np.float64)
+    bands, _ = SoundVoice().bands(slowed)
+    return np.asarray(bands.sum(axis=1)[_HALF * UP :][: wave.size])
+
+
+def held(wave: NDArray[np.float32]) -> float:
+    """Return the level of a whole wave (N,) for which the compression has its mean gain."""
+    sums = np.cumsum(np.pad(wave[::UP].astype(np.float64) ** 2, (1, 0)))
+    power = (sums[_SPAN:] - sums[:-_SPAN]) / _SPAN
+    voice = SoundVoice()
+    gains = [voice._gains(power[at : at + _CHUNK]) for at in range(0, power.size, _CHUNK)]
+    return float((np.concatenate(gains).mean() / LEVEL) ** (1.0 / (EXPONENT - 1.0)))
 
 
 def _period(up: int) -> int:
