@@ -280,15 +280,17 @@ def test_a_material_named_in_text_is_believed_but_not_for_sure(
         assert dict(vlm(served.url).material(PICTURE, PICTURE, NAMES).beliefs) == beliefs
 
 
-def test_what_a_thing_is_not_is_not_an_answer() -> None:
-    with endpoint(says("It is not metal")) as served, pytest.raises(VlmError, match="not"):
-        vlm(served.url).material(PICTURE, PICTURE, NAMES)
-
-
-def test_two_materials_or_none_are_not_an_answer() -> None:
-    for text in ("wood or glass", "banana", "", "a thing of many parts in oak"):
-        with endpoint(says(text)) as served, pytest.raises(VlmError, match=r"material|empty"):
-            vlm(served.url).material(PICTURE, PICTURE, NAMES)
+@each(
+    message=[
+        *({"content": text} for text in ("wood or glass", "banana", "", "It is not metal")),
+        {"content": "a thing of many parts in oak"},
+        {"content": None, "reasoning_content": "Brown, with a grain: could it be wood?"},
+    ]
+)
+def test_two_materials_none_denials_and_thoughts_are_not_an_answer(message: Any) -> None:
+    reason = pytest.raises(VlmError, match=r"material|empty|thinks")
+    with endpoint(says(None, message=message)) as served, reason:
+        vlm(served.url, model="some/vlm").material(PICTURE, PICTURE, NAMES)
 
 
 @each_row(

@@ -37,6 +37,7 @@ _WHOLE = (
     "completed",
 )
 _CUT = ("length", "max_tokens")
+BRIEF = 24  # characters of an answer in the field of the thought; a longer text is a thought
 _FENCE = re.compile(r"```[a-z]*")
 _SPECIAL = re.compile(r"<\|[^<>|]{1,40}\|>|</?[a-z_]{1,20}>|[ĠĊ▁]", re.IGNORECASE)
 _BOX = re.compile(r"\\boxed\s*\{([^{}]*)\}")
@@ -72,8 +73,8 @@ def answer_text(choice: Json) -> str:
     if answer.strip():
         return answer
     thought = next((str(fields[name]) for name in _THOUGHT_FIELDS if fields.get(name)), "")
-    if thought and not written and not is_cut(choice):
-        return thought  # some servers put all there once the thought is off; a thought is not read
+    if 0 < len(thought) <= BRIEF and not written and not is_cut(choice):
+        return thought  # some servers put the answer there once the thought is off
     if thought or written or (fields and is_cut(choice)):
         raise ThoughtError("the model thinks first and gave no answer within its tokens")
     raise UnreadError(f"the model's answer has no text{'' if written is None else ': it is empty'}")
