@@ -288,11 +288,9 @@ def test_without_json_a_table_is_printed(folder: Path, own_gallery: Path) -> Non
 def test_a_picture_whose_name_has_no_encoding_is_recognised(folder: Path, tmp_path: Path) -> None:
     odd = tmp_path / "caf\udce9.png"
     odd.write_bytes((folder / "halves.png").read_bytes())
-    for options in (["--json"], []):
-        command = [*COMMAND, *options, str(tmp_path)]
-        done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=120)
-        if options:
-            assert json.loads(done.stdout)["path"] == str(odd)
+    command = [*COMMAND, "--json", str(tmp_path)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=120)
+    assert json.loads(done.stdout)["path"] == str(odd)
 
 
 def test_answers_come_as_they_are_known_and_a_reader_may_stop(folder: Path) -> None:

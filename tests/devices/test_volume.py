@@ -85,7 +85,19 @@ def test_the_watch_follows_a_change_and_ends() -> None:
 def test_a_real_sink_that_is_muted_or_turned_down_is_seen() -> None:
     with null_sink():
         assert volume_of(NAME) == Volume(False, 1.0)
-        subprocess.run(["pactl", "set-sink-volume", "@DEFAULT_SINK@", "10%"], check=True)
+        with subprocess.Popen(["pacat", "--playback", "/dev/zero"]) as player:
+            until(lambda: _pactl("list", "sink-inputs").count(f'"{player.pid}"') == 1)
+            number = _pactl("list", "short", "sink-inputs").split()[0]
+            for command, heard in (("volume", Volume(False, 0.1)), ("mute", Volume(True, 0.1))):
+                _pactl(f"set-sink-input-{command}", number, "10%" if command == "volume" else "1")
+                assert volume_of(NAME, pid=player.pid) == heard
+            assert volume_of(NAME) == Volume(False, 1.0)
+            player.kill()
+        _pactl("set-sink-volume", "@DEFAULT_SINK@", "10%")
         assert volume_of(NAME) == Volume(False, 0.1)
-        subprocess.run(["pactl", "set-sink-mute", "@DEFAULT_SINK@", "1"], check=True)
+        _pactl("set-sink-mute", "@DEFAULT_SINK@", "1")
         assert volume_of(NAME) == volume_of("default") == Volume(True, 0.1)
+
+
+def _pactl(*words: str) -> str:
+    return subprocess.run(["pactl", *words], check=True, capture_output=True, text=True).stdout

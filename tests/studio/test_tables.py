@@ -15,25 +15,7 @@ from hapticvlm_studio.report import results
 from hapticvlm_studio.report.results import Person, Results, Row
 
 GLASS = Stimulus("glass", "tap", "cold", "glass", "tap", 20.0)
-PIECES = (
-    "",
-    "0",
-    "7",
-    "1",
-    "-",
-    "_",
-    "e",
-    "E",
-    "d",
-    "x",
-    "na",
-    "NA",
-    "inf",
-    "TRUE",
-    "F",
-    "None",
-    "P",
-)
+PIECES = ("", *"071-_eEdxFP", "na", "NA", "inf", "TRUE", "None")
 CODES = ["".join(parts) for parts in product(PIECES, repeat=3)]
 DATES = ("MAR1", "3-4", "1-MAY", "Sept-2024", "2024-01-02")
 ANSWERS = ("NA", "None", "null", "=1+1", "-1", "a, b", '"', "two\nlines", "é ü 文", " x ", None)

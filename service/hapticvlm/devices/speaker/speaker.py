@@ -33,7 +33,7 @@ from hapticvlm.devices.speaker.ring import (
     RestAll,
     Ring,
 )
-from hapticvlm.devices.speaker.volume import VolumeWatch
+from hapticvlm.devices.speaker.volume import VolumeWatch, volume_of
 from hapticvlm.processes.supervised import Child, ChildError
 from hapticvlm.rendering.vibration.voices import Command
 
@@ -235,4 +235,6 @@ class Speaker:
         self.name = names[0]
         has_volume = not self.simulated and self._settings.output.lower() != JACK
         if has_volume and self._volume is None:
-            self._volume = VolumeWatch(self.name)
+            self._volume = VolumeWatch(
+                self.name, lambda output: volume_of(output, pid=self._child.pid)
+            )

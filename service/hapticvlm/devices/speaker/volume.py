@@ -2,7 +2,8 @@
 
 The program of the system is asked: pactl (PulseAudio and PipeWire), wpctl (PipeWire without it) or
 osascript (macOS); the last two know the default output only. Where none of them is installed, or it
-does not know the output, the volume is unknown, which is not a fault.
+does not know the output, the volume is unknown, which is not a fault. pactl also knows the volume
+of our own stream, which sound servers remember for all later runs.
 """
 
 from __future__ import annotations
@@ -16,9 +17,10 @@ from dataclasses import dataclass
 
 LOW = 0.25  # share of full volume; PulseAudio's is cubic, so this is -36 dB
 ASK_S = 2.0  # until a program that does not answer is given up
-WATCH_S = 5.0  # between two questions while the service runs
+WATCH_S = 2.5  # between two questions while the service runs
 
 _DEFAULT = "default"
+_FIELD = re.compile(r"^\t(Name|Description|Mute|Volume): (.*)$", re.MULTILINE)
 _PERCENT = re.compile(r"(\d+)%")
 _WPCTL = re.compile(r"Volume: (\d+(?:\.\d+)?)( \[MUTED\])?")
 _OSASCRIPT = re.compile(r"output volume:(\d+).*output muted:(true|false)")
@@ -44,17 +46,21 @@ class Volume:
         return "muted" if self.muted else f"at {self.share * 100:.0f} % of its volume"
 
 
-def volume_of(output: str, run: Run | None = None) -> Volume | None:
+def volume_of(output: str, run: Run | None = None, pid: int | None = None) -> Volume | None:
     """Return the volume of an output by the name under which it is listed; None if unknown.
 
-    Any name that begins with "default" is the default output. Blocks for up to ASK_S per program.
+    With `pid` it is the volume of what this process plays there, where pactl knows that. Any name
+    that begins with "default" is the default output. Blocks for up to ASK_S per program.
     """
     run = run or _run
     is_default = output.lower().startswith(_DEFAULT)
     sinks = run("pactl", "list", "sinks")
     if sinks:
         info = run("pactl", "info") if is_default else None
-        return from_pactl(sinks, _default_sink(info or "") if is_default else output)
+        sink = from_pactl(sinks, _default_sink(info or "") if is_default else output)
+        if sink is None or pid is None:
+            return sink
+        return _through(sink, run("pactl", "list", "sink-inputs") or "", pid)
     if not is_default:
         return None
     if said := run("wpctl", "get-volume", "@DEFAULT_AUDIO_SINK@"):
@@ -65,13 +71,24 @@ def volume_of(output: str, run: Run | None = None) -> Volume | None:
 def from_pactl(sinks: str, name: str) -> Volume | None:
     """Read `pactl list sinks`; `name` is the sink's name or description."""
     for sink in re.split(r"^Sink #", sinks, flags=re.MULTILINE):
-        fields = dict(re.findall(r"^\t(Name|Description|Mute|Volume): (.*)$", sink, re.MULTILINE))
-        if name not in (fields.get("Name"), fields.get("Description")):
-            continue
-        channels = [int(percent) / 100.0 for percent in _PERCENT.findall(fields.get("Volume", ""))]
-        if channels:
-            return Volume(fields.get("Mute") == "yes", max(channels))
+        fields = dict(_FIELD.findall(sink))
+        if name in (fields.get("Name"), fields.get("Description")):
+            return _volume(fields)
     return None
+
+
+def _through(sink: Volume, streams: str, pid: int) -> Volume:
+    """Return the volume of a sink with that of a process's stream, of `pactl list sink-inputs`."""
+    for stream in streams.split("Sink Input #"):
+        own = _volume(dict(_FIELD.findall(stream)))
+        if own is not None and f'application.process.id = "{pid}"' in stream:
+            return Volume(sink.muted or own.muted, sink.share * own.share)
+    return sink
+
+
+def _volume(fields: dict[str, str]) -> Volume | None:
+    channels = [int(percent) / 100.0 for percent in _PERCENT.findall(fields.get("Volume", ""))]
+    return Volume(fields.get("Mute") == "yes", max(channels)) if channels else None
 
 
 def from_wpctl(said: str) -> Volume | None:
