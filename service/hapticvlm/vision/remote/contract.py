@@ -178,7 +178,7 @@ def read_answer(data: bytes, identity: Identity, count: int) -> tuple[Answer, li
 def _match(result: Result, identity: Identity) -> RemoteMatch:
     beliefs = dict(result.beliefs)
     values = np.array(list(beliefs.values()), np.float64)
-    fits = bool((values >= 0.0).all()) and 0.0 < values.sum() <= 1.0 + SUM_ERROR
+    fits = bool((values >= 0.0).all()) and values.sum() <= 1.0 + SUM_ERROR
     if (
         not fits
         or len(beliefs) != len(result.beliefs)
