@@ -75,6 +75,7 @@ FIGURES = 4
 _THINNEST_M = 1e-3  # the wire wants more than 0
 _CENTRES_HZ = np.geomspace(textures.LOWEST_HZ, textures.HIGHEST_HZ, 8)  # where loops are heard
 _JOIN = 8  # periods over which the end of a loop fades into its beginning
+_UP_HEARD = 4  # the sound voice ends at 4.3 kHz, far below 6
 _FADE = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, RATE_HZ // 1000))  # of a clip of sound, 1 ms
 
 _Floats = NDArray[np.float64]
@@ -452,18 +453,19 @@ def _carving(writer: _Writer, material: str, facts: Vibration) -> Texture:
 
 def _as_heard(loop: Loop, periods_hz: float) -> tuple[float, float, float]:
     """Return pitch, strength and held level, in the sound voice, of a loop at this rate."""
-    at = np.arange(2 * RATE_HZ) * (periods_hz * loop.samples / RATE_HZ)
+    at = np.arange(2 * sound_voice.IN_HZ) * (periods_hz * loop.samples / sound_voice.IN_HZ)
     wave = loop.read(np.asarray(at)).astype(np.float32)
-    hertz, power = _spectrum(sound_voice.as_sound(0.1 * wave, compresses=False))
+    played = sound_voice.uncompressed(0.1 * wave, _UP_HEARD)
+    hertz, power = _spectrum(played, sound_voice.IN_HZ * _UP_HEARD)
     pitch_hz = float(power @ hertz / power.sum())
     return pitch_hz, 100.0 * _strongest(hertz, power), sound_voice.held(wave)
 
 
-def _spectrum(wave: _Wave) -> tuple[_Floats, _Floats]:
+def _spectrum(wave: _Wave, rate_hz: float = RATE_HZ) -> tuple[_Floats, _Floats]:
     """Return frequencies and their mean square in a wave (N,), or in the real part of one."""
     power = np.abs(np.fft.fft(wave)[: wave.size // 2].astype(complex) / wave.size) ** 2
     power *= 0.5 if np.iscomplexobj(wave) else 2.0
-    hertz = np.arange(power.size, dtype=np.float64) * (RATE_HZ / wave.size)
+    hertz = np.arange(power.size, dtype=np.float64) * (rate_hz / wave.size)
     return hertz, np.asarray(power, np.float64)
 
 
@@ -567,7 +569,9 @@ class _Writer:
         if self.voice == "true":
             return wave
         largest = 10.0 * np.abs(wave).max()  # the voice clips at 1
-        sound = sound_voice.as_sound((wave / largest).astype(np.float32), compresses=False)
+        sound = sound_voice.uncompressed((wave / largest).astype(np.float32)[:: sound_voice.UP])[
+            : wave.size
+        ]
         sound[: _FADE.size] *= _FADE
         return np.asarray(sound.astype(np.float64) * largest)
 

@@ -145,13 +145,19 @@ def in_voice(wave: NDArray[np.float32], voice: str) -> NDArray[np.float32]:
     return as_sound(wave) if voice == "sound" else wave
 
 
-def as_sound(wave: NDArray[np.float32], *, compresses: bool = True) -> NDArray[np.float32]:
-    """Return the sound voice of a whole wave (N,) of the true one, both at RATE_HZ, not delayed.
+def as_sound(wave: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the sound voice of a whole wave (N,) of the true one, both at RATE_HZ, not delayed."""
+    return _whole(SoundVoice(), wave[::UP], UP)[: wave.size]
 
-    Without compression it is linear in the level.
-    """
-    slowed = np.concatenate((wave[::UP], np.zeros(_HALF, np.float32)))
-    return SoundVoice(compresses=compresses).render(slowed)[_HALF * UP :][: wave.size]
+
+def uncompressed(slow: NDArray[np.float32], up: int = UP) -> NDArray[np.float32]:
+    """Return the sound voice, linear in the level, (N * up,), of a whole wave (N,) at IN_HZ."""
+    return _whole(SoundVoice(up, compresses=False), slow, up)
+
+
+def _whole(voice: SoundVoice, slow: NDArray[np.float32], up: int) -> NDArray[np.float32]:
+    ended = np.concatenate((slow, np.zeros(_HALF, np.float32)))
+    return voice.render(ended)[_HALF * up :]
 
 
 def unshifted(wave: NDArray[np.float32]) -> _Complex:
@@ -161,9 +167,9 @@ def unshifted(wave: NDArray[np.float32]) -> _Complex:
     return np.asarray(bands.sum(axis=1)[_HALF * UP :][: wave.size])
 
 
-def held(wave: NDArray[np.float32]) -> float:
-    """Return the level of a whole wave (N,) for which the compression has its mean gain."""
-    sums = np.cumsum(np.pad(wave[::UP].astype(np.float64) ** 2, (1, 0)))
+def held(slow: NDArray[np.float32]) -> float:
+    """Return the level of a whole wave (N,) at IN_HZ at which the compression has its mean gain."""
+    sums = np.cumsum(np.pad(slow.astype(np.float64) ** 2, (1, 0)))
     power = (sums[_SPAN:] - sums[:-_SPAN]) / _SPAN
     voice = SoundVoice()
     gains = [voice._gains(power[at : at + _CHUNK]) for at in range(0, power.size, _CHUNK)]
