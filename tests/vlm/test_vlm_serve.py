@@ -56,7 +56,7 @@ def test_a_served_model_is_asked_and_read(served: str, folder: Path) -> None:
 
 
 def test_a_question_with_two_pictures_is_taken(served: str, folder: Path) -> None:
-    with pytest.raises(VlmError, match="names 0 materials: `21`"):
+    with pytest.raises(VlmError, match="names no material or several: `21`"):
         vlm(served, str(folder)).material(PICTURE, PICTURE[:40, :40], ("wood", "glass"))
 
 
