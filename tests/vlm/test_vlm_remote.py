@@ -496,6 +496,7 @@ def test_a_header_that_cannot_be_one_is_refused(header: str) -> None:
     [
         (sends('{"error": "no route"}', "404 Not Found"), "/v1/chat/completions: check --vlm-url"),
         (sends('{"error": "who?"}', "401 Unauthorized"), "HAPTICVLM_VLM_TOKEN holds no token"),
+        (raw(b"HTTP 401 who?\r\n\r\n"), "HAPTICVLM_VLM_TOKEN holds no token"),
         (
             sends('{"error": "longer than the context of 2048"}', "400 Bad Request"),
             "a smaller --image-tokens",

@@ -170,16 +170,12 @@ class Endpoint:
             try:
                 return judge(client.request(verb, path, body, deadline))
             except HttpError as error:
-                raise EndpointError(f"{self.address.name}: {error}{_cure(str(error))}") from None
+                problem = EndpointError(f"{self.address.name}: {error}")
             except EndpointError as error:
-                text = client.redacted(str(error))
-                cure = _cure(text).format(
-                    url=printable(client.url_of(path)), token="another" if self.token else "no"
-                )
-                raise EndpointError(text + cure, error.status, error.wait_s) from None
-
-
-def _cure(problem: str) -> str:
-    """Return what a user can do about a problem, after a semicolon; "" if nothing is known."""
-    cures = (cure for cause, cure in _CURES.items() if re.search(cause, problem, re.IGNORECASE))
-    return "".join(f"; {cure}" for cure in list(cures)[:1])
+                problem = error
+            text = client.redacted(str(problem))
+            url = printable(client.url_of(path))
+        cures = (cure for cause, cure in _CURES.items() if re.search(cause, text, re.IGNORECASE))
+        if cure := next(cures, ""):
+            text += "; " + cure.format(url=url, token="another" if self.token else "no")
+        raise EndpointError(text, problem.status, problem.wait_s)
