@@ -85,8 +85,8 @@ NeutralCause = Literal["living", "guess"]
 believed enough, so that any would be a guess."""
 HelloRole = Literal["scene", "observer"]
 """A scene declares objects and sends touches; an observer only watches. Both may send `stop`."""
-FrameFormat = Literal["jpeg", "png", "rgb8", "rgba8"]
-"""rgb8 and rgba8 are raw pixels: width x height x 3 or 4 bytes, row by row."""
+FrameFormat = Literal["jpeg", "png", "rgb8", "rgba8", "bgra8"]
+"""rgb8, rgba8 and bgra8 are raw pixels: width x height x 3 or 4 bytes, row by row."""
 FrameOrigin = Literal["top", "bottom"]
 """`top`: the first row is the top of the picture; `bottom`: it is the bottom, as in OpenGL."""
 FramePurpose = Literal["live", "enrol", "texture"]

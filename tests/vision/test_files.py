@@ -8,6 +8,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import pytest
+from each_case import each
 from numpy.typing import NDArray
 from PIL import Image
 from profiles import profile_with_red_and_green_swapped
@@ -220,6 +221,43 @@ def test_a_shape_in_the_alpha_is_the_mask_at_both_doors(
     sent = msgspec.structs.replace(from_file, mask=mask.read_bytes())
     for frame in (from_file, sent):
         assert (np.asarray(pictures.decode_mask(frame)) > 0).sum() == 20 * 30
+
+
+def palette_of(indices: Pixels) -> Image.Image:
+    image = Image.fromarray(indices).convert("P")
+    image.putpalette([0, 0, 0, 200, 30, 30, 30, 200, 30])
+    return image
+
+
+GROUNDS = {  # of a mask whose object is True
+    "ids from 1": lambda inside: Image.fromarray(np.where(inside, 2, 1).astype(np.uint8)),
+    "levels of video": lambda inside: Image.fromarray(np.where(inside, 235, 16).astype(np.uint8)),
+    "two colours, equally bright": lambda inside: Image.fromarray(
+        np.where(inside[..., None], (200, 0, 9), (0, 200, 9)).astype(np.uint8)
+    ),
+    "two entries of a palette": lambda inside: palette_of(np.where(inside, 1, 2).astype(np.uint8)),
+    "wide ids": lambda inside: Image.fromarray(np.where(inside, 700, 300).astype(np.uint16)),
+}
+
+
+@each(ground=list(GROUNDS))
+def test_a_ground_that_is_not_black_is_not_the_object(
+    ground: str, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.clear()
+    inside = np.zeros((HEIGHT, WIDTH), bool)
+    inside[5:25, 5:35] = True
+    pictures._tell_ground.cache_clear()
+    mask = saved(tmp_path / "mask.png", GROUNDS[ground](inside))
+    frame = read_frame(saved(tmp_path / "one.png", picture()), mask)
+    assert (np.asarray(pictures.decode_mask(frame)) > 0).tolist() == inside.tolist()
+    assert "ground" in caplog.text
+
+
+def test_an_object_in_white_may_fill_its_picture_to_a_soft_corner() -> None:
+    levels = np.full((HEIGHT, WIDTH), 255, np.uint8)
+    levels[0, :9] = 200
+    assert (np.asarray(pictures.mask_levels(Image.fromarray(levels))) > 0).all()
 
 
 def test_a_mask_is_of_the_upright_picture(tmp_path: Path) -> None:

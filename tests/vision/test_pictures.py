@@ -95,7 +95,7 @@ def test_a_jpeg_comes_out_upright() -> None:
     assert corner(result, 58, 5) == (0, 0, 1)
 
 
-@pytest.mark.parametrize("format", ["jpeg", "png", "rgb8", "rgba8"])
+@pytest.mark.parametrize("format", ["jpeg", "png", "rgb8", "rgba8", "bgra8"])
 def test_every_format_is_flipped_when_its_first_row_is_the_bottom(format: str) -> None:
     stored = np.ascontiguousarray(quadrants()[::-1])
     alpha = np.full((448, 448, 1), 7, np.uint8)
@@ -104,6 +104,7 @@ def test_every_format_is_flipped_when_its_first_row_is_the_bottom(format: str) -
         "png": png(stored),
         "rgb8": stored.tobytes(),
         "rgba8": np.dstack([stored, alpha]).tobytes(),
+        "bgra8": np.dstack([stored[..., ::-1], alpha]).tobytes(),
     }[format]
     result = crop(frame(data, format=format, origin="bottom", region=WHOLE), 64)
     assert corner(result, 5, 5) == (1, 0, 0)

@@ -228,7 +228,7 @@ export interface Frame {
    */
   'captured_at': number;
   /**
-   * rgb8 and rgba8 are raw pixels: width x height x 3 or 4 bytes, row by row.
+   * rgb8, rgba8 and bgra8 are raw pixels: width x height x 3 or 4 bytes, row by row.
    */
   'format': FrameFormat;
   /**
@@ -274,9 +274,9 @@ export interface Frame {
 }
 
 /**
- * rgb8 and rgba8 are raw pixels: width x height x 3 or 4 bytes, row by row.
+ * rgb8, rgba8 and bgra8 are raw pixels: width x height x 3 or 4 bytes, row by row.
  */
-export type FrameFormat = "jpeg" | "png" | "rgb8" | "rgba8";
+export type FrameFormat = "bgra8" | "jpeg" | "png" | "rgb8" | "rgba8";
 
 /**
  * `top`: the first row is the top of the picture; `bottom`: it is the bottom, as in OpenGL.

@@ -290,10 +290,10 @@ class Client:
 
         - `image`: the encoded picture; 448 x 448 px as JPEG is enough.
         - `width`, `height`: its size in px.
-        - `fields`: `format`, `jpeg` (default), `png`, `rgb8` or `rgba8`; `origin`, the row that
-          comes first, `top` (default) or `bottom`; `object_id`, the object it shows, and `surface`,
-          the index of the surface; `mask`, a PNG of the same size that is nonzero on the object, or
-          `region`, a rectangle around it;
+        - `fields`: `format`, `jpeg` (default), `png`, `rgb8`, `rgba8` or `bgra8`; `origin`, the
+          row that comes first, `top` (default) or `bottom`; `object_id`, the object it shows, and
+          `surface`, the index of the surface; `mask`, a PNG of the same size that is nonzero on
+          the object, or `region`, a rectangle around it;
           `purpose`; `max_age_ms`; `captured_at` in s (default: now).
 
         Raises `Refused`, for example for a picture that cannot be decoded.

@@ -106,7 +106,7 @@ def blank_picture(kind: str, width: int, height: int) -> bytes:
     """Return an empty picture of this format and size, in place of one that was not kept."""
     from PIL import Image
 
-    if kind in ("rgb8", "rgba8"):
+    if kind not in ("jpeg", "png"):
         return bytes(width * height * (3 if kind == "rgb8" else 4))
     buffer = io.BytesIO()
     Image.new("L" if kind == "png" else "RGB", (width, height)).save(buffer, kind.upper())

@@ -9,11 +9,12 @@ else happens to the part that is cut. Knows no material.
 
 from __future__ import annotations
 
+import logging
 import re
 import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from io import BytesIO
 from math import ceil, floor
 from typing import TYPE_CHECKING
@@ -32,7 +33,7 @@ Pixels = NDArray[np.uint8]
 REDUCTIONS = (8, 4, 2)  # of JPEG's DCT; other scales are slower than full size
 MAX_CHUNKS = 2048  # of a PNG; 4 MiB in pieces of 8 KiB are 512, and each costs decoding time
 MAX_SCANS = 32  # of a JPEG; common are up to 10, and thousands keep a decoder busy for minutes
-_CHANNELS = {"rgb8": 3, "rgba8": 4}
+_CHANNELS = {"rgb8": 3, "rgba8": 4, "bgra8": 4}
 # Of libjpeg, about bytes that belong to nothing: "... data: 2 extraneous bytes before marker 0xd9".
 _STRAY_BYTES = re.compile("[0-9]+ extraneous bytes before marker")
 _JPEG_SCAN = b"\xff\xda"
@@ -44,11 +45,14 @@ _PNG_HEADER = struct.Struct(">8s4x4sIIB")  # signature, IHDR, width, height, bit
 # left, top, right, bottom in px of the frame, the last two exclusive
 Box = tuple[int, int, int, int]
 CENTRE = messages.Region(x=0.25, y=0.25, w=0.5, h=0.5)  # where no region or mask is given
+MOST_MARKED = 0.98  # of a picture; a mask that marks more may have another ground than 0
 CENTRAL_DISC = 0.8  # diameter of the central mask over the crop's side
 MARGIN = 0.05  # of the mask's bounding box, kept around it: surroundings tell glass from paint
 CELLS = 8  # cells a side of a signature
 MEAN_CHANGE = 4.0  # grey levels, root mean square over the cells, that count as another picture
 CELL_CHANGE = 24.0  # grey levels of one cell alone that count: a hand coming in, a lid opening
+
+logger = logging.getLogger(__name__)
 
 
 class PictureError(HapticVLMError, ValueError):
@@ -91,7 +95,8 @@ def _decode(frame: messages.Frame, reduction: int) -> Pixels:
     if frame.format == "png":
         return np.asarray(_decode_png("$.image", frame.image, frame).convert("RGB"))
     raw = np.frombuffer(frame.image, np.uint8)
-    return raw.reshape(frame.height, frame.width, _CHANNELS[frame.format])[..., :3]
+    pixels = raw.reshape(frame.height, frame.width, _CHANNELS[frame.format])[..., :3]
+    return pixels[..., ::-1] if frame.format == "bgra8" else pixels
 
 
 def _decode_jpeg(frame: messages.Frame, reduction: int) -> Pixels:
@@ -169,7 +174,7 @@ def mask_levels(image: Image.Image) -> Image.Image:
     """Return a drawn mask as mode 1 or L, nonzero where the object is; wide levels as mode I.
 
     An alpha that varies is the mask, whatever the colours are, as drawing programs save a shape on
-    a transparent ground. Otherwise what is not black is the object.
+    a transparent ground. Otherwise what is not black is the object, or what is not the ground.
     """
     from PIL import ImageChops
 
@@ -179,15 +184,48 @@ def mask_levels(image: Image.Image) -> Image.Image:
         if lowest != highest:
             return alpha
         image = image.convert("L" if image.mode == "LA" else "RGB")
+    levels = image
     if image.mode == "P":
         colours = np.array(image.getpalette() or [], np.uint8).reshape(-1, 3)
-        levels = np.zeros(256, np.uint8)
-        levels[: len(colours)] = colours.max(axis=1, initial=0)
-        return image.point(levels.tolist(), "L")
-    if len(image.getbands()) > 1:
+        brightest = np.zeros(256, np.uint8)
+        brightest[: len(colours)] = colours.max(axis=1, initial=0)
+        levels = image.point(brightest.tolist(), "L")
+    elif len(image.getbands()) > 1:
         red, green, blue = image.convert("RGB").split()
-        return ImageChops.lighter(ImageChops.lighter(red, green), blue)
-    return image
+        levels = ImageChops.lighter(ImageChops.lighter(red, green), blue)
+    return _off_its_ground(image, levels)
+
+
+def _off_its_ground(image: Image.Image, levels: Image.Image) -> Image.Image:
+    """Return the levels, or what differs from the ground of a mask whose ground is not black.
+
+    Numbers of objects that begin at 1, levels of video (16 to 235) and colours have such a ground:
+    the commonest value at the edges. White is the object, which may fill the picture.
+    """
+    from PIL import Image
+
+    left, top, right, bottom = levels.getbbox() or (0, 0, 0, 0)
+    if (right - left) * (bottom - top) <= MOST_MARKED * levels.width * levels.height:
+        return levels
+    values = np.asarray(levels)
+    if np.count_nonzero(values) <= MOST_MARKED * values.size:
+        return levels
+    is_wide = image.mode.startswith("I")
+    colours = values if is_wide else np.asarray(image.convert("RGB")) @ np.array([1, 256, 65536])
+    edges = np.concatenate([colours[[0, -1]].ravel(), colours[:, [0, -1]].ravel()])
+    found, counts = np.unique(edges, return_counts=True)
+    ground = found[counts.argmax()]
+    inside = colours != ground
+    if ground in (0, 0xFFFF if is_wide else 0xFFFFFF) or not inside.any():
+        return levels
+    _tell_ground(str(values[colours == ground][0]))
+    return Image.fromarray(inside)
+
+
+@lru_cache(maxsize=16)  # once for each level, and not for each frame
+def _tell_ground(level: str) -> None:
+    message = "a mask marks nearly all of its picture: its ground is taken to be level %s, not 0"
+    logger.warning(message, level)
 
 
 def _require_size(path: str, actual: tuple[int, int], frame: messages.Frame) -> None:

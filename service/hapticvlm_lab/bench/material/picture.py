@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm import messages
+from hapticvlm.vision import pictures
 from hapticvlm_lab.bench.material.data import View
 
 if TYPE_CHECKING:
@@ -160,11 +161,9 @@ def _opened(data: bytes) -> PilImage:
 
 def _decoded(view: View) -> Pixels:
     frame = view.frame
-    if frame.format in ("rgb8", "rgba8"):
-        raw = np.frombuffer(frame.image, np.uint8).reshape(frame.height, frame.width, -1)
-        pixels: Pixels = raw[..., :3]
-    else:
-        pixels = np.asarray(_opened(frame.image).convert("RGB"))
+    if frame.format not in ("jpeg", "png"):
+        return pictures.decode_upright(frame, 1)
+    pixels: Pixels = np.asarray(_opened(frame.image).convert("RGB"))
     return pixels[::-1] if frame.origin == "bottom" else pixels
 
 

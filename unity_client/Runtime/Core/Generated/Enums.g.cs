@@ -94,12 +94,13 @@ namespace HapticVLM.Wire
         }
     }
 
-    public enum FrameFormat { Other, Jpeg, Png, Rgb8, Rgba8 }
+    public enum FrameFormat { Other, Bgra8, Jpeg, Png, Rgb8, Rgba8 }
 
     internal static class FrameFormatWire
     {
         static readonly byte[][] Texts =
         {
+            MsgPackWriter.Encoded("bgra8"),
             MsgPackWriter.Encoded("jpeg"),
             MsgPackWriter.Encoded("png"),
             MsgPackWriter.Encoded("rgb8"),
