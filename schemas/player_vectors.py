@@ -98,6 +98,37 @@ def planned(case: Json) -> Json:
     return {**case, "events": events}
 
 
+def plan_problems(case: Json, played: Json) -> list[str]:
+    """Return a sentence for each plan of a player that is off, for a case of `plans`."""
+    plans = [
+        (event["at_s"], form, event[form], own[form])
+        for event, own in zip(case["events"], played["events"], strict=True)
+        for form in (feel_vectors.FORMS if "plan" in event else ())
+    ]
+    return [
+        f"{case['name']} {at_s} {form}: {own}, not {wanted}"
+        for at_s, form, wanted, own in plans
+        if not _are_near(_plan_numbers(wanted), _plan_numbers(own))
+    ]
+
+
+def _are_near(wanted: tuple[Wave, Wave], own: tuple[Wave, Wave]) -> bool:
+    if [part.size for part in wanted] != [part.size for part in own]:
+        return False
+    (amplitude, hertz), (own_amplitude, own_hertz) = wanted, own
+    return bool(
+        (abs(own_amplitude - amplitude) <= MOST_AMPLITUDE).all()
+        and (abs(own_hertz - hertz) <= MOST_PITCH * hertz).all()
+    )
+
+
+def _plan_numbers(plan: Json) -> tuple[Wave, Wave]:
+    """Return all amplitudes of a plan, and all frequencies."""
+    amplitudes = [*plan["amplitude"], *(one["amplitude"] for one in plan["transients"])]
+    hertz = [*plan["frequency_hz"], *(one["frequency_hz"] for one in plan["transients"])]
+    return np.array(amplitudes, dtype=float), np.array(hertz, dtype=float)
+
+
 def sounds() -> Iterator[Json]:
     """Yield touches by block, and the level of each 50 ms of what the reference player renders."""
     for voice in VOICES:

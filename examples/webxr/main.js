@@ -23,7 +23,7 @@ const PANEL_WAIT = 200; // ms between updates of the panel
 const PLAIN_WAIT = 100; // ms between updates of the card when the CPU draws it
 
 const load = async (file) => (await fetch(new URL(file, import.meta.url))).json();
-const [described, materials, tables] = await Promise.all(['scene.json', 'materials.json', 'client/feel.json'].map(load));
+const [described, materials, tables] = await Promise.all(['scene.json', 'materials.json', 'client/feel.true.json'].map(load));
 const query = new URLSearchParams(location.search);
 const part = (id) => document.getElementById(id);
 
@@ -70,7 +70,7 @@ const token = query.get('token') ?? undefined;
 const address = service();
 export const haptics = address && new Haptics(address, {token});
 const feel = openFeel(tables);
-/** The service where it answers, else the bake in client/feel.json and materials.json. */
+/** The service where it answers, else the bake in client/feel.true.json and materials.json. */
 export const felt = new Felt(haptics, feel, {materials, mode: haptics ? (query.get('felt') ?? 'auto') : 'baked'});
 const stream = new Stream(felt, feel, address, token);
 /** Sends the texture maps of surfaces that neither their name nor their shader tells. */

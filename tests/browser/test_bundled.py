@@ -23,7 +23,7 @@ PAGE = '<!doctype html><button>Start</button><script type="module" src="./main.j
 # Touches until something is heard, because a busy machine may start its sound late.
 MAIN = """
 import {Felt, FeltSound, openFeel} from 'hapticvlm';
-import file from 'hapticvlm/feel.json';
+import file from 'hapticvlm/feel.sound.json';
 document.querySelector('button').onclick = async () => {
   const context = new AudioContext();
   const feel = openFeel(file);

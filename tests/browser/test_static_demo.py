@@ -116,7 +116,7 @@ def test_no_host_leaves_a_part_out_for_its_name(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("page", ["", "scene/webxr/"])
-@pytest.mark.parametrize("missing", ["scene/webxr/lib", "scene/webxr/client/feel.json"])
+@pytest.mark.parametrize("missing", ["scene/webxr/lib", "scene/webxr/client/feel.true.json"])
 def test_a_page_without_one_of_its_files_names_it(
     browser: Browser, tmp_path: Path, page: str, missing: str
 ) -> None:
@@ -129,7 +129,7 @@ def test_a_page_without_one_of_its_files_names_it(
         status = tab.locator('[role="status"]').first
         expect(status).to_contain_text("cannot start", timeout=PATIENCE_MS)
         names = status.text_content() or ""
-        assert "feel.json" in names if missing.endswith("json") else ".js" in names
+        assert "feel.true.json" in names if missing.endswith("json") else ".js" in names
         tab.close()
 
 

@@ -17,7 +17,7 @@ Math.random = () => 0.5;
 
 const {Haptics, Pulses, Felt, FeelPlayer, openFeel} = await import('../../examples/webxr/client/index.js');
 const {decode, encode} = await import('@msgpack/msgpack');
-const feel = openFeel(JSON.parse(readFileSync(new URL('../../examples/webxr/client/feel.json', import.meta.url))));
+const feel = openFeel(JSON.parse(readFileSync(new URL('../../examples/webxr/client/feel.true.json', import.meta.url))));
 const CHANGES = Number(process.argv[2] ?? 20);
 const STEP_MS = 1;
 const PICTURE_MS = 11;

@@ -22,7 +22,7 @@ function cases(path) {
 function touch(path, ...ids) {
   const warnings = [];
   console.warn = (text) => warnings.push(text);
-  const feel = openFeel(json(new URL('../../examples/webxr/client/feel.json', import.meta.url)));
+  const feel = openFeel(json(new URL('../../examples/webxr/client/feel.true.json', import.meta.url)));
   const felt = new Felt(null, feel, {materials: json(path), mode: 'baked'});
   const press = (id) => {
     for (const phase of ['contact', 'slide']) felt.touch({phase, hand: 'right', object_id: id, speed_mps: 0.3, force_n: 1.5});

@@ -1,26 +1,77 @@
-/** Plays cases of golden vectors with the JavaScript player: `node play_feel.mjs FEEL` reads cases and prints them with its plans. */
+/** Plays the vectors of schemas/vectors with the JavaScript player: `node play_feel.mjs plans|sounds|hostile` reads cases and prints what it played. */
 import {readFileSync} from 'node:fs';
-import {FeelPlayer, openFeel} from '../../examples/webxr/client/feel.js';
+import {FeelPlayer, openFeel} from '../../examples/webxr/client/index.js';
 
-const feel = openFeel(JSON.parse(readFileSync(process.argv[2], 'utf8')));
-const cases = JSON.parse(readFileSync(0, 'utf8'));
+const FORMS = ['amplitude', 'parametric'];
+const RATE_HZ = 12000;
+const BLOCK = 120;
+const [true_, sound] = ['true', 'sound'].map((voice) => JSON.parse(readFileSync(new URL(`../../examples/webxr/client/feel.${voice}.json`, import.meta.url))));
+const feels = {true: openFeel(true_), sound: openFeel(sound)};
+/** Numbers that JSON lacks are {$number}. */
+const read = (key, value) => (value?.$number !== undefined ? Number(value.$number) : value);
 
-/** Numbers that JSON lacks come as text. */
-const read = (touch) => ({...touch, speed_mps: Number(touch.speed_mps), force_n: Number(touch.force_n)});
-
-function plan({amplitude, frequency_hz, transients}) {
-  return {amplitude, frequency_hz, transients: transients.map((one) => [one.amplitude, one.frequency_hz])};
-}
-
-function play({name, events}) {
-  const player = new FeelPlayer(feel, ({object_id: material}) => ({material}));
-  const played = events.map((event) => {
-    if (event.touch) player.touch(read(event.touch), event.at_s);
-    else if (event.stop) player.stop();
-    else return {...event, amplitude: plan(player.plan(event.plan, 'amplitude', event.at_s)), parametric: plan(player.plan(event.plan, 'parametric', event.at_s))};
-    return event;
+function plans({surfaces = {}, ...rest}) {
+  const players = FORMS.map((form) => [form, new FeelPlayer(feels.true, ({object_id: id}) => surfaces[id] ?? {material: id})]);
+  const events = rest.events.map((event) => {
+    const played = {...event};
+    for (const [form, player] of players) {
+      if (event.touch) player.touch(event.touch, event.at_s);
+      else if (event.stop) player.stop();
+      else played[form] = player.plan(event.plan, form, event.at_s);
+    }
+    return played;
   });
-  return {name, events: played};
+  return {...rest, events};
 }
 
-console.log(JSON.stringify(cases.map(play)));
+/** Returns samples as base64 of doubles. */
+function sounds({voice, blocks, touches}) {
+  const player = new FeelPlayer(feels[voice], ({object_id: material}) => ({material}), {soundHz: RATE_HZ});
+  const wave = new Float64Array(blocks * BLOCK);
+  for (let block = 0; block < blocks; block++) {
+    const now = (block * BLOCK) / RATE_HZ;
+    for (const each of touches) if (each.block === block) player.touch(each.touch, now);
+    wave.set(player.render(BLOCK, now), block * BLOCK);
+  }
+  return Buffer.from(wave.buffer).toString('base64');
+}
+
+/** Returns the plan 20 ms after a touch, and the fields of which a problem was said. */
+function felt(touch, surface = {material: 'wood'}, gain = 1) {
+  const player = new FeelPlayer(feels.true, () => surface, {say() {}});
+  player.gain = gain;
+  if (touch) player.touch(touch, 5);
+  return {plan: player.plan(touch?.hand ?? 'right', 'parametric', 5.02), said: [...player.said]};
+}
+
+function slid(times) {
+  const player = new FeelPlayer(feels.true, () => ({material: 'wood'}), {say() {}});
+  const slide = {phase: 'slide', hand: 'right', speed_mps: 0.4, force_n: 1.5};
+  const played = times.map((now) => player.touch(slide, now) || player.plan('right', 'parametric', now));
+  return {plans: played, said: [...player.said]};
+}
+
+/** Returns why a file with the edit of a case is refused. */
+function refusal({file = structuredClone(true_), path: [...way] = [], ...edit}) {
+  const last = way.pop();
+  const part = way.reduce((inside, step) => inside[step], file);
+  if ('value' in edit) part[last] = edit.value;
+  else if (last !== undefined) delete part[last];
+  try {
+    openFeel(file);
+    return null;
+  } catch (error) {
+    return error.message;
+  }
+}
+
+function hostile({touches, times, files}) {
+  return {
+    touches: touches.map((each) => [felt(each.touch, each.surface, each.gain), felt(each.like, each.like_surface, each.like_gain)]),
+    times: times.map((each) => slid(each.times)),
+    files: files.map(refusal),
+  };
+}
+
+const play = {plans: (cases) => cases.map(plans), sounds: (cases) => cases.map(sounds), hostile}[process.argv[2]];
+console.log(JSON.stringify(play(JSON.parse(readFileSync(0, 'utf8'), read))));

@@ -1,7 +1,8 @@
-"""The JavaScript player of `feel.json` beside the service: the same touches, the same vibration."""
+"""The JavaScript player of a feel file: its golden vectors, and what strangers send."""
 
 from __future__ import annotations
 
+import base64
 import json
 import subprocess
 from pathlib import Path
@@ -9,46 +10,25 @@ from typing import Any
 
 import numpy as np
 import pytest
-from feel_parity import (
-    FITTED,
-    GOLDEN,
-    HOSTILE,
-    REFUSED,
-    Deviation,
-    assert_wrong_values_are_fitted,
-    deviations,
-)
-from heard_parity import (
-    TOUCHES,
-    assert_is_the_sound_voice,
-    assert_is_the_true_voice,
-    sound_voice,
-    true_voice,
-)
-from numpy.typing import NDArray
 from pace import PACE
 from toolchains import require
 
-import feel_vectors
-from hapticvlm.materials import MATERIALS
+import player_vectors as vectors
 from hapticvlm.rendering.vibration.vibration import INTERACTIONS
 
 pytestmark = pytest.mark.process
 
+Json = dict[str, Any]
 HERE = Path(__file__).parent
-FEEL = HERE.parents[1] / "examples" / "webxr" / "client" / "feel.json"
+VECTORS = HERE.parents[1] / "schemas" / "vectors"
+HOSTILE: Json = json.loads((VECTORS / "player_hostile.json").read_text())
 
 
-@pytest.fixture(scope="module")
-def golden() -> list[Deviation]:
-    return deviations(GOLDEN, played(GOLDEN))
-
-
-def played(cases: list[dict[str, Any]], feel: Path = FEEL) -> list[dict[str, Any]]:
-    """Return the cases with the plans of the JavaScript player."""
+def played(what: str, cases: Any) -> Any:
+    """Return what the player made of cases: plans, sounds, or answers to hostile ones."""
     require("node")
     ran = subprocess.run(
-        ["node", str(HERE / "play_feel.mjs"), str(feel)],
+        ["node", str(HERE / "play_feel.mjs"), what],
         input=json.dumps(cases),
         capture_output=True,
         text=True,
@@ -56,61 +36,64 @@ def played(cases: list[dict[str, Any]], feel: Path = FEEL) -> list[dict[str, Any
         check=False,
     )
     assert ran.returncode == 0, ran.stderr
-    answer: list[dict[str, Any]] = json.loads(ran.stdout)
-    return answer
+    return json.loads(ran.stdout)
 
 
-def test_it_plans_every_golden_touch_as_the_service_does(golden: list[Deviation]) -> None:
-    assert len(golden) == len(MATERIALS) * len(INTERACTIONS) + 5
-    assert [each for each in golden if not each.is_small] == []
+@pytest.fixture(scope="module")
+def hostile() -> Json:
+    return dict(played("hostile", HOSTILE))
 
 
-def test_it_follows_leases_stops_and_both_hands_as_the_service_does(
-    golden: list[Deviation],
-) -> None:
-    silent = [
-        not event["amplitude"]["amplitude"]
-        for case in GOLDEN
-        if case["name"] == "a stop, its hold, and a touch after it"
-        for event in case["events"]
-        if "plan" in event
+def test_it_plans_every_golden_touch_as_the_reference_player_does() -> None:
+    cases = json.loads((VECTORS / "player.json").read_text())
+    pairs = zip(cases, played("plans", cases), strict=True)
+    assert [problem for pair in pairs for problem in vectors.plan_problems(*pair)] == []
+
+
+def test_it_renders_every_golden_touch_as_the_reference_player_does() -> None:
+    cases = json.loads((VECTORS / "player_sound.json").read_text())
+    waves = [np.frombuffer(base64.b64decode(wave)) for wave in played("sounds", cases)]
+    pairs = zip(cases, waves, strict=True)
+    assert [problem for pair in pairs for problem in vectors.problems(*pair)] == []
+
+
+def test_a_hostile_touch_is_felt_as_the_one_that_the_service_would_feel(hostile: Json) -> None:
+    for case, (one, like) in zip(HOSTILE["touches"], hostile["touches"], strict=True):
+        said = [case["says"]] if case["says"] else []
+        assert (case["name"], one["plan"], one["said"]) == (case["name"], like["plan"], said)
+
+
+def test_a_time_that_is_not_in_seconds_is_named(hostile: Json) -> None:
+    for case, answer in zip(HOSTILE["times"], hostile["times"], strict=True):
+        assert answer["said"] == ([case["says"]] if case["says"] else []), case["name"]
+        assert all(map(is_finite, answer["plans"]))
+
+
+def test_a_wrong_file_is_refused_with_its_field(hostile: Json) -> None:
+    for case, message in zip(HOSTILE["files"], hostile["files"], strict=True):
+        assert (message or "felt").startswith(case["field"]), case["name"]
+
+
+def test_no_touch_of_a_grid_gives_a_number_that_is_not_finite() -> None:
+    numbers = (0.4, *({"$number": name} for name in ("NaN", "Infinity", "-Infinity")), -1.0, 1e300)
+    moved = [(speed, force) for speed in (*numbers, None) for force in (*numbers, "fast")]
+    touches = [
+        {"phase": phase, "hand": "left", "interaction": kind, "speed_mps": speed, "force_n": force}
+        for phase in ("approach", "contact", "slide")
+        for kind in (None, *INTERACTIONS)
+        for speed, force in moved
     ]
-    assert silent == [False, True, True, True, False]
-    rules = [each for each in golden if " " in each.name and each.name.split()[0] == "a"]
-    assert len(rules) == 4
-    assert max(each.amplitude for each in rules) < 0.03
+    asked = [{"touch": touch, "like": None} for touch in touches]
+    answers = played("hostile", {"touches": asked, "times": [], "files": []})["touches"]
+    assert all(is_finite(one["plan"]) for one, _ in answers)
+    assert sum(bool(one["plan"]["amplitude"]) for one, _ in answers) > len(answers) / 3
 
 
-def test_every_material_touch_and_speed_is_as_strong_as_the_services() -> None:
-    cases = [
-        feel_vectors.played(feel_vectors.touched(material, interaction, speed_mps))
-        for material in MATERIALS
-        for interaction in INTERACTIONS
-        for speed_mps in feel_vectors.SPEEDS_MPS
-    ]
-    table = deviations(cases, played(cases))
-    assert len(table) == len(MATERIALS) * len(INTERACTIONS) * 3
-    assert [each for each in table if not each.is_small] == []
-
-
-def test_a_wrong_value_is_taken_as_the_service_takes_it_and_a_wrong_word_is_not_felt() -> None:
-    assert_wrong_values_are_fitted(played([*HOSTILE, *FITTED, *REFUSED]))
-
-
-def test_a_file_of_another_version_is_refused_with_what_to_do(tmp_path: Path) -> None:
-    require("node")
-    other = tmp_path / "feel.json"
-    other.write_text(json.dumps({**json.loads(FEEL.read_text()), "version": 2}))
-    ran = subprocess.run(
-        ["node", str(HERE / "play_feel.mjs"), str(other)],
-        input="[]",
-        capture_output=True,
-        text=True,
-        timeout=60.0 * PACE,
-        check=False,
-    )
-    assert ran.returncode != 0
-    assert "bake it again" in ran.stderr
+def is_finite(plan: Json) -> bool:
+    """Whether each number of a plan is one; JSON has null for those that are not finite."""
+    numbers = [*plan["amplitude"], *plan["frequency_hz"]]
+    numbers += [one[name] for one in plan["transients"] for name in ("amplitude", "frequency_hz")]
+    return all(isinstance(number, int | float) for number in numbers)
 
 
 @pytest.fixture(scope="module")
@@ -177,34 +160,3 @@ def test_a_page_beside_another_plays_its_bake_and_says_why(felt: dict[str, Any])
 def test_a_hand_feels_no_object_that_left_the_scene(felt: dict[str, Any]) -> None:
     assert felt["an object that is gone"]["after"] == 0
     assert felt["an object that is gone"]["other"] > 0
-
-
-@pytest.mark.parametrize(("material", "phase"), TOUCHES)
-def test_a_touch_is_heard_as_the_service_plans_it_for_controllers(
-    material: str, phase: str
-) -> None:
-    asked = true_voice(material, phase)
-    assert_is_the_true_voice(asked, heard_by_the_player(asked))
-
-
-@pytest.mark.parametrize(("material", "phase"), TOUCHES)
-@pytest.mark.parametrize("rate_hz", [44_100, 48_000])
-def test_as_sound_it_is_the_sound_voice_of_the_service(
-    material: str, phase: str, rate_hz: int
-) -> None:
-    asked = sound_voice(material, phase, rate_hz)
-    assert_is_the_sound_voice(asked, heard_by_the_player(asked))
-
-
-def heard_by_the_player(asked: dict[str, Any]) -> NDArray[np.float64]:
-    require("node")
-    ran = subprocess.run(
-        ["node", str(HERE / "hear_feel.mjs"), str(FEEL)],
-        input=json.dumps(asked),
-        capture_output=True,
-        text=True,
-        timeout=60.0 * PACE,
-        check=False,
-    )
-    assert ran.returncode == 0, ran.stderr
-    return np.array(json.loads(ran.stdout))

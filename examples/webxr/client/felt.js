@@ -6,7 +6,7 @@
  * plan (100 ms) has ended. It hands a hand back when the service sends that hand its next plan.
  */
 import {Bake} from './bake.js';
-import {FeelPlayer} from './feel.js';
+import {FeelPlayer} from './player.js';
 
 const BRIDGE_MS = 60;
 const PLAN_EVERY_MS = 35; // with a plan of 100 ms, two are there for each moment
@@ -114,6 +114,7 @@ export class Felt extends EventTarget {
   touch(touch) {
     const now = performance.now();
     const hand = this.#hands[touch.hand];
+    if (!hand) return void this.#player.touch(touch, now / 1000); // which says that there is no such hand
     if (touch.phase === 'slide' && touch.object_id !== undefined && touch.object_id === hand.gone) return;
     hand.gone = null;
     hand.touches = touch.phase !== 'release';

@@ -156,12 +156,13 @@ export class Textures {
   clear(): void;
 }
 
-/** The tables of `feel.json`, opened. */
+/** A feel file, opened. */
 export interface OpenFeel {
+  readonly voice: 'sound' | 'true';
   readonly materials: ReadonlyMap<string, unknown>;
 }
 
-/** Opens the parsed contents of `feel.json`. Throws where its version is unknown. */
+/** Opens the parsed contents of `feel.true.json` or `feel.sound.json`. Throws an Error that names the first field that is wrong. */
 export function openFeel(file: unknown): OpenFeel;
 
 /** How a touched surface feels: its material, and what `materials.json` says of it. */
@@ -180,12 +181,15 @@ export type Plan = Required<Pick<Vibration, 'period_ms' | 'amplitude' | 'frequen
 
 /** The two hands of one scene without a service; times are in s of any one clock. */
 export class FeelPlayer {
-  constructor(feel: OpenFeel, surfaceOf: (touch: PlayedTouch) => FeltSurface | undefined, options?: {soundHz?: number});
-  /** Factor of every vibration, 0 to 1. */
-  set gain(value: number);
+  /** With `soundHz` it renders samples, and else it plans. `say` gets each problem of a touch, once; the console does unless stated. */
+  constructor(feel: OpenFeel, surfaceOf: (touch: PlayedTouch) => FeltSurface | undefined, options?: {soundHz?: number; say?: (text: string) => void});
+  /** Factor of everything, 0 to 1. */
+  gain: number;
+  /** Fields of which a problem was said. */
+  readonly said: ReadonlySet<string>;
   /** Receives a touch; returns whether it begins an impact, which asks for a plan at once. */
   touch(touch: PlayedTouch, now: number): boolean;
-  /** Ends everything at once; a hand is felt again after its release and a new approach or contact. */
+  /** Ends everything; a hand is felt again after its release and a new approach or contact. */
   stop(): void;
   /** Whether a stop keeps this hand silent. */
   isHeld(hand: HandName): boolean;
@@ -258,14 +262,10 @@ export class Felt extends EventTarget {
   addEventListener(type: string, listener: EventListenerOrEventListenerObject | null, options?: boolean | AddEventListenerOptions): void;
 }
 
-/** The touch as ears and small speakers hear it, or as a palm speaker gets it. */
-export type SoundVoiceName = 'sound' | 'true';
-
-/** Plays touches as sound in an AudioContext, from the tables of a bake. */
+/** Plays touches as sound in an AudioContext, in the voice of its feel file. */
 export class FeltSound {
-  /** `context` is an `AudioContext`; `voice` is `sound` unless stated. Throws where the page has no AudioWorklet. */
-  static open(context: unknown, feel: OpenFeel, options?: {voice?: SoundVoiceName}): Promise<FeltSound>;
-  voice: SoundVoiceName;
+  /** `context` is an `AudioContext`. Throws where the page has no AudioWorklet. */
+  static open(context: unknown, feel: OpenFeel): Promise<FeltSound>;
   /** The `AudioWorkletNode` to connect. */
   readonly output: unknown;
   touch(touch: PlayedTouch, surface?: FeltSurface): void;

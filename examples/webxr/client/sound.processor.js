@@ -1,23 +1,22 @@
 /** Renders the touches of `FeltSound` in the browser's audio thread. */
-import {Heard} from './sound.heard.js';
+import {FeelPlayer} from './player.js';
 
 class Felt extends AudioWorkletProcessor {
-  #heard;
+  #player;
   #isOpen = true;
 
-  constructor({processorOptions: {feel, voice}}) {
+  constructor({processorOptions: {feel}}) {
     super();
-    this.#heard = new Heard(feel, sampleRate, voice);
+    this.#player = new FeelPlayer(feel, ({felt}) => felt, {soundHz: sampleRate});
     this.port.onmessage = ({data}) => {
-      if (data.touch) this.#heard.touch(data.touch, currentTime);
-      else if (data.voice) this.#heard.setVoice(data.voice, currentTime);
-      else if (data.stop) this.#heard.stop();
+      if (data.touch) this.#player.touch(data.touch, currentTime);
+      else if (data.stop) this.#player.stop();
       else this.#isOpen = false;
     };
   }
 
   process(_inputs, [[channel]]) {
-    channel.set(this.#heard.render(channel.length, currentTime));
+    channel.set(this.#player.render(channel.length, currentTime));
     return this.#isOpen;
   }
 }

@@ -18,7 +18,7 @@ const HELD = { speed_mps: 0, force_n: 2 };
 const FASTEST = 20; // m/s, of the protocol
 const FALLS = 0.8; // share of the level that is left after a picture
 
-const tables = openFeel(await (await fetch("scene/webxr/client/feel.json")).json());
+const tables = openFeel(await (await fetch("scene/webxr/client/feel.true.json")).json());
 export const felt = new Felt(null, tables, { mode: "baked" });
 export const pulses = new Pulses();
 const wave = new BakedWave(tables, play);

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.materials import MATERIALS
-from hapticvlm.rendering.vibration import feel_tables
+from hapticvlm.rendering.vibration import feel_clips
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 from hapticvlm_lab.bench.vibration.spectra import RUBBED, SIZE, STEADY_S
 
@@ -42,7 +42,7 @@ class Played:
 
 def can_play() -> bool:
     """Return whether Node and the client are here."""
-    return shutil.which("node") is not None and (CLIENT / "feel.js").is_file()
+    return shutil.which("node") is not None and (CLIENT / "player.js").is_file()
 
 
 @cache
@@ -51,8 +51,8 @@ def played() -> Played:
     script = Path(__file__).with_name("play_bake.mjs")
     numbers = (RATE_HZ, SIZE / RATE_HZ, STEADY_S, RUBBED.speed_mps, ROUNDS)
     with tempfile.TemporaryDirectory() as folder:
-        feel = Path(folder) / "feel.json"
-        feel.write_bytes(feel_tables.encode(feel_tables.feel(MATERIALS)))
+        feel = Path(folder) / "feel.true.json"
+        feel.write_bytes(feel_clips.encode(feel_clips.feel(MATERIALS, "true")))
         command = ["node", str(script), str(CLIENT), str(feel), *map(str, numbers)]
         ran = subprocess.run(command, stdout=subprocess.PIPE, check=True, timeout=LONGEST_S)
     report = json.loads(ran.stdout)

@@ -9,7 +9,7 @@ import {pathToFileURL} from 'node:url';
 
 const [client, file, ...numbers] = process.argv.slice(2);
 const [rate, strikeS, slideS, speed, rounds] = numbers.map(Number);
-const {FeelPlayer, openFeel} = await import(pathToFileURL(`${client}/feel.js`));
+const [{openFeel}, {FeelPlayer}] = await Promise.all(['feel', 'player'].map((name) => import(pathToFileURL(`${client}/${name}.js`))));
 const feel = openFeel(JSON.parse(readFileSync(file, 'utf8')));
 const BLOCK = 128;
 const RENEWED_S = 0.05;
@@ -47,7 +47,7 @@ function slide(material) {
   return render(player, SETTLES_S, slideS, SLIDE);
 }
 
-/** Returns the time of one touch of wood, ms: its strike is computed at the contact, then a second is rendered. */
+/** Returns the time of one touch of wood, ms: a contact, and a second that is rendered. */
 function timed() {
   const [struck, stroked] = [playerOf('wood'), playerOf('wood')];
   const begun = performance.now();
