@@ -57,6 +57,28 @@ SENT = """() => {
   return { mean: mean.slice(0, 3), width, height };
 }"""
 
+# Another page's picture comes as its address.
+GIVE_ADDRESS = """(event) => {
+  const data = new DataTransfer();
+  data.setData("text/uri-list", "https://example.org/cat.jpg");
+  const fields = { bubbles: true, cancelable: true, dataTransfer: data, clipboardData: data };
+  const kind = event === "drop" ? DragEvent : ClipboardEvent;
+  document.getElementById("stage").dispatchEvent(new kind(event, fields));
+}"""
+
+SHARE_A_CANVAS = """() => {
+  const canvas = document.createElement("canvas");
+  const context = canvas.getContext("2d");
+  let at = 0;
+  setInterval(() => {
+    context.fillStyle = `rgb(${at++ % 250} 90 90)`;
+    context.fillRect(0, 0, 300, 150);
+  }, 50);
+  const stream = canvas.captureStream(20);
+  window.shared = stream.getVideoTracks()[0];
+  navigator.mediaDevices.getDisplayMedia = async () => stream;
+}"""
+
 PICTURE_BOX = """() => {
   const { x, y, width, height } = document.getElementById("picture").getBoundingClientRect();
   return [x, y, width, height];
@@ -213,6 +235,22 @@ def test_a_dropped_picture_is_taken_and_what_is_none_is_said(browser, service):
             page.evaluate(DROP, ["mine.png", base64.b64encode(file.getvalue()).decode()])
         page.evaluate(DROP, ["notes.txt", base64.b64encode(b"hello").decode()])
         expect(page.locator("#told")).to_contain_text("notes.txt is not a picture")
+        for event in ("drop", "paste"):
+            page.evaluate("document.getElementById('told').textContent = ''")
+            page.evaluate(GIVE_ADDRESS, event)
+            expect(page.locator("#told")).to_contain_text("save the picture")
+
+
+@pytest.mark.nightly
+def test_a_shared_window_that_gives_no_picture_is_told_until_it_does(browser, service):
+    with visit(browser, service) as page:
+        page.evaluate(SHARE_A_CANVAS)
+        with next_picture(page):
+            page.locator("#screen").click()
+        page.evaluate("shared.dispatchEvent(new Event('mute'))")
+        expect(page.locator("#told")).to_contain_text("minimised")
+        page.evaluate("shared.dispatchEvent(new Event('unmute'))")
+        expect(page.locator("#told")).to_have_text("")
 
 
 def test_a_wrong_answer_is_corrected_by_a_choice_that_stays(browser, service):

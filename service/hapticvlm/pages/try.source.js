@@ -31,7 +31,7 @@ const small = make("canvas", "", { width: SMALL, height: SMALL });
 export function offerSources(listener) {
   onPicture = listener;
   byId("file").addEventListener("change", ({ target }) => open(target.files[0]));
-  addEventListener("paste", ({ clipboardData }) => open([...clipboardData.files][0]));
+  addEventListener("paste", ({ clipboardData, target }) => target.matches?.("input") || take(clipboardData));
   offerDrop(byId("stage"));
   for (const [name, words] of Object.entries(SAMPLES)) byId("samples").append(sample(name, words));
   offerLive("camera", () => navigator.mediaDevices.getUserMedia({ video: { facingMode: "environment" } }));
@@ -62,8 +62,14 @@ function offerDrop(stage) {
   addEventListener("dragleave", (event) => over(event, false));
   addEventListener("drop", (event) => {
     over(event, false);
-    open(event.dataTransfer.files[0]);
+    take(event.dataTransfer);
   });
+}
+
+// Opens what was dropped or pasted. Another page gives the address of its picture, which this page may not load.
+function take({ files, types }) {
+  if (files.length) open(files[0]);
+  else if (types.length) setText(byId("told"), "That is text or an address, not a picture: save the picture and drop its file, or copy the picture itself.");
 }
 
 // Shows a picture from a file or the clipboard; reports an error for other files.
@@ -75,7 +81,7 @@ export async function open(file, things = []) {
     give(await decoded(file), false, things);
     setText(byId("told"), "");
   } catch {
-    setText(byId("told"), `${file.name || "The file"} is not a picture that this browser can read: use a JPEG, PNG or WebP.`);
+    setText(byId("told"), `${file.name || "The file"} is not a picture that this browser can read: use a JPEG, PNG or WebP. The one before stays.`);
   }
 }
 
@@ -96,7 +102,10 @@ function offerLive(id, ask) {
       return;
     }
     byId(id).ariaPressed = "true";
-    stream.getVideoTracks()[0].addEventListener("ended", end);
+    const [track] = stream.getVideoTracks();
+    track.addEventListener("ended", end);
+    track.addEventListener("mute", () => setText(byId("told"), "No picture comes: the shared window is minimised, or the camera is covered or in use. The last one stays."));
+    track.addEventListener("unmute", () => setText(byId("told"), ""));
     video.srcObject = stream;
     await video.play();
     timer = setInterval(look, LOOK_MS);

@@ -23,6 +23,7 @@ from typing import Any
 
 from hapticvlm.messages import Frame
 from hapticvlm.recordings.lines import Input, Key, Line, Output
+from hapticvlm.recordings.metadata import without_metadata
 
 SESSION_LOG = "session.jsonl"
 CAPTURE = "capture.jsonl"  # as hapticvlm.captures reads it
@@ -176,12 +177,13 @@ class _Record:
         self._frames += 1
         (self._folder / FRAMES).mkdir(mode=0o700, exist_ok=True)
         name = f"{FRAMES}/{self._frames:06}.{SUFFIX[frame.format]}"
-        self._write(name, frame.image)
+        image = without_metadata(frame.format, frame.image)
+        self._write(name, image)
         extras: dict[str, Any] = {Key.FILE: name}
         if frame.mask is not None:
             extras[Key.MASK_FILE] = f"{FRAMES}/{self._frames:06}-mask.png"
             self._write(extras[Key.MASK_FILE], frame.mask)
-        return len(frame.image) + len(frame.mask or b""), extras
+        return len(image) + len(frame.mask or b""), extras
 
     def _write(self, name: str, data: bytes) -> None:
         with open(self._folder / name, "wb", opener=_private) as file:
