@@ -12,9 +12,12 @@ COPY service/hapticvlm_recogniser_app service/hapticvlm_recogniser_app
 RUN pip wheel --no-cache-dir --no-deps --no-build-isolation --wheel-dir /wheel .
 
 FROM needed
+ARG EXTRAS=
+COPY constraints.txt /tmp/constraints.txt
 COPY --from=build /wheel /tmp/wheel
 RUN pip install --no-cache-dir --no-deps /tmp/wheel/*.whl \
-    && rm -r /tmp/wheel \
+    && pip install --no-cache-dir --constraint /tmp/constraints.txt "hapticvlm[$EXTRAS]" \
+    && rm -r /tmp/wheel /tmp/constraints.txt \
     && useradd --create-home hapticvlm
 USER hapticvlm
 EXPOSE 8790

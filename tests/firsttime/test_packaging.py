@@ -1,5 +1,6 @@
 """What is prepared for containers and releases agrees with the code. Neither was ever run here."""
 
+import re
 import tomllib
 from pathlib import Path
 
@@ -13,7 +14,18 @@ from hapticvlm.server import service_info
 ROOT = Path(__file__).parents[2]
 DOCKERFILE = (ROOT / "Dockerfile").read_text().replace("\\\n", " ")
 STEPS = [line.split(maxsplit=1) for line in DOCKERFILE.splitlines() if line and line[0] != "#"]
-KNOWN = {"FROM", "WORKDIR", "COPY", "RUN", "USER", "EXPOSE", "HEALTHCHECK", "ENTRYPOINT", "CMD"}
+KNOWN = {
+    "ARG",
+    "FROM",
+    "WORKDIR",
+    "COPY",
+    "RUN",
+    "USER",
+    "EXPOSE",
+    "HEALTHCHECK",
+    "ENTRYPOINT",
+    "CMD",
+}
 
 
 def last(instruction):
@@ -28,6 +40,18 @@ def test_the_container_is_built_from_files_that_are_there_and_handed_to_the_buil
             for source in rest.split()[:-1]:
                 assert (ROOT / source).exists(), source
                 assert source in kept, source
+
+
+def test_the_extras_that_the_page_builds_a_container_with_are_ours():
+    page = (ROOT / "docs" / "connecting.md").read_text()
+    extras = re.findall(r"--build-arg EXTRAS=([\w,]+)", page)
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    assert extras
+    assert {name for each in extras for name in each.split(",")} <= {
+        *project["optional-dependencies"]
+    }
+    assert "ARG EXTRAS=" in DOCKERFILE
+    assert '"hapticvlm[$EXTRAS]"' in last("RUN")
 
 
 def test_the_container_runs_the_service_without_root_behind_a_token():
