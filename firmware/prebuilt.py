@@ -1,6 +1,6 @@
-"""Builds the shipped .hex: `python firmware/prebuilt.py`; `--check` builds it again and compares.
+"""Builds each shipped .hex: `python firmware/prebuilt.py`; `--check` builds and compares them.
 
-The package contains it, so that `hapticvlm plate flash` needs no compiler; plate.json beside it
+The package contains them, so that `hapticvlm plate flash` needs no compiler; plate.json beside it
 records sources and compiler. A different compiler produces different bytes from the same sources;
 then only the sources are compared, and the last line of output says so.
 """
@@ -19,12 +19,13 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 SHIPPED = HERE.parent / "service" / "hapticvlm" / "devices" / "plate" / "firmware"
-HEX, FACTS = SHIPPED / "plate.hex", SHIPPED / "plate.json"
+DEFINES = {"plate.hex": "", "one-resistor.hex": "-DONE_RESISTOR"}
+FACTS = SHIPPED / "plate.json"
 VERSION = re.compile(r"FIRMWARE_MAJOR = (\d+), FIRMWARE_MINOR = (\d+), FIRMWARE_PATCH = (\d+)")
 
 
 def main() -> int:
-    """Write both files, or check them; return 1 when they do not match the sources."""
+    """Write all files, or check them; return 1 when they do not match the sources."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--check", action="store_true", help="write nothing")
     if parser.parse_args().check:
@@ -33,12 +34,12 @@ def main() -> int:
         sys.stdout.write(f"{compared()}\n")
         return int(bool(problems))
     SHIPPED.mkdir(exist_ok=True)
-    built = build()
-    HEX.write_bytes(built)
+    for name in DEFINES:
+        (SHIPPED / name).write_bytes(build(name))
     facts = {
         "firmware": version(),
         "sources_sha256": sources(),
-        "hex_sha256": hashlib.sha256(built).hexdigest(),
+        "hex_sha256": digests(),
         "made_by": compiler(),
     }
     FACTS.write_text(json.dumps(facts, indent=2) + "\n", encoding="utf-8")
@@ -49,13 +50,18 @@ def differences() -> list[str]:
     """Return the differences between the shipped files and these sources."""
     facts = json.loads(FACTS.read_text(encoding="utf-8"))
     problems = []
-    if facts["hex_sha256"] != hashlib.sha256(HEX.read_bytes()).hexdigest():
-        problems.append("plate.hex does not have the SHA-256 in plate.json")
+    problems += [
+        f"{name} does not have the SHA-256 in plate.json"
+        for name, digest in digests().items()
+        if digest != facts["hex_sha256"][name]
+    ]
     if facts["sources_sha256"] != sources():
         problems.append("the sources have changed: run python firmware/prebuilt.py")
     elif facts["firmware"] != version():
         problems.append("plate.json has a different version from core/protocol.h")
-    elif facts["made_by"] == compiler() and build() != HEX.read_bytes():
+    elif facts["made_by"] == compiler() and any(
+        build(name) != (SHIPPED / name).read_bytes() for name in DEFINES
+    ):
         problems.append("the same compiler produces different bytes from the same sources")
     return problems
 
@@ -68,10 +74,16 @@ def compared() -> str:
     return f"compared the sources only: made by {made_by}, here is {here or 'no avr-g++'}"
 
 
-def build() -> bytes:
-    """Compile the firmware as shipped: board number 0, default limits."""
+def digests() -> dict[str, str]:
+    """Return the SHA-256 of each shipped program."""
+    return {name: hashlib.sha256((SHIPPED / name).read_bytes()).hexdigest() for name in DEFINES}
+
+
+def build(name: str) -> bytes:
+    """Compile a firmware as shipped: board number 0, the limits of its plate."""
     with tempfile.TemporaryDirectory() as folder:
-        command = ["make", "-C", str(HERE / "avr"), f"BUILD={folder}", "BOARD_ID=0", "DEFINES="]
+        command = ["make", "-C", str(HERE / "avr"), f"BUILD={folder}", "BOARD_ID=0"]
+        command.append(f"DEFINES={DEFINES[name]}")
         subprocess.run(command, check=True, capture_output=True)
         return (Path(folder) / "plate.hex").read_bytes()
 

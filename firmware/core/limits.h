@@ -1,20 +1,24 @@
 // Every limit of the plate, with its unit and source.
 // Limits in #ifndef may be set at build time: the driver's scale and the board's number for another board, and
 // three limits for experiments on their effect. The others must not be changed.
+// -DONE_RESISTOR is for the plate of one resistor, see ../ONE_RESISTOR.md.
 #pragma once
 #include <stdint.h>
 
-#ifndef HEAT_LIMIT_MA
-#define HEAT_LIMIT_MA 1800  // what the resistors let pass
-#endif
-#ifndef COOL_LIMIT_MA
-#define COOL_LIMIT_MA 3000  // what the resistors let pass; the driver's full scale
-#endif
-#ifndef RUNAWAY_WINDOW_MS
-#define RUNAWAY_WINDOW_MS 1000  // with 4 s, as in 3D printers, a plate reaches 61 degC
+#ifdef ONE_RESISTOR
+#define FULL_SCALE_MA 720  // 5 V behind 7 ohm
 #endif
 #ifndef FULL_SCALE_MA
 #define FULL_SCALE_MA 3000  // module current at full duty
+#endif
+#ifndef HEAT_LIMIT_MA  // what the resistors let pass
+#define HEAT_LIMIT_MA (FULL_SCALE_MA < 1800 ? FULL_SCALE_MA : 1800)
+#endif
+#ifndef COOL_LIMIT_MA
+#define COOL_LIMIT_MA FULL_SCALE_MA  // what the resistors let pass; the driver's full scale
+#endif
+#ifndef RUNAWAY_WINDOW_MS
+#define RUNAWAY_WINDOW_MS 1000  // with 4 s, as in 3D printers, a plate reaches 61 degC
 #endif
 #ifndef BOARD_ID
 #define BOARD_ID 0

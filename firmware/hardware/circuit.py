@@ -1,5 +1,7 @@
 """Draws the circuit of parts.py as circuit.svg and lists it in wiring.md: `python circuit.py`.
 
+The plate of one resistor is listed, with prices, in one-resistor.md.
+
 Sheets side by side; wires end in the name of their net, so that no line crosses another.
 `--check` writes nothing and exits with 1 when a file is not current.
 """
@@ -7,9 +9,10 @@ Sheets side by side; wires end in the name of their net, so that no line crosses
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 
-from parts import BY_NAME, KIT_STEPS, ON_KIT, PARTS, Part
+from parts import BY_NAME, KIT_STEPS, ON_KIT, ONE_RESISTOR, PARTS, SINK_EUR, Part, price_eur
 
 HERE = Path(__file__).parent
 WIDTH, HEIGHT, STEP = 1240, 1022, 42
@@ -25,8 +28,8 @@ INK = "#1b1f24"
 
 
 def main() -> int:
-    """Write both files, or check them."""
-    made = {"circuit.svg": drawing(), "wiring.md": wiring()}
+    """Write all files, or check them."""
+    made = {"circuit.svg": drawing(), "wiring.md": wiring(), "one-resistor.md": one_resistor()}
     if "--check" not in sys.argv[1:]:
         for name, text in made.items():
             (HERE / name).write_text(text, encoding="utf-8")
@@ -49,10 +52,10 @@ def readable(part: Part) -> str:
     return f"{value / 1e3:g} kohm" if value >= 1e3 else f"{value:g} ohm"
 
 
-def nets() -> dict[str, list[str]]:
+def nets(parts: Iterable[Part]) -> dict[str, list[str]]:
     """Return every net with its pins, as PART.PIN."""
     found: dict[str, list[str]] = {}
-    for part in PARTS:
+    for part in parts:
         for pin, net in part.pins.items():
             found.setdefault(net, []).append(f"{part.name}.{pin}")
     return found
@@ -70,9 +73,7 @@ def wiring() -> str:
         "|---|---|---|",
         *(f"| {part.name} | {readable(part)} | {part.what} |" for part in PARTS),
         "",
-        "| net | pins |",
-        "|---|---|",
-        *(f"| {net} | {', '.join(pins)} |" for net, pins in sorted(nets().items())),
+        *_pins(PARTS),
         "",
         "## The driver's kit",
         "",
@@ -85,6 +86,34 @@ def wiring() -> str:
         *(f"{number}. {step}" for number, step in enumerate(KIT_STEPS, 1)),
     ]
     return "\n".join(lines) + "\n"
+
+
+def one_resistor() -> str:
+    """Return parts, prices and nets of the plate of one resistor as tables."""
+    prices = [price_eur(part.name) for part in ONE_RESISTOR]
+    lines = [
+        "# Parts and wiring of the plate of one resistor",
+        "",
+        "Generated from parts.py by `python firmware/hardware/circuit.py`. Prices are estimates of",
+        "November 2026; no shop was asked.",
+        "",
+        "| part | value | | euro |",
+        "|---|---|---|---|",
+        *(
+            f"| {part.name} | {readable(part)} | {part.what} | {price:.2f} |"
+            for part, price in zip(ONE_RESISTOR, prices, strict=True)
+        ),
+        f"| sink | | 1 to 3 K/W, with a fan | {SINK_EUR:.2f} |",
+        f"| {len(prices)} parts and a sink | | | {sum(prices) + SINK_EUR:.2f} |",
+        "",
+        *_pins(ONE_RESISTOR),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _pins(parts: Iterable[Part]) -> list[str]:
+    rows = (f"| {net} | {', '.join(pins)} |" for net, pins in sorted(nets(parts).items()))
+    return ["| net | pins |", "|---|---|", *rows]
 
 
 def drawing() -> str:

@@ -151,6 +151,55 @@ PARTS = (
 )
 BY_NAME = {part.name: part for part in PARTS}
 
+# The plate of one resistor (../ONE_RESISTOR.md): the board pulses a bridge, R13 alone limits its
+# current, and the relay of the cut-out holds by the board's leave alone. Without a comparator the
+# board may read RT4 directly. Signs as above: HEAT drives OUT2 high, the module's minus lead.
+_SHARED = "U1 RT1 RT2 RT3 R1 R2 R3 C1 C2 C3 R6 D2 D3 S1 R26"
+ONE_RESISTOR = (
+    *(BY_NAME[name] for name in _SHARED.split()),
+    Part(
+        "U3",
+        "DRV8833",
+        "bridge on a board of its own: 2.7 to 10.8 V, pulsed through IN1 and IN2",
+        {
+            "VM": "SW",
+            "GND": "GND",
+            "IN1": "COOL",
+            "IN2": "HEAT",
+            "EEP": "ENABLE",
+            "OUT1": "OUT1",
+            "OUT2": "M2",
+        },
+    ),
+    _two("R13", 6.2, "10 W, 5 %, wire-wound in an aluminium case", "OUT1", "TEC+"),
+    BY_NAME["TEC1"],
+    Part("J2", 5.0, "supply of the module, 2 A, not the board's", {"+": "FUSED", "-": "GND"}),
+    _two("F1", "1.25 A", "fuse, slow", "FUSED", "+5V"),
+    _two("RT4", 100e3, BY_NAME["RT4"].what, "A3", "GND"),
+    _two("R15", 100e3, "0.1 %", "BOARD5V", "A3"),
+    _two("C6", 100e-9, "ceramic", "A3", "GND"),
+    Part("Q2", "IRLZ44N", MOSFET, {"G": "PERMIT", "D": "COIL-", "S": "GND"}),
+    BY_NAME["K1"],
+)
+SINK_EUR = 12.0  # 1 to 3 K/W, with a fan
+# Estimates of November 2026; no shop was asked. Pieces of one kind cost the same.
+ONE_RESISTOR_EUR = {
+    "U1": 12.0,
+    "U3": 4.0,
+    "TEC1": 10.0,
+    "R13": 3.0,
+    "J2": 8.0,
+    "F1": 1.5,
+    "RT4": 1.5,
+    "Q2": 1.0,
+    "K1": 12.0,
+    "S1": 0.5,
+    "RT": 1.0,
+    "R": 0.4,
+    "C": 0.1,
+    "D": 0.1,
+}
+
 # The driver is bought as its evaluation kit, because the chip needs a compensated loop and short
 # power traces. These pins of the chip are wired on the kit alone. Its pins are from a public symbol
 # library; the kit's own schematic could not be read, so that its part numbers are missing here.
@@ -184,6 +233,12 @@ REVERSE_V = {"D1": 40.0, "D2": 50.0, "D3": 50.0}
 RESISTORS_K_PER_W = 3.5
 TOUCHABLE_C = 70.0  # bare metal for a second (docs/physics.md 3.1)
 BEAD_BETA_K = 4267.0
+
+
+def price_eur(name: str) -> float:
+    """Return the price of a part of the plate of one resistor."""
+    kind = name.rstrip("0123456789")
+    return ONE_RESISTOR_EUR.get(name) or ONE_RESISTOR_EUR[kind]
 
 
 def number(name: str) -> float:

@@ -36,6 +36,7 @@ from .hardware import (
     CutOut,
     Driver,
     Skin,
+    one_resistor,
     thermistor_mv,
 )
 
@@ -115,12 +116,14 @@ def cut_out_mv(board: Board) -> float:
 class Build:
     """What differs between builds: lag of the plate's beads in s, heat capacity of the face, J/K.
 
-    `is_told` is whether the board's EEPROM has the lag, as after `calibrate plate`.
+    `is_told` is whether the board's EEPROM has the lag, as after `calibrate plate`. The plate of
+    one resistor has no comparator: the firmware alone lets its relay hold.
     """
 
     bead_lag_s: float = 0.0
     face_j_per_k: float = FACE_J_PER_K
     is_told: bool = True
+    has_one_resistor: bool = False
 
 
 class Board:
@@ -153,8 +156,9 @@ class Board:
             SINK: sink_mv,
             CUT_OUT: cut_out_mv,
         }
-        self.driver = Driver()
+        self.driver = one_resistor() if build.has_one_resistor else Driver()
         self.cut_out = CutOut(plant.plate_c)
+        self.cut_out.is_stuck = build.has_one_resistor
         self.skin = Skin()
         self.hottest_plate_c = self.coldest_plate_c = plant.plate_c
         self.hottest_sink_c = plant.sink_c

@@ -28,16 +28,19 @@ class Chip:
 
     library: ctypes.CDLL
     elf: Path
+    one_resistor_elf: Path
 
     def board(self, ambient_c: float = AMBIENT_C, seed: int = 1, build: Build = USUAL) -> Board:
         """Return a new board, switched on."""
-        return Board(self.library, self.elf, ambient_c, seed, build)
+        elf = self.one_resistor_elf if build.has_one_resistor else self.elf
+        return Board(self.library, elf, ambient_c, seed, build)
 
 
 def build(folder: Path) -> Chip:
     """Compile both into `folder`."""
     build_host(folder / "host")
     build_firmware(folder / "firmware")
+    build_firmware(folder / "one_resistor", "DEFINES=-DONE_RESISTOR")
     return opened(folder)
 
 
@@ -48,8 +51,10 @@ def shared() -> Chip:
 
 def opened(folder: Path) -> Chip:
     """Return the result of `build` in `folder`."""
-    elf = next((folder / "firmware").glob("*.elf"))
-    return Chip(load(folder / "host" / "libavrhost.so"), elf)
+    elf, one_resistor_elf = (
+        next((folder / plate).glob("*.elf")) for plate in ("firmware", "one_resistor")
+    )
+    return Chip(load(folder / "host" / "libavrhost.so"), elf, one_resistor_elf)
 
 
 def build_host(folder: Path) -> None:
@@ -57,9 +62,9 @@ def build_host(folder: Path) -> None:
     _make(HERE / "sim", f"BUILD={folder}")
 
 
-def build_firmware(folder: Path) -> None:
+def build_firmware(folder: Path, *settings: str) -> None:
     """Compile the firmware into `folder`."""
-    _make(FIRMWARE / "avr", f"BUILD={folder}")
+    _make(FIRMWARE / "avr", f"BUILD={folder}", *settings)
 
 
 def _make(folder: Path, *settings: str) -> None:

@@ -29,6 +29,10 @@ SENSE_OHM, CHOKE_OHM = 0.05, 0.05  # of the driver, one and two of them; a short
 FETS_OHM = 0.15  # two switches of a driver that still works [assumption]
 SERIES_OHM, BYPASS_OHM = 2.0, 1.36  # R13, R14
 DIODE_V, DIODE_OHM = 0.38, 0.04  # D1 from half an ampere on [assumption]
+# The plate of one resistor: R13 alone, behind a bridge that pulses the supply.
+ONE_SCALE_A, ONE_SERIES_OHM = 0.72, 6.2
+BRIDGE_OHM = 0.36  # two switches of a DRV8833 [assumption, from memory]
+ONE_STRONGEST = 1.1  # of a shorted bridge: supply and resistor at their tolerances, 5 % each
 
 # 15 min at 41.55 degC are 2 CEM43. Cold is as near the coldest setpoint, 18 degC, as the 1 % of two
 # thermistors lets it be.
@@ -129,6 +133,8 @@ class Driver:
     shorted: int = 0
     is_ideal: bool = False
     limiter: Limiter = Limiter()
+    full_scale_a: float = FULL_SCALE_A
+    has_one_resistor: bool = False  # and pulses its supply instead of controlling a current
 
     def current_a(self, duty: float, emf_v: float = 0.0) -> float:
         """Return the current into the module, heating the plate when positive.
@@ -136,6 +142,9 @@ class Driver:
         `emf_v` is the module's own voltage, positive when its plate is hotter than the sink.
         """
         cool_a, heat_a = self._most_a(emf_v)
+        if self.has_one_resistor and not self.shorted:
+            pulsed = self.polarity * duty
+            return pulsed * (heat_a if pulsed > 0.0 else cool_a)
         return min(max(self._wanted_a(duty), -cool_a), heat_a)
 
     def is_limiting(self, duty: float) -> bool:
@@ -145,18 +154,30 @@ class Driver:
     def _wanted_a(self, duty: float) -> float:
         if not self.polarity:
             return 0.0
-        return self.polarity * (self.shorted * math.inf if self.shorted else duty * FULL_SCALE_A)
+        return self.polarity * (
+            self.shorted * math.inf if self.shorted else duty * self.full_scale_a
+        )
 
     def _most_a(self, emf_v: float) -> tuple[float, float]:
         """Return the current limits of cooling and heating."""
         if self.is_ideal:
             return COOL_LIMIT_A, HEAT_LIMIT_A
+        if self.has_one_resistor:
+            ohm = MODULE_OHM + LEADS_OHM + self.limiter.series_ohm
+            ohm = ohm / ONE_STRONGEST if self.shorted else ohm + BRIDGE_OHM
+            return (SUPPLY_V + emf_v) / ohm, (SUPPLY_V - emf_v) / ohm
         inner = MODULE_OHM + LEADS_OHM + SENSE_OHM + 2.0 * CHOKE_OHM
         inner += 0.0 if self.shorted else FETS_OHM
         return (
             self.limiter.most_a(SUPPLY_V + emf_v, inner, heats=False),
             self.limiter.most_a(SUPPLY_V - emf_v, inner, heats=True),
         )
+
+
+def one_resistor() -> Driver:
+    """Return the bridge of the plate of one resistor."""
+    limiter = Limiter(series_ohm=ONE_SERIES_OHM)
+    return Driver(limiter=limiter, full_scale_a=ONE_SCALE_A, has_one_resistor=True)
 
 
 @dataclass

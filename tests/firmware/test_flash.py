@@ -57,9 +57,9 @@ def test_other_sources_another_version_and_other_bytes_are_told(
     with (tmp_path / "firmware" / "core" / "limits.h").open("a") as header:
         header.write("// changed\n")
     assert "sources have changed" in prebuilt.differences()[0]
-    other = tmp_path / "plate.hex"
-    other.write_bytes(b":00000001FF\n")
-    monkeypatch.setattr(prebuilt, "HEX", other)
+    for name in prebuilt.DEFINES:
+        (tmp_path / name).write_bytes(b":00000001FF\n")
+    monkeypatch.setattr(prebuilt, "SHIPPED", tmp_path)
     assert "does not have the SHA-256" in prebuilt.differences()[0]
 
 
@@ -71,12 +71,16 @@ def as_elf(path: Path, folder: Path) -> Path:
     return elf
 
 
-def test_the_shipped_program_runs_and_tells_its_version(chip: Chip, tmp_path: Path) -> None:
-    board = Board(chip.library, as_elf(flash.SHIPPED, tmp_path))
+@pytest.mark.parametrize("one_resistor", [False, True])
+def test_the_shipped_program_runs_and_tells_its_version(
+    chip: Chip, tmp_path: Path, *, one_resistor: bool
+) -> None:
+    image = flash.shipped(one_resistor=one_resistor)
+    board = Board(chip.library, as_elf(image.path, tmp_path))
     host = RawHost(board)
     host.greet()
 
-    assert ".".join(map(str, host.greetings[0][2:5])) == flash.shipped().version
+    assert ".".join(map(str, host.greetings[0][2:5])) == str(image.version).split()[0]
     host.hold(34.0, 1.0)
     assert board.is_driven
     board.close()
@@ -153,12 +157,14 @@ def test_flash_says_what_is_there_writes_and_asks_the_board_again(
 
     loader = threading.Thread(target=boot_loader)
     loader.start()
-    code = main(["plate", "flash", "--port", cable.port])
+    code = main(["plate", "flash", "--port", cable.port, "--one-resistor"])
     loader.join()
     printed = capsys.readouterr()
 
-    version = flash.shipped().version
+    version, image = flash.shipped().version, flash.shipped(one_resistor=True)
     assert code == 0, printed.err
     assert f"{cable.port}: firmware {version} (board 7) now" in printed.out
-    assert f"writing firmware {version} ({flash.shipped().size} bytes" in printed.out
-    assert f"done: the board answers with firmware {version} (board 0)" in printed.out
+    assert f"writing firmware {version} for one resistor ({image.size} bytes" in printed.out
+    assert f"answers with firmware {version} for one resistor (board 0)" in printed.out
+    assert main(["plate", "flash", "--port", cable.port, "--dry-run"]) == 0
+    assert f"would write {image.text}" in capsys.readouterr().out, "an update keeps it"

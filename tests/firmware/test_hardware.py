@@ -9,6 +9,7 @@ import sys
 from collections import Counter
 from dataclasses import replace
 from itertools import chain, combinations
+from typing import Any
 
 import pytest
 from each_case import each
@@ -24,6 +25,7 @@ from .hardware import (
     DIVIDER_OHM,
     FULL_SCALE_A,
     HEAT_LIMIT_A,
+    ONE_SERIES_OHM,
     R25_OHM,
     SENSE_OHM,
     SERIES_OHM,
@@ -68,8 +70,17 @@ def test_the_pictures_of_the_rungs_are_current_and_have_the_names_of_the_circuit
     assert drawn - board <= parts.BY_NAME.keys()
 
 
-def test_no_net_ends_at_a_single_pin() -> None:
-    count = Counter(net for part in parts.PARTS for net in part.pins.values())
+PLATES = {"full": parts.PARTS, "one resistor": parts.ONE_RESISTOR}
+
+
+@pytest.fixture(params=PLATES)
+def by_name(request: pytest.FixtureRequest) -> dict[str, Any]:
+    """The parts of each plate by their names."""
+    return {part.name: part for part in PLATES[request.param]}
+
+
+def test_no_net_ends_at_a_single_pin(by_name: dict[str, Any]) -> None:
+    count = Counter(net for part in by_name.values() for net in part.pins.values())
 
     assert [net for net, pins in count.items() if pins < 2] == []
 
@@ -80,11 +91,11 @@ def test_every_part_is_drawn() -> None:
     assert [part.name for part in parts.PARTS if f">{part.name} " not in drawn] == []
 
 
-def test_the_board_is_wired_to_the_pins_of_the_protocol() -> None:
+def test_the_board_is_wired_to_the_pins_of_the_protocol(by_name: dict[str, Any]) -> None:
     pins = (FIRMWARE / "PROTOCOL.md").read_text().split("## Pins")[1]
     named = set(re.findall(r"\b([AD]\d+)\b", pins)) - {"D0", "D1", "D13"}  # USB and L
 
-    assert named == set(parts.BY_NAME["U1"].pins) - {"5V", "GND"}
+    assert named == set(by_name["U1"].pins) - {"5V", "GND"}
 
 
 def test_the_cut_out_opens_where_the_simulation_has_it() -> None:
@@ -158,6 +169,39 @@ def test_the_bead_of_the_cut_out_can_be_taken_for_no_other() -> None:
     assert (plate, cut_out) == (R25_OHM, CUT_OUT_R25_OHM)
     assert (parts.number("R1"), parts.number("R15")) == (DIVIDER_OHM, CUT_OUT_R25_OHM)
     assert parts.BEAD_BETA_K == CUT_OUT_BETA_K == constant("CUT_OUT_BETA_K")
+
+
+def test_one_resistor_alone_is_between_bridge_and_module() -> None:
+    by_name = {part.name: part for part in parts.ONE_RESISTOR}
+    bridge, module = by_name["U3"].pins, by_name["TEC1"].pins
+    at = {
+        net: {part.name for part in by_name.values() if net in part.pins.values()}
+        for net in (bridge["OUT1"], bridge["OUT2"], module["+"])
+    }
+
+    assert at[bridge["OUT1"]] == {"U3", "R13"}
+    assert at[module["+"]] == {"R13", "TEC1"}
+    assert at[bridge["OUT2"]] == {"U3", "TEC1"}
+    assert by_name["R13"].value == ONE_SERIES_OHM
+    # Heat flows from minus to plus, as in the full plate.
+    assert (bridge["IN2"], bridge["OUT2"]) == (by_name["U1"].pins["D9"], module["-"])
+    assert (bridge["VM"], bridge["EEP"]) == ("SW", by_name["U1"].pins["D8"])
+
+
+def test_the_plate_of_one_resistor_is_small_and_cheap() -> None:
+    prices = [parts.price_eur(part.name) for part in parts.ONE_RESISTOR]
+
+    assert len(prices) <= 25
+    assert sum(prices) + parts.SINK_EUR <= 75.0
+
+
+def test_the_relay_of_one_resistor_holds_only_while_the_board_lets_it() -> None:
+    by_name = {part.name: part for part in parts.ONE_RESISTOR}
+    leave = by_name["Q2"].pins
+
+    assert (leave["D"], leave["S"]) == (by_name["K1"].pins["coil-"], "GND")
+    assert leave["G"] == by_name["U1"].pins["D6"]
+    assert set(by_name["R26"].pins.values()) == {leave["G"], "GND"}
 
 
 def test_the_relay_holds_only_while_comparator_and_board_let_it() -> None:

@@ -21,9 +21,11 @@ from hapticvlm.devices.errors import DeviceError
 from hapticvlm.devices.plate import ports
 from hapticvlm.devices.plate.peltier import Peltier
 from hapticvlm.devices.plate.ports import PortInfo
+from hapticvlm.devices.plate.protocol import FOR_ONE_RESISTOR
 from hapticvlm.errors import HapticVLMError, UsageError
 
 SHIPPED = Path(plate.__file__).parent / "firmware" / "plate.hex"
+ONE_RESISTOR = SHIPPED.with_name("one-resistor.hex")
 # ATmega328P behind optiboot, as on an Uno and a Nano with the new boot loader.
 AVRDUDE = ("-p", "m328p", "-c", "arduino", "-b", "115200", "-D")
 FLASH_BYTES = 32 * 1024 - 512  # the boot loader keeps the rest
@@ -68,18 +70,22 @@ class Image:
         return f"{name} ({self.size} bytes, sha256 {digest}...)"
 
 
-def flash(address: str, path: Path | None, *, dry_run: bool = False) -> int:
+def flash(
+    address: str, path: Path | None, *, one_resistor: bool = False, dry_run: bool = False
+) -> int:
     """Write an image (by default the shipped one) to the board at a port or at `auto`.
 
-    With `dry_run` nothing is written, and avrdude is not needed. Raises FlashError, DeviceError
-    and UsageError, each in one line.
+    The shipped one for the plate of one resistor is written where it is asked for, and to a board
+    that has it. With `dry_run` nothing is written, and avrdude is not needed. Raises FlashError,
+    DeviceError and UsageError, each in one line.
     """
-    image = shipped() if path is None else read(path)
+    own = None if path is None else read(path)
     avrdude = shutil.which("avrdude")
     if avrdude is None and not dry_run:
         raise FlashError(NO_AVRDUDE)
     with working("asking the board for its version"):
         place, before = _board(address)
+    image = own or shipped(one_resistor=one_resistor or FOR_ONE_RESISTOR in before)
     print(f"{place.text}: {before}")
     if avrdude is None or dry_run:
         print(f"would write {image.text}; nothing was written")
@@ -91,16 +97,18 @@ def flash(address: str, path: Path | None, *, dry_run: bool = False) -> int:
         written = _firmware(place)
     if written is None:
         raise FlashError(f"{image.path.name} was written, but the board does not answer as a plate")
-    if image.version is not None and written.split()[0] != image.version:
+    if image.version is not None and written.partition(" (")[0] != image.version:
         raise FlashError(f"avrdude wrote {image.version}, but the board still runs {written}")
     print(f"done: the board answers with firmware {written}")
     return 0
 
 
-def shipped() -> Image:
+def shipped(*, one_resistor: bool = False) -> Image:
     """Return the image that ships with this program."""
     facts = json.loads(SHIPPED.with_suffix(".json").read_text(encoding="utf-8"))
-    return Image(SHIPPED, facts["firmware"], program_bytes(SHIPPED.read_text(encoding="ascii")))
+    path = ONE_RESISTOR if one_resistor else SHIPPED
+    version = facts["firmware"] + FOR_ONE_RESISTOR * one_resistor
+    return Image(path, version, program_bytes(path.read_text(encoding="ascii")))
 
 
 def read(path: Path) -> Image:

@@ -78,6 +78,7 @@ def _add_flash(verbs: Commands) -> None:
         examples=(
             "hapticvlm plate flash                      update a plate",
             "hapticvlm plate flash --port /dev/ttyUSB0  write a new board",
+            "hapticvlm plate flash --port /dev/ttyUSB0 --one-resistor",
         ),
     )
     flash.add_argument(
@@ -87,6 +88,11 @@ def _add_flash(verbs: Commands) -> None:
         default="auto",
         metavar="PORT",
         help="the board's serial port (%(default)s)",
+    )
+    flash.add_argument(
+        "--one-resistor",
+        action="store_true",
+        help="write the firmware of the plate of one resistor; an update keeps it",
     )
     flash.add_argument(
         "--hex", type=Path, metavar="FILE", help="Intel HEX file to write (the shipped one)"
@@ -100,7 +106,9 @@ def _add_flash(verbs: Commands) -> None:
 def _flash(options: argparse.Namespace) -> int:
     from hapticvlm.commands import flash
 
-    return flash.flash(options.port, options.hex, dry_run=options.dry_run)
+    return flash.flash(
+        options.port, options.hex, one_resistor=options.one_resistor, dry_run=options.dry_run
+    )
 
 
 def _with_plate(

@@ -64,7 +64,7 @@ def plates(options: ServeOptions) -> list[Finding]:
         return [Finding("plate", unknown, str(error).split("; opening")[0], ports.NAME_IT)]
     except DeviceError as error:
         verdict: Verdict = "wrong" if is_required else "ok"
-        cure = "plug one in, or use --peltier simulated"
+        cure = "plug one in, build one (docs/maker.md: 2c is the first), or use --peltier simulated"
         return [Finding("plate", verdict, str(error).split("; plug")[0], cure)]
     findings = [_check_port(place, is_required) for place in candidates]
     answering = [finding for finding in findings if finding.verdict == "ok"]

@@ -275,9 +275,10 @@ class Peltier:
         if self.simulated or self._port_info is None or board is None:
             return
         ports.remember(self._port_info)
-        version = f"{board.firmware_major}.{board.firmware_minor}.{board.firmware_patch}"
-        self.firmware = f"{version} (board {board.board_id})"
-        self.name = f"plate on {self._port_info.url}, firmware {version}, board {board.board_id}"
+        self.firmware = f"{board.firmware} (board {board.board_id})"
+        self.name = (
+            f"plate on {self._port_info.url}, firmware {board.firmware}, board {board.board_id}"
+        )
 
     def _disconnect(self, failure: str, loss: Fault = faults.UNPLUGGED) -> None:
         self._failure = failure

@@ -22,6 +22,8 @@ MAX_TTL_MS = 1000
 NO_READING = -(2**31)  # on the wire; None in a Telemetry
 MAX_LAG_MS = 1000
 LAG_UNKNOWN_MS = 0xFFFF  # on the wire: the board was never told the lag of its beads
+ONE_RESISTOR_MA = 720  # full scale of the firmware for the plate of one resistor
+FOR_ONE_RESISTOR = " for one resistor"  # after its version
 LIMITED_BY_CURRENT = 1 << 2  # bit in `Telemetry.limited`
 
 
@@ -122,6 +124,12 @@ class HelloReply:
     cool_cap: int
     telemetry_hz: int
     reset_cause: int
+
+    @property
+    def firmware(self) -> str:
+        """Version of the firmware, and whether it is for the plate of one resistor."""
+        version = f"{self.firmware_major}.{self.firmware_minor}.{self.firmware_patch}"
+        return version + FOR_ONE_RESISTOR * (self.cool_limit_ma == ONE_RESISTOR_MA)
 
     @property
     def refusal(self) -> str | None:
