@@ -20,6 +20,7 @@ from dashboard_scene import (
     idling,
     touching,
 )
+from pace import until
 from PIL import Image
 from playwright.sync_api import Browser, Page, Route, expect
 from qr_codes import read_code
@@ -154,10 +155,10 @@ def test_a_pressed_test_touch_moves_both_outputs_and_gives_them_back(
         expect(page.locator("#owner")).to_contain_text("dashboard test touch")
         expect(page.locator("#material")).to_have_text("metal")
         expect(page.locator("#level")).to_have_text(FELT)
-        assert status(service)["plate"]["setpoint_c"] < 30.0
+        until(lambda: status(service)["plate"]["setpoint_c"] < 30.0)
         page.mouse.up()
         expect(page.locator("#level")).to_have_text("0.000")
-        assert status(service)["leases"] == 0
+        until(lambda: status(service)["leases"] == 0)
         expect(page.locator("#owner")).to_contain_text("Nobody owns", timeout=LET_GO_S * 1000)
 
 

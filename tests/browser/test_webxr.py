@@ -122,7 +122,8 @@ def test_the_service_sends_a_controller_the_vibration_of_what_it_touches(visit: 
         }"""
     )
     visit.touch("kettle", feels_plate=True)
-    visit.page.wait_for_timeout(1000)
+    at_rest = "() => plans.some((one) => one.amplitude) && !plans.at(-1).amplitude"
+    visit.page.wait_for_function(at_rest, timeout=60_000 * PACE)
     plans = visit.page.evaluate("plans")
     assert {plan["hand"] for plan in plans} == {"right"}
     assert max(max(plan.get("amplitude", [0])) for plan in plans) > 0.02
