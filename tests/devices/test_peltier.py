@@ -11,7 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
 
 import pytest
-from pace import until
+from pace import PACE, until
 from plate_ports import TURN_S, Cable
 
 from hapticvlm.commands.main import main
@@ -339,8 +339,10 @@ class PatientPort(StuckPort):
         self.written = b""
         self.cancelled = 0
         self.is_over = False
+        self.is_read = threading.Event()
 
     def read(self, size: int) -> bytes:
+        self.is_read.set()
         super().read(size)
         if not self.is_over:
             self.released.clear()
@@ -364,7 +366,7 @@ def patient(running: tuple[Cable, Peltier]) -> Iterator[PatientPort]:
     _, plate = running
     port = PatientPort()
     plate._port = port
-    time.sleep(2 * READ_S)  # the thread reads from it by now
+    assert port.is_read.wait(60.0 * PACE)
     yield port
     port.is_over = True
     port.released.set()

@@ -95,6 +95,7 @@ def test_a_controller_plays_what_the_service_plans_times_its_gain(played):
     assert len(times(output, "on")) >= 2
 
 
+@pytest.mark.realtime
 def test_a_controller_is_silent_50_ms_after_a_stop_and_stays_so(played, capsys):
     script, output = played
     silent = times(output, "off")[-1]
@@ -103,6 +104,7 @@ def test_a_controller_is_silent_50_ms_after_a_stop_and_stays_so(played, capsys):
     assert -0.05 < silent - script.stopped < 0.05
 
 
+@pytest.mark.realtime
 def test_a_controller_is_silent_100_ms_after_the_link_is_lost(played, capsys):
     script, output = played
     silent = min(each for each in times(output, "off") if each > script.lost - 0.15)

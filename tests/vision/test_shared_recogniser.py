@@ -3,6 +3,7 @@
 import psutil
 import pytest
 from conftest import status
+from pace import until
 from shared_looks import is_shared, look, recognising_ms, scene, until_shared
 from shared_recogniser import shared_recogniser
 
@@ -92,6 +93,7 @@ async def test_a_fault_is_answered_here_within_one_deadline_and_ends_by_itself(
                 told = status(sharing)["recogniser"]["remote"]
                 assert not told["is_used"]
                 assert told["reason"]
+                until(lambda before=before: said_here(sharing) > before)  # type: ignore[misc]
                 assert said_here(sharing) == before + 1, "one line for one fault"
             finally:
                 shared.fault = None
