@@ -69,10 +69,10 @@ class Visit:
         plans = [one for one in self.heard[since:] if one["type"] == "vibration"]
         return max((value for plan in plans for value in plan.get("amplitude", ())), default=0.0)
 
-    def until(self, claim: Callable[[], bool]) -> None:
+    def until(self, claim: Callable[..., bool], *given: Any) -> None:
         """Let the page go on until the claim holds."""
         gives_up_at = time.monotonic() + 60.0 * PACE
-        while not claim():
+        while not claim(*given):
             assert time.monotonic() < gives_up_at, "it never happened"
             self.page.wait_for_timeout(20)
 
@@ -125,9 +125,9 @@ def test_a_model_of_gltf_is_felt_as_its_touched_material_and_other_things_go_on(
         x, y = visit.page.evaluate(PLACE, name)
         visit.page.mouse.move(240 * x, 180 * (y - above))
         visit.page.mouse.down()
-        visit.until(lambda since=since: visit.felt(since) >= 0.1)
+        visit.until(lambda begin: visit.felt(begin) >= 0.1, since)
         visit.page.mouse.up()
-        visit.until(lambda sent=sent: visit.phases(sent)[-1:] == ["release"])
+        visit.until(lambda begin: visit.phases(begin)[-1:] == ["release"], sent)
         touches = [one for one in visit.sent[sent:] if one["type"] == "touch"]
         assert {(one.get("object_id", name), one.get("surface", 0)) for one in touches} == {
             (name, 0)
