@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +13,8 @@ import numpy as np
 from hapticvlm import documents
 from hapticvlm.commands.progress import working
 from hapticvlm.errors import shell_word
-from hapticvlm.materials import Material, MaterialError, derive
+from hapticvlm.evidence.ladder import decide
+from hapticvlm.materials import UNKNOWN, Material, MaterialError, derive
 from hapticvlm.vision.encoders.encoder import Encoder
 from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.galleries import calibration
@@ -63,6 +65,8 @@ def build(options: argparse.Namespace) -> int:
     file.parent.mkdir(parents=True, exist_ok=True)
     save_gallery(gallery, file)
     _print_enrolled(enrolled, leave_one_out(enrolled, base), len(pictures))
+    if is_shipped(encoder):
+        _print_said(enrolled, gallery, base or load_gallery(encoder=encoder), user_materials)
     print(f"calibration: {origin}")
     count = f"{len(enrolled.places)} references of {len(enrolled.materials)} materials"
     count += " beside the shipped ones" if base is not None else ""
@@ -175,6 +179,33 @@ def _facts(settings: Sequence[str]) -> dict[str, object]:
         for part, changed in parsed.items():
             facts[part] = facts.get(part, {}) | changed
     return dict(facts)
+
+
+def _print_said(
+    enrolled: Enrolled, gallery: Gallery, shipped: Gallery, user_materials: Sequence[UserMaterial]
+) -> None:
+    """Print what the gallery says of each picture without it, and what the shipped eye says."""
+    own = gallery.user or gallery
+    table = table_with(user_materials)
+    parents = {entry.material.name: entry.like for entry in user_materials}
+    said: dict[str, Counter[bool | None]] = {
+        "your gallery": Counter(),
+        "the shipped eye": Counter(),
+    }
+    checked = np.flatnonzero(np.bincount(enrolled.labels)[enrolled.labels] > 1)
+    for place in checked[:: -(-len(checked) // calibration.MAX_PICTURES) or 1]:
+        kept = enrolled.places != place
+        rest = replace(own, references=own.references[kept], labels=own.labels[kept], places=None)
+        rest = rest if gallery.user is None else replace(gallery, user=rest)
+        truth = enrolled.pictures[place].material
+        for counts, eye in zip(said.values(), (rest, shipped), strict=True):
+            row = enrolled.embeddings[enrolled.firsts[place]]
+            match = eye.match(row, is_flat=enrolled.flat[place])
+            name = decide([match], table).material
+            counts[None if name == UNKNOWN else name in (truth, parents.get(truth))] += 1
+    parts = [f"{who} says {n[True]} rightly, {n[False]} wrongly" for who, n in said.items()]
+    if count := said["your gallery"].total():
+        print(f"of {count} pictures, each left out, {'; '.join(parts)}")
 
 
 def _print_enrolled(enrolled: Enrolled, checked: LeaveOneOut, total: int) -> None:

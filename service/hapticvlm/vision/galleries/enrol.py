@@ -23,6 +23,7 @@ from hapticvlm.errors import HapticVLMError
 from hapticvlm.materials import nearest
 from hapticvlm.vision import files, pictures, plain_ground
 from hapticvlm.vision.encoders.encoder import Encoder
+from hapticvlm.vision.flatness import is_flat
 from hapticvlm.vision.pictures import Crop, PictureError
 
 Floats = NDArray[np.float32]
@@ -53,13 +54,14 @@ class Enrolled:
 
     places: (N,), the index in `pictures` of each row. A picture's first row is the object as a
     frame would show it, the others are its variations. outlined: the pictures of a thing on a plain
-    ground.
+    ground. flat: whether each picture's first view has flat colours, (P,); () if unknown.
     """
 
     pictures: tuple[Picture, ...]
     embeddings: Floats
     places: NDArray[np.int64]
     outlined: int = 0
+    flat: tuple[bool, ...] = ()
 
     @property
     def materials(self) -> tuple[str, ...]:
@@ -124,19 +126,21 @@ def enrol(chosen: Sequence[Picture], encoder: Encoder, *, outline: bool = True) 
     rows: list[Floats] = []
     places: list[int] = []
     outlined = 0
+    flat: list[bool] = []
     for picture, whole in _without_copies(chosen):
         thing = frames_of(picture, whole)[-1] if outline else whole
         outlined += thing is not whole
         crops = views(picture, thing, encoder.side)
         places += [len(kept)] * len(crops)
         kept.append(picture)
+        flat.append(is_flat(crops[0]))
         # One at a time, as the service does: an int8 network's scale depends on the whole batch.
         rows.append(np.concatenate([encoder.embed([view]) for view in crops]))
         if not np.isfinite(rows[-1]).all() or not rows[-1].any(axis=1).all():
             problem = f"`{encoder.name}` gives it no usable embedding; remove it"
             raise EnrolError(f"{picture.path}: {problem}")
     stack = np.concatenate(rows) if rows else np.zeros((0, encoder.dimension), np.float32)
-    return Enrolled(tuple(kept), stack, np.array(places, np.int64), outlined)
+    return Enrolled(tuple(kept), stack, np.array(places, np.int64), outlined, tuple(flat))
 
 
 def views(picture: Picture, frame: messages.Frame, side: int) -> list[Crop]:
