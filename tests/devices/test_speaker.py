@@ -16,7 +16,7 @@ from hapticvlm.client.local_service import running
 from hapticvlm.devices.errors import DeviceError
 from hapticvlm.devices.speaker.channels import DUALSENSE_CHANNELS, read_channels
 from hapticvlm.devices.speaker.engine import AudioSettings, Engine
-from hapticvlm.devices.speaker.output import OutputError, choose, playbacks
+from hapticvlm.devices.speaker.output import Output, OutputError, choose, playbacks
 from hapticvlm.devices.speaker.ring import PersistentState, Ring
 from hapticvlm.devices.speaker.speaker import Speaker
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
@@ -28,6 +28,7 @@ needs_pulseaudio = pytest.mark.needs_toolchain("pulseaudio")  # a sink that is r
 needs_jack = pytest.mark.needs_toolchain("jackd")  # a server whose driver plays into nothing
 PATIENCE_S = 30.0 * PACE
 LEASE_S = 0.2
+PRO_AUDIO = "aux0,aux1,aux2,aux3"  # as the profile of this name calls the channels
 
 
 def test_a_machine_without_miniaudio_says_what_to_install(monkeypatch):
@@ -76,16 +77,23 @@ def test_a_strike_is_heard_at_the_sink_within_full_scale(speaker):
 
 @needs_pulseaudio
 @pytest.mark.parametrize(
-    ("output", "name", "given"),
-    [("dualsense", "DualSense", None), ("Exciters", "Exciters", "left=2,right=1")],
+    ("output", "name", "given", "channel_map"),
+    [
+        ("dualsense", "DualSense", None, None),
+        ("Exciters", "Exciters", "left=2,right=1", None),
+        ("dualsense", "DualSense", None, PRO_AUDIO),
+        ("default", "Exciters", "left=2,right=1", PRO_AUDIO),
+    ],
 )
-def test_each_hand_is_heard_on_its_own_channel_and_nothing_on_the_others(output, name, given):
+def test_each_hand_is_heard_on_its_own_channel_and_nothing_on_the_others(
+    output, name, given, channel_map
+):
     channels = DUALSENSE_CHANNELS if given is None else read_channels(given)
-    with null_sink(4, name), recording(4) as heard:
+    with null_sink(4, name, channel_map), recording(4) as heard:
         speaker = Speaker(AudioSettings(output=output, channels=channels))
         speaker.start()
         try:
-            assert speaker.name == name
+            assert name in speaker.name or output == "default"
             speaker.play(strike(hand=0, material="metal"))
             until(lambda: heard.onset_after(0.0, float("inf")))
             until(lambda: speaker.status().level == 0.0)
@@ -102,6 +110,50 @@ def test_each_hand_is_heard_on_its_own_channel_and_nothing_on_the_others(output,
     for hand, place in enumerate((channels.left, channels.right)):
         assert loudest[hand][place - 1] > 0.05
         assert np.delete(loudest[hand], place - 1).max() < 1e-3 * loudest[hand][place - 1]  # -60 dB
+
+
+@needs_pulseaudio
+def test_of_two_outputs_of_one_name_neither_is_taken_unasked():
+    with null_sink(1, "Exciter"):
+        pactl(
+            "load-module",
+            "module-null-sink",
+            "sink_name=b",
+            "sink_properties=device.description=Exciter",
+        )
+        outputs = playbacks()
+        with pytest.raises(OutputError, match=r"several.*Exciter \[palm\], Exciter \[b\]"):
+            choose(outputs, "exciter")
+        first, second = outputs
+        assert choose(outputs, "b") == choose(outputs, "Exciter [b]") == second
+        assert choose(outputs, "exciter", "palm") == first  # as before a loss
+        pactl("set-default-sink", "b")
+        speaker = Speaker(AudioSettings(output="palm"))
+        speaker.start()
+        try:
+            pactl("set-sink-mute", "b", "1")
+            pactl("set-sink-mute", "palm", "0")
+            assert speaker.plays
+            pactl("set-sink-mute", "palm", "1")
+            until(lambda: speaker.faults == ("speaker_low",))
+            assert not speaker.plays
+        finally:
+            speaker.close()
+
+
+@needs_pulseaudio
+def test_channels_that_only_pactl_knows_are_refused_without_it(monkeypatch):
+    with null_sink(4, "Pad.Pro", PRO_AUDIO):
+        pactl(
+            "load-module",
+            "module-null-sink",
+            "sink_name=b",
+            "channels=4",
+            "sink_properties=device.description='Pad\\ Pro'",
+        )
+        monkeypatch.setenv("PATH", "/nowhere")
+        with pytest.raises(OutputError, match="Haptic Feedback"):
+            Output(np.zeros, False, hands=DUALSENSE_CHANNELS).open("Pad Pro", 128)
 
 
 def test_no_playstation_controller_is_said_with_what_to_do():
@@ -268,7 +320,7 @@ async def test_a_scene_is_told_that_its_speaker_is_muted(sink):  # noqa: ARG001 
             pactl("set-sink-mute", "@DEFAULT_SINK@", "1")
             assert "muted; unmute it" in (await scene.event("error"))["text"]
             assert (await scene.telemetry())["faults"] == ["speaker_low"]
-            assert status(service)["speaker"]["plays"]
+            assert not status(service)["speaker"]["plays"]
             assert "muted" in status(service)["speaker"]["faults"]["speaker_low"]
             pactl("set-sink-mute", "@DEFAULT_SINK@", "0")
             async with asyncio.timeout(PATIENCE_S):

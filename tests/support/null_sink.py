@@ -29,7 +29,7 @@ NEEDED = ("pulseaudio", "pactl", "parec")
 START_S = 20.0  # until a sound server answers
 
 _CHUNK_BYTES = 1 << 16
-_QUAD = ("front-left", "front-right", "rear-left", "rear-right")  # as of a DualSense
+_QUAD = "front-left,front-right,rear-left,rear-right"  # as of a DualSense
 
 
 class SinkError(HapticVLMError):
@@ -44,13 +44,15 @@ class Server:
     process: subprocess.Popen[bytes] | None = None
     channels: int = 1
     name: str = NAME
+    channel_map: str | None = None
 
     @property
     def _sink(self) -> str:
         """The null sink, as a module's arguments."""
         shape = f"rate={RATE_HZ} channels={self.channels} format=float32le"
-        if self.channels == len(_QUAD):
-            shape += f" channel_map={','.join(_QUAD)}"
+        channel_map = self.channel_map or (_QUAD if self.channels == 4 else None)
+        if channel_map:
+            shape += f" channel_map={channel_map}"
         return f"sink_name=palm {shape} sink_properties=device.description={self.name}"
 
     @property
@@ -101,8 +103,10 @@ class Server:
 
 
 @contextmanager
-def null_sink(channels: int = 1, name: str = NAME) -> Iterator[Server]:
-    """Run a server with one sink of this name (one word) and so many channels.
+def null_sink(
+    channels: int = 1, name: str = NAME, channel_map: str | None = None
+) -> Iterator[Server]:
+    """Run a server with one sink of this name (one word) and these channels.
 
     Environment variables lead this process, and those it starts, to that server for as long as the
     context lasts. Raises SinkError.
@@ -111,7 +115,7 @@ def null_sink(channels: int = 1, name: str = NAME) -> Iterator[Server]:
     if missing:
         raise SinkError(f"{', '.join(missing)} missing: install pulseaudio and pulseaudio-utils")
     with tempfile.TemporaryDirectory(prefix="hapticvlm-sink-") as folder:
-        server = Server(Path(folder), channels=channels, name=name)
+        server = Server(Path(folder), None, channels, name, channel_map)
         with environment(server.environment):
             try:
                 server.start()

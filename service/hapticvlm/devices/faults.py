@@ -44,6 +44,7 @@ NOT_FOLLOWED = _HOST["plate_not_following"]
 CLOCK_WRONG = _HOST["plate_clock_wrong"]
 SPEAKER_GONE = _HOST["speaker_gone"]
 SPEAKER_LOW = _HOST["speaker_low"]
+SPEAKER_UNREACHED = _HOST["speaker_unreached"]
 GLOVE_GONE = _HOST["glove_gone"]
 _BY_NAME = {fault.name: fault for fault in (*FIRMWARE.values(), *_HOST.values())}
 

@@ -11,13 +11,13 @@ from pathlib import Path
 from typing import Any
 
 from hapticvlm.devices.errors import DeviceError
-from hapticvlm.devices.faults import SPEAKER_LOW
 from hapticvlm.devices.plate import ports
 from hapticvlm.devices.plate.peltier import Peltier
 from hapticvlm.devices.plate.ports import PortInfo
+from hapticvlm.devices.speaker.channels import channels_of_hands
 from hapticvlm.devices.speaker.output import OutputError, choose
 from hapticvlm.devices.speaker.output_list import AUDIO_S, outputs
-from hapticvlm.devices.speaker.volume import volume_of
+from hapticvlm.devices.speaker.output_state import output_state
 from hapticvlm.doctor.findings import Finding, Verdict
 from hapticvlm.server.settings import ServeOptions
 
@@ -36,19 +36,24 @@ def found_audio(options: ServeOptions, present: list[dict[str, Any]]) -> Finding
     """Check whether the chosen speaker is among these outputs, and not muted or turned down."""
     names = [output["name"] for output in present]
     listed = f"outputs: {', '.join(names) or 'none'}"
-    if options.speaker == "simulated":
-        cure = "use one: --speaker default, or part of its name" if names else None
-        return Finding("audio", "ok", f"{listed}; the speaker is simulated", cure)
+    is_simulated = options.speaker == "simulated"
+    if is_simulated and not names:
+        return Finding("audio", "ok", f"{listed}; the speaker is simulated", None)
+    speaker = "default" if is_simulated else options.speaker
     try:
-        chosen = choose(present, options.speaker)
-    except OutputError as error:
-        cure = "plug one in, start the sound server, or use --speaker simulated"
-        return Finding("audio", "wrong", f"--speaker {options.speaker}: {error}", cure)
-    volume = volume_of("default" if chosen is None else chosen["name"])
-    if volume is not None and volume.is_low:
-        message = f"the speaker {options.speaker} is {volume.text}"
-        return Finding("audio", "wrong", message, SPEAKER_LOW.remedy)
-    return Finding("audio", "ok", f"{listed}; the speaker is {options.speaker}")
+        chosen = choose(present, speaker)
+        hands = channels_of_hands(speaker, options.channels)
+    except (OutputError, ValueError) as error:
+        absent = "plug one in, start the sound server, or use --speaker simulated"
+        return Finding("audio", "wrong", f"--speaker {options.speaker}: {error}", absent)
+    name = "default" if chosen is None else chosen.get("system_name") or chosen["name"]
+    state = output_state(name, hands=hands)
+    if state is not None and state.fault is not None:
+        verdict: Verdict = "note" if is_simulated else "wrong"
+        message = f"{listed}; the output {speaker} is {state.text}"
+        return Finding("audio", verdict, message, state.fault.remedy)
+    cure = "use one: --speaker default, or part of its name" if is_simulated else None
+    return Finding("audio", "ok", f"{listed}; the speaker is {options.speaker}", cure)
 
 
 def plates(options: ServeOptions) -> list[Finding]:

@@ -12,8 +12,9 @@ export function show({ plate, speaker }) {
   if (key === shown) return;
   shown = key;
   const items = Object.entries(plate.faults).map(plateFault);
-  for (const [name, text] of Object.entries(speaker.faults)) if (name !== "speaker_gone") items.unshift(speakerFault(name, text));
-  if (!speaker.plays) items.unshift(fault("speaker_gone", ...(speaker.simulated ? SIMULATED_GONE : SPEAKER_GONE)));
+  const quiet = Object.entries(speaker.faults).filter(([name]) => name !== "speaker_gone");
+  items.unshift(...quiet.map(speakerFault));
+  if (!speaker.plays && !quiet.length) items.unshift(fault("speaker_gone", ...(speaker.simulated ? SIMULATED_GONE : SPEAKER_GONE)));
   const none = make("li", "None: plate and speaker report no fault.", { className: "fine" });
   byId("faults").replaceChildren(...(items.length ? items : [none]));
 }
@@ -35,7 +36,7 @@ function plateFault([name, text]) {
   return fault(name, `The plate is off: ${cause}.`, remedy);
 }
 
-function speakerFault(name, text) {
+function speakerFault([name, text]) {
   const [, cause, remedy] = /^(.*) \(.*\): (.*)$/s.exec(text) ?? [null, text, "see the system's sound settings"];
   return fault(name, `Hardly anything is felt: ${cause}.`, remedy);
 }

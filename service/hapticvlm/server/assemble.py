@@ -13,12 +13,7 @@ from dataclasses import dataclass
 
 from hapticvlm.devices.plate.peltier import Peltier
 from hapticvlm.devices.simulated.simulated_board import simulated_plate
-from hapticvlm.devices.speaker.channels import (
-    DUALSENSE,
-    DUALSENSE_CHANNELS,
-    Channels,
-    read_channels,
-)
+from hapticvlm.devices.speaker.channels import Channels, channels_of_hands
 from hapticvlm.devices.speaker.engine import AudioSettings
 from hapticvlm.devices.speaker.speaker import Speaker
 from hapticvlm.devices.speaker.speaker_files import read_speaker_files
@@ -127,14 +122,12 @@ def _audio(options: ServeOptions, table: Mapping[str, Material]) -> AudioSetting
 
 def _channels(options: ServeOptions) -> Channels | None:
     """Return the channels of the hands, if each has its own. Raises ValueError."""
-    is_dualsense = options.speaker.lower() == DUALSENSE
-    if options.voice == "sound" and (options.channels is not None or is_dualsense):
+    hands = channels_of_hands(options.speaker, options.channels)
+    if options.voice == "sound" and hands is not None:
         raise ValueError(
             "voice: sound is for one speaker, and each hand has a channel; leave it out"
         )
-    if options.channels is not None:
-        return read_channels(options.channels)
-    return DUALSENSE_CHANNELS if is_dualsense else None
+    return hands
 
 
 def _plate(options: ServeOptions) -> Peltier:

@@ -159,7 +159,7 @@ class Supervision:
         for fault in worn - self._worn_faults:
             self._report(Error(id=0, code="device", text=f"glove: {describe(fault)}"))
         self._worn_faults = worn
-        quiet = self._gateway.outputs.speaker.watch_volume()
+        quiet = self._gateway.outputs.speaker.watch_state()
         if quiet is not None:
             self._report(Error(id=0, code="device", text=quiet))
         trouble = self._gateway.recogniser.worker.supervise(now)

@@ -92,7 +92,7 @@ def run_engine(shared: Shared, settings: AudioSettings, control: Connection) -> 
     simulated = settings.output == "simulated"
     player = VirtualClock(engine, settings) if simulated else Player(engine, settings)
     try:
-        name = player.start()
+        names = player.start()
     except Exception as error:  # noqa: BLE001 - the gateway must learn why, whatever the driver threw
         message = f"cannot open audio output {settings.output!r}: {error}; {_REMEDY}"
         Started(error=message).send(control)
@@ -100,7 +100,7 @@ def run_engine(shared: Shared, settings: AudioSettings, control: Connection) -> 
     if settings.realtime:
         request_priority()  # otherwise it could be preempted while the audio thread waits for it
     # Until now SIGTERM ends the process at once, for nothing has been played.
-    Started((name,)).send(control)
+    Started(names).send(control)
     with suppress(EOFError, OSError, _Terminated):
         signal.signal(signal.SIGTERM, _raise_terminated)
         while not control.poll(player.poll_interval_s):

@@ -27,6 +27,8 @@ POSITIONS = {
     6: (2, 3, 4, 5, 6, 7),
     8: (2, 3, 4, 5, 6, 7, 11, 12),
 }
+# The profile `Pro Audio` of PipeWire gives channels no position, but numbers: AUX 0 is 20.
+_AUX_0 = 20
 _SYNTAX = re.compile(r"left=(\d{1,2}),right=(\d{1,2})")
 _DUALSENSE_NAMES = ("wireless controller", "dualsense")  # of a PS5 controller's sound output
 _OTHER_PADS = ("xbox",)  # whose headset output is called a wireless controller, too
@@ -57,6 +59,13 @@ class Channels:
 DUALSENSE_CHANNELS = Channels(3, 4)
 
 
+def positions(count: int, *, is_aux: bool = False) -> tuple[int, ...] | None:
+    """Return the positions of `count` channels as miniaudio has them; None for its own order."""
+    if is_aux and count > 2:  # miniaudio takes two of any kind for left and right
+        return tuple(range(_AUX_0, _AUX_0 + count))
+    return POSITIONS.get(count)
+
+
 def read_channels(value: str) -> Channels:
     """Parse the value of --channels, left=N,right=M. Raises ValueError."""
     match = _SYNTAX.fullmatch(value.replace(" ", ""))
@@ -67,6 +76,13 @@ def read_channels(value: str) -> Channels:
             "for example left=1,right=2"
         )
     return Channels(left, right)
+
+
+def channels_of_hands(speaker: str, channels: str | None) -> Channels | None:
+    """Return the hands' channels by these options; None: all get the mix. Raises ValueError."""
+    if channels is not None:
+        return read_channels(channels)
+    return DUALSENSE_CHANNELS if speaker.lower() == DUALSENSE else None
 
 
 def is_dualsense(name: str) -> bool:

@@ -13,8 +13,11 @@ from __future__ import annotations
 
 import ctypes
 import functools
+import os
+import re
 import sys
 import time
+from collections import Counter
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -26,10 +29,11 @@ from hapticvlm.devices.speaker.channels import (
     DUALSENSE,
     DUALSENSE_CHANNELS,
     JACK,
-    POSITIONS,
     Channels,
     is_dualsense,
+    positions,
 )
+from hapticvlm.devices.speaker.output_state import APP_NAME, DUMMY, output_state
 from hapticvlm.errors import HapticVLMError, installing
 from hapticvlm.processes.priority import request_priority
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
@@ -40,7 +44,8 @@ LOST_S = 1.0  # without a request until an output counts as lost
 STEADY_WITHIN_S = 8.0  # PulseAudio plays up to 2 s of its own silence before the first request
 STEADY_S = 0.25
 _POLL_S = 0.02
-_PULSE_AS_ALSA = 1  # pa_channel_map_def_t in which four channels are front and rear, as elsewhere
+_PULSE_AS_ALSA, _PULSE_AUX = 1, 2  # pa_channel_map_def_t; in the first, 4 are front and rear
+_PRO_AUDIO = re.compile(r" Pro( \d+)?$")  # as PipeWire ends the names of outputs without positions
 # Of <sys/mman.h>; the second is Linux's: lock what is in memory now, and the rest once it is used.
 # Without it the unused 80 MB of libraries and of their buffers would be read into memory, too.
 _MCL_CURRENT = 1
@@ -65,6 +70,7 @@ class Output:
     fill: Fill
     realtime: bool
     name: str = ""
+    system_name: str = ""
     has_priority: bool = False
     underruns: int = 0
     last_request_at: float = 0.0
@@ -84,18 +90,24 @@ class Output:
         is_jack = requested.lower() == JACK
         self._channels, self._max_gap_blocks = (2, JACK_BLOCKS) if is_jack else (1, BUFFERED_BLOCKS)
         try:
-            chosen = None if is_jack else choose(playbacks(), requested)
+            chosen = None if is_jack else choose(playbacks(), requested, self.system_name)
+            channel_map = () if is_jack else _channel_map(chosen, self.hands)
+            is_aux = "aux0" in channel_map
             if self.hands is not None:
-                self._channels = _channels_of(chosen, self.hands, self._channels)
+                usual = len(channel_map) or self._channels
+                self._channels = _channels_of(chosen, self.hands, usual)
+            elif is_aux:
+                self._channels = len(channel_map)
             self._device = _playback_device(
-                POSITIONS.get(self._channels),
+                positions(self._channels, is_aux=is_aux),
+                _PULSE_AUX if is_aux else _PULSE_AS_ALSA,
                 output_format=miniaudio.SampleFormat.FLOAT32,
                 nchannels=self._channels,
                 sample_rate=RATE_HZ,
                 buffersize_msec=max(1, round(block * 1000 / RATE_HZ)),
                 device_id=chosen["id"] if chosen else None,
                 backends=[miniaudio.Backend.JACK] if is_jack else None,
-                app_name="HapticVLM",
+                app_name=APP_NAME,
             )
             if "null" in self._device.backend.lower():
                 raise OutputError("this machine has no audio output; connect one")
@@ -106,6 +118,7 @@ class Output:
             self.close()
             raise OutputError(f"the audio system reports: {error.args[0]}") from error
         self.name = chosen["name"] if chosen else f"default output ({self._device.backend})"
+        self.system_name = chosen.get("system_name", "") if chosen else ""
 
     def wait_until_steady(self, beat: Callable[[], None]) -> None:
         """Wait until the output requests samples steadily; call `beat` meanwhile.
@@ -193,11 +206,21 @@ def _library() -> Any:  # noqa: ANN401 - it has no types
 
 
 def playbacks() -> list[dict[str, Any]]:
-    """Return the outputs of this machine, each with its `name` and `id`. Raises OutputError."""
+    """Return the outputs of this machine, each with its `name`, `id` and `system_name`.
+
+    A name that two of them have is followed by the system's. Raises OutputError.
+    """
     miniaudio = _library()
     _mute_alsa()
     outputs: list[dict[str, Any]] = miniaudio.Devices().get_playbacks()
-    return outputs
+    for output in outputs:
+        encoding = "utf-16-le" if sys.platform == "win32" else "utf-8"
+        raw = bytes(miniaudio.ffi.buffer(output["id"])).decode(encoding, "ignore")
+        output["system_name"] = raw.partition("\0")[0]
+    names = Counter(output["name"] for output in outputs)
+    for output in [each for each in outputs if names[each["name"]] > 1]:
+        output["name"] += f" [{output['system_name']}]"
+    return [output for output in outputs if output["system_name"] != DUMMY]
 
 
 @functools.cache
@@ -216,51 +239,70 @@ def _mute_alsa() -> object:
     return handler
 
 
-def choose(outputs: Sequence[dict[str, Any]], requested: str) -> dict[str, Any] | None:
+def choose(
+    outputs: Sequence[dict[str, Any]], requested: str, system_name: str = ""
+) -> dict[str, Any] | None:
     """Return the output with the requested name, or the only one whose name contains it.
 
-    Case does not matter. "default" returns None and needs only that there is an output.
-    "dualsense" returns a PS5 controller, which systems list under other names. Raises OutputError,
-    naming the outputs of this machine.
+    The output of `system_name` was chosen before and is returned if it is there. Case does not
+    matter. "default" returns None and needs only that there is an output. "dualsense" returns a PS5
+    controller, which systems list under other names. Raises OutputError, naming the outputs of this
+    machine.
     """
     if requested == "default" and outputs:
         return None
-    if requested.lower() == DUALSENSE:
-        return _with_voice_coils([each for each in outputs if is_dualsense(each["name"])])
-    named = _named(outputs, requested.lower())
+    if before := [each for each in outputs if system_name and each["system_name"] == system_name]:
+        return before[0]
+    is_pad = requested.lower() == DUALSENSE
+    named = (_with_voice_coils if is_pad else _named)(outputs, requested.lower())
     if len(named) == 1:
         return named[0]
     names = ", ".join(output["name"] for output in named or outputs) or "none"
     if named:
-        raise OutputError(f"several outputs match: {names}; give more of the name")
+        channels = " as --speaker, and --channels left=3,right=4" if is_pad else ""
+        raise OutputError(f"several outputs match: {names}; give more of the name{channels}")
     raise OutputError(f"no such output; this machine has: {names}")
 
 
 def _named(outputs: Sequence[dict[str, Any]], name: str) -> list[dict[str, Any]]:
-    """Return the first output of this name in lower case; without one all that contain it."""
-    exact = [output for output in outputs if output["name"].lower() == name]
-    return exact[:1] or [output for output in outputs if name in output["name"].lower()]
+    """Return the outputs of this name in lower case; without one all that contain it."""
+    keys = ("name", "system_name")
+    exact = [each for each in outputs if name in [each.get(key, "").lower() for key in keys]]
+    return exact or [each for each in outputs if name in each["name"].lower()]
 
 
-def _with_voice_coils(outputs: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Return the first output of a PS5 controller with all four channels. Raises OutputError.
+def _with_voice_coils(outputs: Sequence[dict[str, Any]], _: str) -> list[dict[str, Any]]:
+    """Return the outputs of PS5 controllers with all four channels. Raises OutputError.
 
     Linux may split the controller into a speaker, headphones and one output of all four channels.
     """
+    outputs = [each for each in outputs if is_dualsense(each["name"])]
     if not outputs:
         raise OutputError(
             "no PS5 controller found among the sound outputs: connect it by USB, as Bluetooth "
             "carries no sound to it"
         )
-    for output in outputs:
-        if (_channel_count(output) or DUALSENSE_CHANNELS.min_count) >= DUALSENSE_CHANNELS.min_count:
-            return output
+    needed = DUALSENSE_CHANNELS.min_count
+    if whole := [each for each in outputs if (_channel_count(each) or needed) >= needed]:
+        return whole
     names = ", ".join(f"{output['name']} ({_channel_count(output)} channels)" for output in outputs)
     raise OutputError(
         f"no output of the PS5 controller has the four channels of its voice coils: {names}; "
         "choose the profile `Haptic Feedback`, `Surround 4.0` or `Pro Audio` in the system's sound "
         "settings. A PS4 controller has none"
     )
+
+
+def _channel_map(output: dict[str, Any] | None, hands: Channels | None) -> tuple[str, ...]:
+    """Return the names of an output's channels; () if unknown. Raises OutputError."""
+    name = "default" if output is None else output["system_name"]
+    state = output_state(name, pid=os.getpid())
+    if state is None and hands is not None and output and _PRO_AUDIO.search(output["name"]):
+        raise OutputError(
+            f"{output['name']}: the channels of the profile `Pro Audio` are told by `pactl` only; "
+            "install pulseaudio-utils, or choose the profile `Haptic Feedback` or `Surround 4.0`"
+        )
+    return () if state is None else state.channel_map
 
 
 def _channel_count(output: dict[str, Any]) -> int:
@@ -283,8 +325,8 @@ def _channels_of(output: dict[str, Any] | None, hands: Channels, usual: int) -> 
     return count
 
 
-def _playback_device(positions: tuple[int, ...] | None, **settings: Any) -> Any:  # noqa: ANN401
-    """Open an output with channels at these positions; None uses the library's order."""
+def _playback_device(places: tuple[int, ...] | None, pulse_map: int, **settings: Any) -> Any:  # noqa: ANN401
+    """Open an output with channels at these positions, named so; None is the library's order."""
     import miniaudio
 
     class Device(miniaudio.PlaybackDevice):  # type: ignore[misc]
@@ -294,10 +336,10 @@ def _playback_device(positions: tuple[int, ...] | None, **settings: Any) -> Any:
         """
 
         def _make_context(self, *arguments: Any) -> Any:  # noqa: ANN401
-            if positions is not None:
-                self._positions = miniaudio.ffi.new("unsigned char[]", positions)
+            if places is not None:
+                self._devconfig.pulse.channelMap = pulse_map
+                self._positions = miniaudio.ffi.new("unsigned char[]", places)
                 self._devconfig.playback.pChannelMap = self._positions
-                self._devconfig.pulse.channelMap = _PULSE_AS_ALSA
             return super()._make_context(*arguments)
 
     return Device(**settings)

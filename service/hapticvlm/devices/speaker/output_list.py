@@ -14,8 +14,8 @@ from typing import Any
 AUDIO_S = 3.5
 _PROGRAM = (
     "import json; from hapticvlm.devices.speaker.output import playbacks; "
-    "print(json.dumps([{'name': output['name'], 'formats': [{'channels': form['channels']} "
-    "for form in output['formats']]} for output in playbacks()]))"
+    "print(json.dumps([{key: output[key] for key in ('name', 'system_name')} | {'formats': "
+    "[{'channels': form['channels']} for form in output['formats']]} for output in playbacks()]))"
 )
 
 
@@ -28,7 +28,7 @@ def has_output() -> bool:
 
 
 def outputs() -> list[dict[str, Any]]:
-    """Return this machine's outputs, each with its `name` and the channels of its `formats`.
+    """Return this machine's outputs, each with its names and the channels of its `formats`.
 
     Raises TimeoutExpired after AUDIO_S.
     """

@@ -33,10 +33,10 @@ class VirtualClock:
         self._stopped = threading.Event()
         self._thread = threading.Thread(target=self._play, name="virtual clock", daemon=True)
 
-    def start(self) -> str:
-        """Start and return the output's name."""
+    def start(self) -> tuple[str, str]:
+        """Start and return the output's name and the system's name of it (none)."""
         self._thread.start()
-        return "simulated speaker"
+        return "simulated speaker", ""
 
     def poll_output(self, now: float) -> None:
         """Do nothing: if the thread ends, the engine's beats stop and the gateway notices."""
@@ -76,17 +76,20 @@ class Player:
         self._engine = engine
         self._settings = settings
         self._output: Output | None = None
+        self._system_name = ""
         self._underruns_before = 0
         self._watched_at = self._awake_since = self._retry_at = -math.inf
 
-    def start(self) -> str:
-        """Open the output and return its name. Raises OutputError."""
+    def start(self) -> tuple[str, str]:
+        """Open the output and return its name and the system's name of it. Raises OutputError."""
         output = Output(self._engine.fill, self._settings.realtime, hands=self._settings.channels)
+        output.system_name = self._system_name
         output.open(self._settings.output, self._settings.block)
         output.wait_until_steady(self._engine.beat)
         self._output = output
         self._engine.has_output = True
-        return output.name
+        self._system_name = output.system_name
+        return output.name, output.system_name
 
     def poll_output(self, now: float) -> None:
         """Watch the output: rest while it is lost, and retry it every RETRY_S."""

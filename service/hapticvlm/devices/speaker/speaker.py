@@ -21,10 +21,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.devices.errors import DeviceError
-from hapticvlm.devices.faults import SPEAKER_GONE, SPEAKER_LOW
+from hapticvlm.devices.faults import SPEAKER_GONE
 from hapticvlm.devices.speaker.audio import run_engine
 from hapticvlm.devices.speaker.channels import JACK
 from hapticvlm.devices.speaker.engine import AudioSettings
+from hapticvlm.devices.speaker.output_state import OutputState, OutputWatch, output_state
 from hapticvlm.devices.speaker.ring import (
     SAMPLES,
     EngineStatus,
@@ -33,7 +34,6 @@ from hapticvlm.devices.speaker.ring import (
     RestAll,
     Ring,
 )
-from hapticvlm.devices.speaker.volume import VolumeWatch, volume_of
 from hapticvlm.processes.supervised import Child, ChildError
 from hapticvlm.rendering.vibration.voices import Command
 
@@ -57,13 +57,14 @@ class Speaker:
         self._underruns_before = 0
         self._rested = 0
         self._had_output = True
-        self._volume: VolumeWatch | None = None
-        self._was_low = False
+        self._watch: OutputWatch | None = None
+        self._was_silent = False
         self._measured_until = 0
         self._watched_at = float("-inf")
         self._awake_since = float("-inf")
         self._child = Child("audio engine", run_engine, self._arguments, self._begin)
         self.name = settings.output
+        self._system_name = ""
 
     @property
     def settings(self) -> AudioSettings:
@@ -87,15 +88,16 @@ class Speaker:
 
     @property
     def plays(self) -> bool:
-        """Whether the engine runs and has its output; commands before that are not played."""
-        return self._child.ready_at is not None and not self._lacks_output
+        """Whether the engine runs, and what it plays reaches its output as far as is known."""
+        return self._child.ready_at is not None and not self.faults
 
     @property
     def faults(self) -> tuple[str, ...]:
         """Names of the output's current faults."""
         if self._lacks_output:
             return (SPEAKER_GONE.name,)
-        return (SPEAKER_LOW.name,) if self._is_low else ()
+        state = self._state
+        return () if state is None or state.fault is None else (state.fault.name,)
 
     def begin(self) -> None:
         """Begin to start the engine without waiting for it; `start` waits."""
@@ -187,18 +189,19 @@ class Speaker:
         self._underruns_before = underruns
         return f"{trouble}; vibration rests meanwhile"
 
-    def watch_volume(self) -> str | None:
-        """Return a message if the output was muted or turned down since the last call."""
-        was_low, self._was_low = self._was_low, self._is_low
-        if was_low or not self._is_low or self._volume is None or self._volume.volume is None:
+    def watch_state(self) -> str | None:
+        """Return a message if the output fell silent since the last call."""
+        state = self._state
+        fault = None if state is None else state.fault
+        was_silent, self._was_silent = self._was_silent, fault is not None
+        if was_silent or state is None or fault is None:
             return None
-        state = self._volume.volume.text
-        return f"the audio output {self.name} is {state}; {SPEAKER_LOW.remedy}"
+        return f"the audio output {self.name} is {state.text}; {fault.remedy}"
 
     def close(self) -> None:
         """Fade out, stop the engine and wait for it."""
-        if self._volume is not None:
-            self._volume.close()
+        if self._watch is not None:
+            self._watch.close()
         self._child.close(FADE_AND_CLOSE_S)
 
     @property
@@ -208,9 +211,8 @@ class Speaker:
         return status.beat_at > 0.0 and not status.has_output
 
     @property
-    def _is_low(self) -> bool:
-        volume = None if self._volume is None else self._volume.volume
-        return volume is not None and volume.is_low
+    def _state(self) -> OutputState | None:
+        return None if self._watch is None else self._watch.state
 
     def _watch_output(self) -> str | None:
         """Return a message if the output has just disappeared."""
@@ -232,9 +234,11 @@ class Speaker:
         return self._ring.shared, settings
 
     def _begin(self, names: tuple[str, ...]) -> None:
-        self.name = names[0]
-        has_volume = not self.simulated and self._settings.output.lower() != JACK
-        if has_volume and self._volume is None:
-            self._volume = VolumeWatch(
-                self.name, lambda output: volume_of(output, pid=self._child.pid)
-            )
+        self.name, self._system_name = names
+        is_known = not self.simulated and self._settings.output.lower() != JACK
+        if is_known and self._watch is None:
+            self._watch = OutputWatch(self._ask_state)
+
+    def _ask_state(self) -> OutputState | None:
+        name = self._system_name or "default"
+        return output_state(name, pid=self._child.pid or 0, hands=self._settings.channels)
