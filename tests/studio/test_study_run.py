@@ -3,18 +3,20 @@
 import asyncio
 import contextlib
 import json
+import subprocess
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from null_sink import NAME, null_sink
 from pace import PACE
 from websockets.asyncio.client import connect as open_socket
 
 from hapticvlm import documents
 from hapticvlm.client import Client, Refused, connect
-from hapticvlm.client.local_service import Service
+from hapticvlm.client.local_service import Service, running
 from hapticvlm_studio.design import design as designs
 from hapticvlm_studio.design import form as forms
 from hapticvlm_studio.design.design import Design, Plan
@@ -146,6 +148,39 @@ async def test_a_silent_speaker_halts_the_study_and_its_trial_does_not_count(
         assert [event["trial"] for event in presented] == [0, 1 if is_answered else 0]
         await conductor.do({"do": "answer", **{k: presented[-1][k] for k in ("trial", "pattern")}})
         await until(lambda: "played" in kinds(tmp_path))
+
+
+@pytest.mark.nightly
+@pytest.mark.needs_toolchain("pulseaudio")
+async def test_a_muted_output_halts_the_study_in_words_and_its_trial_comes_again(
+    design: Design, tmp_path: Path
+) -> None:
+    def mute(is_muted: str) -> None:
+        subprocess.run(["pactl", "set-sink-mute", "@DEFAULT_SINK@", is_muted], check=True)
+
+    def tried(kind: str) -> list[tuple[int, int]]:
+        events = [each for each in record.events(tmp_path, "ann") if each["event"] == kind]
+        return [(event["trial"], event["attempt"]) for event in events]
+
+    long = tuple(replace(each, seconds=10.0, repeats=9) for each in design.stimuli)
+    phases: list[str] = []
+    with null_sink(), running(["--speaker", NAME]) as service:
+        async with conducting(service, replace(design, stimuli=long), tmp_path) as conductor:
+            conductor.notify = lambda: phases.append(conductor.phase)
+            await begin(conductor)
+            mute("1")
+            await until(lambda: "trouble" in phases)
+            assert "muted" in str(conductor.view()["trouble"])
+            await conductor.do({"do": "begin"})
+            phases.clear()
+            await until(lambda: "trouble" in phases)  # still muted: nothing more is presented
+            assert tried("presented") == tried("spoiled") == [(0, 1)]
+            mute("0")
+            await until(lambda: not conductor.overview()["outputs"]["faults"])
+            await conductor.do({"do": "begin"})
+            await until(lambda: conductor.phase == "asking")
+            assert tried("presented") == [(0, 1), (0, 2)]
+            assert not tried("played")
 
 
 async def test_trouble_after_the_last_answer_does_not_keep_a_participant_from_the_end(

@@ -15,11 +15,12 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from hapticvlm.client import Client, Refused
+from hapticvlm.devices.faults import describe
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.vibration.vibration import Motion
 from hapticvlm_studio.design.stimuli import Part, Stimulus, StudyError, motion, parts
@@ -29,6 +30,7 @@ STROKE_S = 0.02  # between renewals in a stroke, so a whoosh rises and falls in 
 AMBIENT_C = 22.0
 INVALIDATING_LIMITS = ("dose", "sink")  # those that withhold the heat or cold of a pattern
 TELEMETRY_S = 2.0
+SILENCE_S = 3.0  # within which the service tells that a speaker does not play where it should
 # Written into the participants' files as the reason of a spoiled trial and counted by the report,
 # so the words are part of the file format.
 SILENT = "the speaker played nothing: see to it and to its level, then go on"
@@ -66,6 +68,7 @@ class Player:
         self._received_at = float("-inf")
         self._limited_by: str | None = None
         self._level: float | None = None
+        self._faults: set[str] = set()  # since the pattern began
         self._telemetry_arrived = asyncio.Event()
 
     @property
@@ -99,20 +102,23 @@ class Player:
                 self._received_at = time.monotonic()
                 self._telemetry_arrived.set()
                 self._level = max(self._level or 0.0, event["speaker_level"])
+                self._faults.update(event["faults"])
             elif event["type"] == "decision" and event.get("limited_by"):
                 self._limited_by = event["limited_by"]
 
     async def settle(self, rest_s: float, longest_s: float) -> None:
         """Rest at least `rest_s`, and until the plate is near neutral.
 
-        Raises PresentationError when it is not within `longest_s` more.
+        Raises PresentationError when it is not within `longest_s` more, and within SILENCE_S for a
+        fault of the devices: a person has to see to that.
         """
         begun = time.monotonic()
         await self.release()
         try:
             await self._touch("approach", _NEUTRAL)
             while (reason := self._unrest()) or time.monotonic() < begun + rest_s:
-                if reason and time.monotonic() > begun + rest_s + longest_s:
+                patience_s = SILENCE_S if self._telemetry.get("faults") else longest_s
+                if reason and time.monotonic() > begun + rest_s + patience_s:
                     raise PresentationError(reason)
                 await self._touch("slide", _NEUTRAL)
                 await asyncio.sleep(TOUCH_S)
@@ -124,7 +130,7 @@ class Player:
         if time.monotonic() - self._received_at > TELEMETRY_S:
             return "the service sends no telemetry"
         if self._telemetry["faults"]:
-            return f"device fault: {', '.join(self._telemetry['faults'])}"
+            return _in_words(self._telemetry["faults"])
         plate_c = self._telemetry["plate_c"]
         if plate_c is None:
             return "the plate reports no temperature"
@@ -138,6 +144,7 @@ class Player:
         Raises PresentationError when the devices could not present it as intended.
         """
         self._limited_by = self._level = None
+        self._faults.clear()
         underruns = self._telemetry.get("underruns", 0)
         await self.release()
         try:
@@ -145,7 +152,10 @@ class Player:
             self._check()
             plate_c, setpoint_c = (self._telemetry.get(k) for k in ("plate_c", "setpoint_c"))
             await self.release()
+            if not self.devices["speaker"]["simulated"]:
+                await asyncio.sleep(SILENCE_S)  # until a silence of the last stroke is told, too
             await self._wait_for_telemetry()
+            self._check_faults()
         except (Refused, ConnectionError) as error:
             raise PresentationError(_cause(error)) from None
         finally:
@@ -194,8 +204,12 @@ class Player:
                 else "the plate's sink is too hot"
             )
             raise PresentationError(f"{reason}: let the person and the plate rest, then continue")
-        if self._telemetry.get("faults"):
-            raise PresentationError(f"device fault: {', '.join(self._telemetry['faults'])}")
+        self._check_faults()
+
+    def _check_faults(self) -> None:
+        """Raise PresentationError when a fault came since the pattern began, though it be gone."""
+        if faults := self._faults.union(self._telemetry.get("faults", ())):
+            raise PresentationError(_in_words(faults))
 
     async def stop(self) -> None:
         """Bring all outputs to rest at once and hold them there."""
@@ -212,6 +226,7 @@ class Player:
         begun_at = time.monotonic()
         every_s = TOUCH_S if part.is_still else STROKE_S
         while (elapsed_s := time.monotonic() - begun_at) < part.seconds:
+            self._check_faults()
             await self._touch(part.phase, stimulus, motion(stimulus, part, elapsed_s))
             await asyncio.sleep(min(every_s, part.seconds - elapsed_s))
 
@@ -223,6 +238,10 @@ class Player:
             speed_mps=moves.speed_mps,
             force_n=moves.force_n,
         )
+
+
+def _in_words(faults: Iterable[str]) -> str:
+    return "; ".join(map(describe, sorted(faults)))
 
 
 def _cause(error: Exception) -> str:
