@@ -7,6 +7,7 @@ import base64
 import inspect
 import io
 import json
+import pickle
 import re
 import subprocess
 import sys
@@ -24,6 +25,7 @@ import hapticvlm
 from hapticvlm import HapticVLMError
 from hapticvlm.commands.main import main
 from hapticvlm.demo import CAPTURE
+from hapticvlm.vision.files import read_frame
 
 NAMES = {
     "MATERIALS",
@@ -140,6 +142,46 @@ def test_a_mask_may_be_an_array_of_bool_and_only_what_is_among_is_believed():
 def test_a_picture_that_cannot_be_used_is_refused_with_what_to_do(arguments, cure):
     with pytest.raises(HapticVLMError, match=cure):
         hapticvlm.recognise(*arguments)
+
+
+def test_every_mode_of_pillow_is_the_same_picture_or_refused_with_what_to_do():
+    with Image.open(sorted(HEADSET.glob("*.jpg"))[0]) as image:
+        colour, grey = image.convert("RGB"), image.convert("L")
+    wide = (np.asarray(grey).astype("<u2") * 257).tobytes()
+    images = [Image.frombytes("I;16", grey.size, wide), grey, grey.convert("LA").convert("PA")]
+    images += [colour.convert(mode) for mode in ("RGBA", "RGBX", "CMYK", "YCbCr", "HSV")]
+    images += [colour.convert("P", palette=Image.Palette.ADAPTIVE), grey.convert("LA")]
+    for each in images:
+        shown = Image.frombytes("RGB", grey.size, read_frame(each).image)
+        is_coloured = len(each.getbands()) > 2 or each.mode == "P"
+        off = np.asarray(shown, float) - np.asarray(colour if is_coloured else grey.convert("RGB"))
+        assert np.abs(off).mean() < 8.0, each.mode
+    for mode in ("I", "F", "La"):
+        bare = (grey.convert("LA") if mode == "La" else grey).convert(mode)
+        with pytest.raises(HapticVLMError, match=f"mode {mode}; convert it to mode L, RGB"):
+            hapticvlm.recognise(bare)
+
+
+def test_results_and_errors_go_through_queues_and_a_service_says_what_to_send_instead():
+    path = sorted(HEADSET.glob("*.jpg"))[0]
+    picture = hapticvlm.recognise(path)
+    assert pickle.loads(pickle.dumps(picture)) == picture
+    touch = hapticvlm.feel("metal", "tap", object_c=5.0)
+    again = pickle.loads(pickle.dumps(touch))
+    assert repr(again) == repr(touch)
+    assert again.vibration.shape == touch.vibration.shape
+    with hapticvlm.serve() as service, hapticvlm.connect_blocking(service.url) as client:
+        with pytest.raises(hapticvlm.Refused) as refused:
+            client.set(vibration_gain=2.0)
+        with pytest.raises(TypeError, match="`url`"):
+            pickle.dumps(service)
+        client.scene([{"object_id": "o", "material": "wood"}])
+        with client.touching("o"):
+            decision = client.next_event("decision")
+    assert pickle.loads(pickle.dumps(decision)) == decision
+    error = pickle.loads(pickle.dumps(refused.value))
+    assert (type(error), str(error)) == (hapticvlm.Refused, str(refused.value))
+    assert error.code == refused.value.code
 
 
 def test_a_scene_is_scanned_as_the_command_does(capsys, tmp_path):

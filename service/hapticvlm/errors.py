@@ -16,6 +16,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 MORE_MEMORY = "raise the limit (ulimit -v, MemoryMax, docker --memory) or end other programs"
 NOT_MAPPED = ("failed to map segment", "cannot allocate memory")  # of a library, by the loader
@@ -35,6 +36,14 @@ SHORT = 160  # characters of a library's reason within a sentence of ours
 
 class HapticVLMError(Exception):
     """An error that the user can correct; the message says how."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Go through queues and pools whatever the parameters of a subclass are."""
+        return _restored, (type(self), self.args), self.__dict__
+
+
+def _restored(kind: type[HapticVLMError], words: tuple[Any, ...]) -> HapticVLMError:
+    return kind.__new__(kind, *words)
 
 
 class UsageError(HapticVLMError):

@@ -14,7 +14,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Self
+from typing import NoReturn, Self
 
 from hapticvlm.errors import HapticVLMError
 from hapticvlm.standard_streams import ENDS_WITH_INPUT
@@ -47,6 +47,10 @@ class Service:
 
     def __exit__(self, *_: object) -> None:
         self.stop()
+
+    def __reduce__(self) -> NoReturn:
+        """Refuse to go to another process, which could not stop the service."""
+        raise TypeError("a Service stays in its process: pass its `url` on, and connect to that")
 
     def stop(self, seconds: float = 10.0) -> int:
         """Ask the service to stop, kill it after `seconds`, and return its exit code."""

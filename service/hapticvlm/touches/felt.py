@@ -38,7 +38,7 @@ HEARD_EVERY = 4  # sample of the sound voice, whose band ends below 5 kHz
 HEAT_SUFFIX = ".heat.json"
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)  # numpy does not say whether arrays are equal
 class FeltTouch:
     """A touch: the skin on the real object, the plate, and the vibration.
 

@@ -52,6 +52,7 @@ _BARS_PX = 256  # least side at which a JPEG is searched for bars
 _OPAQUE = 128  # alpha
 _SHOWN = 0.01  # least share of opaque pixels; with fewer the alpha does not count
 _PROFILED = ("RGB", "RGBA", "CMYK", "L")  # modes whose colour profile is applied
+_NO_LEVELS = ("F", "I", "La")  # modes without a level of white; a PNG of mode I has 16 bits
 _ORIENTATION = 0x0112  # of EXIF
 _TURNS = {
     2: Image.Transpose.FLIP_LEFT_RIGHT,
@@ -147,6 +148,9 @@ def _image(source: Source, role: str) -> tuple[str, bytes | None, Image.Image]:
         data = _read(Path(source))
         return str(source), data, _open(Path(source), data)
     if isinstance(source, Image.Image):
+        if source.mode in _NO_LEVELS and source.format != "PNG" and role == "picture":
+            cure = "convert it to mode L, RGB or RGBA with levels of 0..255"
+            raise FileError(f"{role}: an image of mode {source.mode}; {cure}")
         try:
             return role, None, source.copy()  # not to decode, turn or close the caller's own
         except _UNREADABLE as error:

@@ -12,7 +12,6 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from types import MappingProxyType
 
 import msgspec
 
@@ -179,7 +178,7 @@ class PictureRecogniser:
             verdict.material,
             verdict.confidence,
             verdict.runner_up,
-            MappingProxyType(dict(beliefs)),
+            dict(beliefs),
             least_felt_error(felt, self._table) if felt and is_felt else None,
             verdict.source,
             is_outlined,
