@@ -46,11 +46,12 @@ WEB = HERE.parent / "examples" / "webxr" / "client"
 UNITY_FEEL = HERE.parent / "unity_client" / "Runtime" / "Baked" / "Resources" / "HapticVLM"
 GODOT = HERE.parent / "examples" / "godot" / "addons" / "hapticvlm"
 CLIENTS_OF_CLIPS: dict[str, tuple[Path, ...]] = {
-    "true": (WEB,),
-    "sound": (WEB,),
+    "true": (WEB, UNITY_FEEL),
+    "sound": (WEB, UNITY_FEEL),
 }
 DOCS = HERE.parent / "docs"
 UNITY = HERE.parent / "unity_client" / "Runtime" / "Core" / "Generated"
+UNITY_FORMAT = HERE.parent / "unity_client" / "Runtime" / "Baked" / "Generated"
 Json = dict[str, Any]
 
 
@@ -100,12 +101,13 @@ def generated() -> Iterator[tuple[Path, str]]:
         for folder in (HERE / "vectors", *CLIENTS_OF_CLIPS[voice]):
             yield folder / f"feel.{voice}.json", clips
     feel = feel_tables.encode(feel_tables.feel(MATERIALS)).decode()
-    for folder in (UNITY_FEEL, GODOT):
+    for folder in (GODOT,):
         yield folder / "feel.json", feel
     yield WEB.parent / "materials.json", baked_room(WEB.parent)
     yield WEB / "sound.worklet.js", worklet.one_file(WEB / "sound.processor.js")
     yield UNITY / "Enums.g.cs", csharp.enums(json_schema())
     yield UNITY / "Messages.g.cs", csharp.types(json_schema())
+    yield UNITY_FORMAT / "Format.g.cs", csharp.feel_file(clips_schema)
     yield DOCS / "protocol-reference.md", tables.page(json_schema()["$defs"])
     yield DOCS / "command-line.md", command_line.page()
     yield DOCS / "material-tables.md", material_page.page()

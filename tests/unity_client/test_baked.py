@@ -1,8 +1,10 @@
-"""The C# player of `feel.json` in Mono beside the service: the same touches, the same vibration."""
+"""The C# player of a feel file in Mono: its golden vectors and hostile cases."""
 
 from __future__ import annotations
 
+import base64
 import json
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -10,79 +12,86 @@ import identity
 import mono
 import numpy as np
 import pytest
-from feel_parity import FITTED, GOLDEN, HOSTILE, REFUSED, assert_wrong_values_are_fitted, deviations
-from heard_parity import (
-    TOUCHES,
-    assert_is_the_sound_voice,
-    assert_is_the_true_voice,
-    sound_voice,
-    true_voice,
-)
-from numpy.typing import NDArray
 from pace import PACE
 
+SCHEMAS = Path(__file__).parents[2] / "schemas"
+sys.path.insert(0, str(SCHEMAS))
+import player_vectors as vectors  # noqa: E402
+
 pytest_plugins = ("mono_build",)
-FEEL = mono.PACKAGE / "Runtime" / "Baked" / "Resources" / "HapticVLM" / "feel.json"
+SHIPPED = mono.PACKAGE / "Runtime" / "Baked" / "Resources" / "HapticVLM"
+FEELS = [str(SHIPPED / f"feel.{voice}.json") for voice in ("true", "sound")]
+PLANS, SOUNDS, HOSTILE = (
+    json.loads((SCHEMAS / "vectors" / f"{name}.json").read_text())
+    for name in ("player", "player_sound", "player_hostile")
+)
+# Numbers that JSON has not come into no file that is parsed.
+FILES = [case for case in HOSTILE["files"] if "$number" not in json.dumps(case.get("value"))]
+Answers = dict[str, list[Any]]
 
 
-def test_it_plans_every_golden_touch_as_the_service_does(build: mono.Build) -> None:
-    printed = build.run("baked.exe", str(FEEL), text=json.dumps(GOLDEN), timeout=120.0 * PACE)
-    table = deviations(GOLDEN, json.loads(printed))
-    assert [each for each in table if not each.is_small] == []
+def touched(case: dict[str, Any], like: str = "") -> dict[str, Any]:
+    """Return a hostile touch, or the one that it is felt like, as the events of a case."""
+    touch = case["like" if like else "touch"]
+    hand = (touch or {}).get("hand", "right")
+    felt = [{"touch": {**touch, "object_id": "cup"}, "at_s": 5.0}] if touch else []
+    surfaces = {"cup": case.get(f"{like}surface", {"material": "wood"})}
+    events = [*felt, {"plan": hand, "at_s": 5.02}]
+    return {"events": events, "surfaces": surfaces, "gain": case.get(f"{like}gain")}
 
 
-def test_a_wrong_value_is_taken_as_the_service_takes_it_and_a_wrong_word_is_not_felt(
-    build: mono.Build,
-) -> None:
-    cases = json.dumps([*HOSTILE, *FITTED, *REFUSED])
-    assert_wrong_values_are_fitted(json.loads(build.run("baked.exe", str(FEEL), text=cases)))
+def timed(case: dict[str, Any]) -> dict[str, Any]:
+    touch = {"phase": "slide", "hand": "right", "object_id": "wood", **vectors.MOTION}
+    events = [
+        ({"touch": touch, "at_s": now}, {"plan": "right", "at_s": now}) for now in case["times"]
+    ]
+    return {"events": [event for pair in events for event in pair]}
+
+
+@pytest.fixture(scope="module")
+def answers(build: mono.Build) -> Answers:
+    """What the player makes of all cases, in their order."""
+    hostile = [case for one in HOSTILE["touches"] for case in (touched(one), touched(one, "like_"))]
+    plans = [*PLANS, *hostile, *map(timed, HOSTILE["times"])]
+    whole = json.loads(Path(FEELS[0]).read_text())
+    files = [vectors.edited(whole, case) for case in FILES]
+    cases = json.dumps({"plans": plans, "sounds": SOUNDS, "files": files})
+    played: Answers = json.loads(build.run("baked.exe", *FEELS, text=cases, timeout=300.0 * PACE))
+    return played
+
+
+def test_it_plans_as_the_golden_vectors_say(answers: Answers) -> None:
+    pairs = zip(PLANS, answers["plans"], strict=False)
+    assert [problem for pair in pairs for problem in vectors.plan_problems(*pair)] == []
+
+
+def test_it_renders_as_the_golden_vectors_say_and_takes_no_memory(answers: Answers) -> None:
+    waves = [np.frombuffer(base64.b64decode(each["wave"]), "<f4") for each in answers["sounds"]]
+    pairs = zip(SOUNDS, waves, strict=True)
+    found = [each for case, wave in pairs for each in vectors.problems(case, wave)]
+    assert [each for each in found if not each.startswith("step ")] == []
+    assert len(found) <= sum(len(case["levels"]) for case in SOUNDS) / 100
+    assert {each["bytes"] for each in answers["sounds"]} == {0.0}
+
+
+def test_a_hostile_touch_is_felt_as_the_one_that_the_service_would_feel(answers: Answers) -> None:
+    cases = [*HOSTILE["touches"], *HOSTILE["times"]]
+    played = answers["plans"][len(PLANS) :]
+    pairs = played[: 2 * len(HOSTILE["touches"])]
+    told = [*pairs[::2], *played[len(pairs) :]]
+    said = {case["name"]: [case["says"]] * bool(case["says"]) for case in cases}
+    assert {case["name"]: each["said"] for case, each in zip(cases, told, strict=True)} == said
+    for case, one, like in zip(HOSTILE["touches"], pairs[::2], pairs[1::2], strict=True):
+        assert one["events"][-1] == like["events"][-1], case["name"]
+    assert "nan" not in json.dumps(played).lower()
+
+
+def test_a_wrong_file_is_refused_with_its_field_and_what_to_do(answers: Answers) -> None:
+    for case, said in zip(FILES, answers["files"], strict=True):
+        assert said.startswith(f"{case['field']}: "), case["name"]
+        assert "bake it again" in said
 
 
 def test_it_finds_things_in_a_bake_as_the_shared_cases_say(build: mono.Build) -> None:
     printed = build.run("baked.exe", str(identity.FILE), "identity", timeout=60.0 * PACE)
     assert identity.differences(json.loads(printed)) == []
-
-
-@pytest.mark.parametrize(
-    ("content", "named"),
-    [
-        ('{"version": 2}', "version 2 is not 1"),
-        ('{"version": 1}', "feel.json.rules"),
-        ('{"version": 1', "not JSON"),
-        ("[]", "not a map"),
-    ],
-)
-def test_a_file_that_is_not_a_feel_is_refused_and_says_what_to_do(
-    build: mono.Build, tmp_path: Path, content: str, named: str
-) -> None:
-    file = tmp_path / "feel.json"
-    file.write_text(content)
-    with pytest.raises(AssertionError) as failed:
-        build.run("baked.exe", str(file), text="[]", timeout=60.0 * PACE)
-    assert named in str(failed.value)
-    assert "bake" in str(failed.value)
-
-
-@pytest.mark.parametrize(("material", "phase"), TOUCHES)
-def test_a_touch_is_heard_as_the_service_plans_it_for_controllers(
-    build: mono.Build, material: str, phase: str
-) -> None:
-    asked = true_voice(material, phase)
-    assert_is_the_true_voice(asked, heard(build, asked))
-
-
-@pytest.mark.parametrize(("material", "phase"), TOUCHES)
-@pytest.mark.parametrize("rate_hz", [44_100, 48_000])
-def test_as_sound_it_is_the_sound_voice_of_the_service(
-    build: mono.Build, material: str, phase: str, rate_hz: int
-) -> None:
-    asked = sound_voice(material, phase, rate_hz)
-    assert_is_the_sound_voice(asked, heard(build, asked))
-
-
-def heard(build: mono.Build, asked: dict[str, Any]) -> NDArray[np.float64]:
-    """The samples of the C# player, as they come out of the ring of the audio thread."""
-    text = json.dumps(asked)
-    return np.array(
-        json.loads(build.run("baked.exe", str(FEEL), "heard", text=text, timeout=60.0 * PACE))
-    )

@@ -32,7 +32,7 @@ def test_the_open_scene_is_baked_into_files_that_its_client_plays(output, folder
     assert any(re.match(r"SteelKettle: by name, \d+ %: \[metal\]", row) for row in rows)
     assert "ids_differ True played True dirty True" in output  # a copy got an id of its own
     files = {path.name for path in (folder / "Room" / "HapticVLM").iterdir()}
-    assert files >= {"scene.json", "materials.json", "feel.json"}
+    assert files >= {"scene.json", "materials.json", "feel.true.json", "feel.sound.json"}
     (scene,) = json.loads((folder / "Room" / "HapticVLM" / "scene.json").read_text())
     assert scene["type"] == "scene"
     assert [each["surfaces"][0]["name"] for each in scene["objects"]] == ["mat1", "mat2", "mat14"]

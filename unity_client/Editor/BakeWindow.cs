@@ -36,7 +36,9 @@ namespace HapticVLM.Editor
 
         string MaterialsFile { get { return folder + "/materials.json"; } }
 
-        string FeelFile { get { return folder + "/feel.json"; } }
+        string FeelFile { get { return folder + "/feel.true.json"; } }
+
+        string SoundFile { get { return folder + "/feel.sound.json"; } }
 
         void OnEnable()
         {
@@ -145,15 +147,14 @@ namespace HapticVLM.Editor
                 return;
             }
             commandToRun = "";
-            AssetDatabase.ImportAsset(MaterialsFile);
-            AssetDatabase.ImportAsset(FeelFile);
+            foreach (string file in new[] { MaterialsFile, FeelFile, SoundFile }) AssetDatabase.ImportAsset(file);
             HapticClient client = Client();
             status = client == null ? "baked into " + folder + "; no Haptic Client in the scene plays it: choose GameObject > HapticVLM > Set Up Scene, then bake again"
                 : "baked into " + folder + "; save the scene, so that its Haptic Client plays it";
             if (client == null) return;
             var materials = AssetDatabase.LoadAssetAtPath<TextAsset>(MaterialsFile);
-            var feel = AssetDatabase.LoadAssetAtPath<TextAsset>(FeelFile);
-            Persisted.Change(client, "Bake scene", () => client.UseBake(materials, feel));
+            TextAsset feel = AssetDatabase.LoadAssetAtPath<TextAsset>(FeelFile), sound = AssetDatabase.LoadAssetAtPath<TextAsset>(SoundFile);
+            Persisted.Change(client, "Bake scene", () => client.UseBake(materials, feel, sound));
             EditorSceneManager.MarkSceneDirty(client.gameObject.scene);
         }
 

@@ -1,5 +1,5 @@
-// Plays golden cases with the C# player: `baked.exe FEEL` reads cases and prints them with its plans. `baked.exe FILE identity`
-// answers the queries of a file; `baked.exe FEEL heard` reads {rate, voice, block, touches: [{block, touch}], blocks} and prints the samples.
+// Plays cases with the C# player: `baked.exe TRUE SOUND` reads {plans, sounds, files}, as schemas/vectors has them, and prints what the
+// player makes of each. `baked.exe FILE identity` answers the queries of a file.
 using System;
 using System.Collections.Generic;
 using System.Globalization;
@@ -10,117 +10,169 @@ using Map = System.Collections.Generic.Dictionary<string, object>;
 
 public static class PlayFeel
 {
+    private const int SoundHz = 12000, Block = 120;
+    private static Feel felt, sound;
+
     public static int Main(string[] arguments)
     {
-        if (arguments[arguments.Length - 1] == "identity")
+        string file = File.ReadAllText(arguments[0]);
+        if (arguments[1] == "identity")
         {
-            Console.WriteLine("[" + string.Join(",", Identified(File.ReadAllText(arguments[0]))) + "]");
+            Console.WriteLine(Text(Identified(BakedScene.Open(file), (Map)Json.Parse(file))));
             return 0;
         }
-        Feel feel = Feel.Open(File.ReadAllText(arguments[0]));
-        if (arguments.Length > 1)
+        felt = Feel.Open(file);
+        sound = Feel.Open(File.ReadAllText(arguments[1]));
+        var cases = (Map)Json.Parse(Console.In.ReadToEnd());
+        Console.WriteLine(Text(new Map
         {
-            Console.WriteLine("[" + Text(Rendered(feel, (Map)Json.Parse(Console.In.ReadToEnd()))) + "]");
-            return 0;
-        }
-        var cases = (List<object>)Json.Parse(Console.In.ReadToEnd());
-        Console.WriteLine("[" + string.Join(",", cases.Select(one => Played(feel, (Map)one))) + "]");
+            { "plans", Maps(cases["plans"]).Select(Planned) },
+            { "sounds", Maps(cases["sounds"]).Select(Rendered) },
+            { "files", ((List<object>)cases["files"]).Select(Refused) },
+        }));
         return 0;
     }
 
     // Answers the queries of tests/identity_cases.json: [id, surface, by], or the nearest id.
-    private static IEnumerable<string> Identified(string file)
+    private static IEnumerable<object> Identified(BakedScene bake, Map file)
     {
-        BakedScene bake = BakedScene.Open(file);
-        foreach (Map each in ((List<object>)((Map)Json.Parse(file))["queries"]).Cast<Map>().Select(one => (Map)one["ask"]))
+        foreach (Map each in Maps(file["queries"]).Select(one => (Map)one["ask"]))
         {
-            Func<string, object> value = name => each.ContainsKey(name) ? each[name] : null;
-            var query = new BakeQuery { ObjectId = (string)value("object_id"), Material = (string)value("material") };
-            query.Paths = ((List<object>)value("paths") ?? new List<object>()).Cast<string>().ToArray();
-            query.Primitive = (int?)(double?)value("primitive");
-            query.Surface = (int?)(double?)value("surface") ?? 0;
-            query.Engine = (string)value("engine") ?? query.Engine;
+            var query = new BakeQuery { ObjectId = (string)Of(each, "object_id"), Material = (string)Of(each, "material") };
+            query.Paths = ((List<object>)Of(each, "paths") ?? new List<object>()).Cast<string>().ToArray();
+            query.Primitive = (int?)(double?)Of(each, "primitive");
+            query.Surface = (int?)(double?)Of(each, "surface") ?? 0;
+            query.Engine = (string)Of(each, "engine") ?? query.Engine;
             BakeFound found = bake.Find(query);
-            yield return found == null ? "\"" + bake.Nearest(query.ObjectId) + "\"" : "[\"" + found.ObjectId + "\"," + found.Surface + ",\"" + found.By + "\"]";
+            yield return found == null ? (object)bake.Nearest(query.ObjectId) : new object[] { found.ObjectId, (double)found.Surface, found.By };
         }
     }
 
-    private static string Played(Feel feel, Map one)
+    // The plans of each event by form, and the fields that the player named. A case may state surfaces by id, and the gain of the players.
+    private static Map Planned(Map one)
     {
-        var player = new FeelPlayer(feel);
-        var events = ((List<object>)one["events"]).Select(each => Played(player, (Map)each));
-        return "{\"name\":\"" + one["name"] + "\",\"events\":[" + string.Join(",", events) + "]}";
+        var said = new SortedSet<string>();
+        Action<string> say = text => said.Add(text.Substring(0, text.IndexOf(':')));
+        var forms = new Dictionary<string, FeelPlayer> { { "amplitude", new FeelPlayer(felt) { Said = say } }, { "parametric", new FeelPlayer(felt) { Said = say } } };
+        foreach (FeelPlayer player in forms.Values.Where(_ => Of(one, "gain") != null)) player.Gain = Number(one["gain"]).Value;
+        var events = Maps(one["events"]).Select(each => forms.ToDictionary(form => form.Key, form => Done(form.Value, each, form.Key, (Map)Of(one, "surfaces") ?? new Map()))).ToArray();
+        return new Map { { "events", events }, { "said", said } };
     }
 
-    private static string Played(FeelPlayer player, Map each)
+    private static object Done(FeelPlayer player, Map each, string form, Map surfaces)
     {
-        double now = (double)each["at_s"];
-        object value;
-        if (each.TryGetValue("touch", out value)) player.Touch(TouchOf((Map)value), now);
-        else if (each.ContainsKey("stop")) player.Stop();
-        else
+        double now = Number(each["at_s"]) ?? double.NaN;
+        if (each.ContainsKey("plan")) return PlanOf(player.Plan((string)each["plan"], form, now));
+        if (each.ContainsKey("stop")) player.Stop();
+        else player.Touch(TouchOf((Map)each["touch"], surfaces), now);
+        return null;
+    }
+
+    // The samples as base64, and the bytes that their second half took.
+    private static Map Rendered(Map one)
+    {
+        var player = new FeelPlayer((string)one["voice"] == "true" ? felt : sound, SoundHz);
+        var wave = new float[(int)(double)one["blocks"] * Block];
+        var block = new float[Block];
+        long taken = 0;
+        for (int at = 0; at < wave.Length; at += Block)
         {
-            var hand = (string)each["plan"];
-            return "{\"at_s\":" + Text(now) + ",\"amplitude\":" + Text(player.Plan(hand, "amplitude", now)) + ",\"parametric\":" + Text(player.Plan(hand, "parametric", now)) + "}";
+            double now = (double)at / SoundHz;
+            foreach (Map each in Maps(one["touches"]).Where(each => (double)each["block"] * Block == at)) player.Touch(TouchOf((Map)each["touch"], new Map()), now);
+            long before = GC.GetAllocatedBytesForCurrentThread();
+            player.Render(block, Block, now);
+            if (at > wave.Length / 2) taken += GC.GetAllocatedBytesForCurrentThread() - before;
+            block.CopyTo(wave, at);
         }
-        return "{}";
+        var bytes = new byte[4 * wave.Length];
+        Buffer.BlockCopy(wave, 0, bytes, 0, bytes.Length);
+        return new Map { { "wave", Convert.ToBase64String(bytes) }, { "bytes", (double)taken } };
     }
 
-    // Through the ring, as a speaker plays them.
-    private static IEnumerable<double> Rendered(Feel feel, Map asked)
+    private static object Refused(object file)
     {
-        double rate = (double)asked["rate"], block = (double)asked["block"];
-        var heard = new Heard(feel, (int)rate, (string)asked["voice"] == "true" ? HeardVoice.True : HeardVoice.Sound);
-        var ring = new SampleRing();
-        List<Map> touches = ((List<object>)asked["touches"]).ConvertAll(each => (Map)each);
-        var samples = new List<double>();
-        for (int at = 0; at < (double)asked["blocks"]; at++)
+        try
         {
-            double now = at * block / rate;
-            foreach (Map each in touches.Where(one => (double)one["block"] == at)) heard.Touch(TouchOf((Map)each["touch"]), now);
-            if (!heard.IsSilent) ring.Write(heard.Render((int)block, now), 1.0);
-            var channels = new float[2 * (int)block];
-            ring.AddTo(channels, 2);
-            for (int sample = 0; sample < block; sample++) samples.Add(0.5 * (channels[2 * sample] + channels[2 * sample + 1]));
+            Feel.Open(file);
+            return "";
         }
-        return samples;
+        catch (FormatException error)
+        {
+            return error.Message;
+        }
     }
 
-    private static FeltTouch TouchOf(Map touch)
+    private static FeltTouch TouchOf(Map touch, Map surfaces)
     {
-        object surface, interaction;
-        touch.TryGetValue("object_id", out surface);
-        touch.TryGetValue("interaction", out interaction);
+        string id = (string)Of(touch, "object_id") ?? "";
         return new FeltTouch
         {
             Phase = (string)touch["phase"],
             Hand = (string)touch["hand"],
-            Interaction = (string)interaction,
-            SpeedMps = Number(touch["speed_mps"]),
-            ForceN = Number(touch["force_n"]),
-            Surface = surface == null ? null : new FeltSurface { Material = (string)surface },
+            Interaction = (string)Of(touch, "interaction"),
+            SpeedMps = Number(Of(touch, "speed_mps")),
+            ForceN = Number(Of(touch, "force_n")),
+            Surface = SurfaceOf((Map)Of(surfaces, id) ?? new Map { { "material", id } }),
         };
     }
 
-    // Numbers that JSON lacks come as text.
-    private static double Number(object value)
+    private static FeltSurface SurfaceOf(Map map)
     {
-        return value is string ? double.Parse((string)value, CultureInfo.InvariantCulture) : (double)value;
+        object material = Of(map, "material");
+        var hum = (Map)Of(map, "hum");
+        var drives = hum == null ? null : (List<object>)Of(hum, "drives");
+        return new FeltSurface
+        {
+            Material = material == null ? null : material.ToString(),
+            ImpactGain = Number(Of(map, "impact_gain")) ?? 1.0,
+            ThicknessM = Number(Of(map, "thickness_m")),
+            Hum = hum == null ? null : new FeltHum { FrequencyHz = Number(Of(hum, "frequency_hz")), Level = Number(Of(hum, "level")), Drives = drives == null ? null : drives.Select(each => Number(each).Value).ToArray() },
+        };
     }
 
-    private static string Text(FeltPlan plan)
+    // What C# cannot state as a number is none.
+    private static double? Number(object value)
     {
-        var transients = plan.Transients.Select(one => "[" + Text(one.Amplitude) + "," + Text(one.FrequencyHz) + "]");
-        return "{\"amplitude\":[" + Text(plan.Amplitude) + "],\"frequency_hz\":[" + Text(plan.FrequencyHz) + "],\"transients\":[" + string.Join(",", transients) + "]}";
+        object number = Unmarked(value);
+        return number == null ? null : number is double ? (double?)number : double.NaN;
     }
 
-    private static string Text(IEnumerable<double> values)
+    // {"$number": "NaN"} is a number that JSON has not.
+    private static object Unmarked(object value)
     {
-        return string.Join(",", values.Select(Text));
+        var map = value as Map;
+        return map != null && map.ContainsKey("$number") ? double.Parse((string)map["$number"], CultureInfo.InvariantCulture) : value;
     }
 
-    private static string Text(double value)
+    private static object PlanOf(FeltPlan plan)
     {
-        return value.ToString("R", CultureInfo.InvariantCulture);
+        return new Map
+        {
+            { "period_ms", 1e3 * plan.PeriodS },
+            { "amplitude", plan.Amplitude.Cast<object>() },
+            { "frequency_hz", plan.FrequencyHz.Cast<object>() },
+            { "transients", plan.Transients.Select(one => (object)new Map { { "amplitude", one.Amplitude }, { "frequency_hz", one.FrequencyHz } }) },
+        };
+    }
+
+    private static object Of(Map map, string name)
+    {
+        object value;
+        return map.TryGetValue(name, out value) ? value : null;
+    }
+
+    private static IEnumerable<Map> Maps(object list)
+    {
+        return ((List<object>)list).Cast<Map>();
+    }
+
+    private static string Text(object value)
+    {
+        var map = value as System.Collections.IDictionary;
+        var list = value as System.Collections.IEnumerable;
+        if (value is string) return "\"" + ((string)value).Replace("\\", "\\\\").Replace("\"", "\\\"") + "\"";
+        if (map != null) return "{" + string.Join(",", map.Keys.Cast<string>().Select(name => "\"" + name + "\":" + Text(map[name]))) + "}";
+        if (list != null) return "[" + string.Join(",", list.Cast<object>().Select(Text)) + "]";
+        return value == null ? "null" : ((IFormattable)value).ToString("R", CultureInfo.InvariantCulture);
     }
 }

@@ -25,7 +25,7 @@ public static class BakeRooms
         Components.Say("run " + window.GetType().GetField("commandToRun", Inner).GetValue(window));
         EditorPrefs.SetString("HapticVLM.Command", program);
         window = Open("baked", "baked into");
-        Components.Say("ids_differ " + (oak.ObjectId != copy.ObjectId) + " played " + (client.GetType().GetField("bakedMaterials", Inner).GetValue(client) != null && client.GetType().GetField("bakedFeel", Inner).GetValue(client) != null)
+        Components.Say("ids_differ " + (oak.ObjectId != copy.ObjectId) + " played " + (client.GetType().GetField("bakedMaterials", Inner).GetValue(client) != null && client.GetType().GetField("bakedFeel", Inner).GetValue(client) != null && client.GetType().GetField("bakedSound", Inner).GetValue(client) != null)
             + " dirty " + (UnityEditor.SceneManagement.EditorSceneManager.Marked > 0));
         Choose(window, unsure, "rubber");
         Say("corrected", folder, window);

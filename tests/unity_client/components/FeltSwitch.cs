@@ -30,7 +30,8 @@ public sealed class FeltSwitch
     readonly VibrationPlan motor = new VibrationPlan();
     readonly List<KeyValuePair<double, double>> played = new List<KeyValuePair<double, double>>();
     readonly Felt felt;
-    readonly Heard heard = new Heard(feel, HeardHz, HeardVoice.True);
+    readonly FeelPlayer heard = new FeelPlayer(feel, HeardHz);
+    readonly float[] wave = new float[(int)(HeardHz * FrameS)];
     readonly List<KeyValuePair<double, double>> sounds = new List<KeyValuePair<double, double>>();
 
     FeltSwitch(FeltMode mode, bool hasService = true)
@@ -54,7 +55,7 @@ public sealed class FeltSwitch
 
     public static void Run(int changes)
     {
-        feel = Feel.Open(Resources.Load<TextAsset>("HapticVLM/feel").text);
+        feel = Feel.Open(Resources.Load<TextAsset>("HapticVLM/feel.true").text);
         foreach (State to in new[] { State.Dead, State.Frozen })
         {
             Stroke(to, changes);
@@ -270,7 +271,8 @@ public sealed class FeltSwitch
             while (arrived.Count > 0) felt.Serve(arrived.Dequeue());
             felt.Tick(now);
             Mute();
-            sounds.Add(new KeyValuePair<double, double>(now, heard.Render((int)(HeardHz * FrameS), now).Max(sample => Math.Abs(sample))));
+            heard.Render(wave, wave.Length, now);
+            sounds.Add(new KeyValuePair<double, double>(now, wave.Max(sample => Math.Abs(sample))));
             double hz;
             played.Add(new KeyValuePair<double, double>(now, motor.RemainingS(now) > 0.0 ? motor.Strongest(now, FrameS, out hz) : 0.0));
             if (touch != null && frames++ % FramesPerTouch == 0) touch();

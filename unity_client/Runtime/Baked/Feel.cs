@@ -3,258 +3,203 @@ using System.Collections.Generic;
 
 namespace HapticVLM.Baked
 {
-    /// <summary>The tables of `feel.json`, opened. Several players share one.</summary>
+    /// <summary>The voice of a feel file. Saved scenes contain these numbers.</summary>
+    public enum HeardVoice
+    {
+        /// <summary>Moved to where ears and small speakers hear: feel.sound.json.</summary>
+        Sound = 0,
+
+        /// <summary>As felt, for pads and palm speakers: feel.true.json. Most of it is below 300 Hz.</summary>
+        True = 1,
+    }
+
+    /// <summary>A feel file, opened. Several players share one. docs/player.md has its fields.</summary>
     public sealed class Feel
     {
-        private const double Version = 1;
-        internal readonly Rules Rules;
-        internal readonly Loop Slips;
-        internal readonly double[] Weights;
-        private readonly Dictionary<string, FeltMaterial> materials = new Dictionary<string, FeltMaterial>();
-        private readonly double[] drawn;
-        private readonly int seeds;
+        internal readonly Format.Feel File;
+        internal readonly Dictionary<string, Wave> Clips = new Dictionary<string, Wave>(), Loops = new Dictionary<string, Wave>();
 
-        private Feel(Table file)
+        private Feel(Format.Feel file)
         {
-            if (file.Number("version") != Version)
-            {
-                throw new FormatException("feel.json: version " + file.Number("version") + " is not " + Version + "; bake it again, or update the client");
-            }
-            Rules = new Rules(file.Part("rules"));
-            Slips = new Loop(file.Part("slips"));
-            Weights = Synthesis.Weights(Rules);
-            seeds = (int)file.Number("seeds");
-            byte[] draws = Convert.FromBase64String(file.Text("draws"));
-            drawn = new double[draws.Length / 2];
-            for (int at = 0; at < drawn.Length; at++) drawn[at] = (draws[2 * at] + 256 * draws[2 * at + 1] + 0.5) / 65536.0;
-            Table all = file.Part("materials");
-            foreach (string name in all.Names) materials[name] = new FeltMaterial(all.Part(name));
+            File = file;
+            Voice = file.Voice == "true" ? HeardVoice.True : file.Voice == "sound" ? HeardVoice.Sound : throw Read.Wrong("voice", "is neither true nor sound");
+            Require(file.Ranges, "ranges", "speed_mps", "force_n", "thickness_m", "gain", "impact_gain", "hum.level", "hum.frequency_hz");
+            Require(file.Words, "words", "phase", "hand", "interaction");
+            if (Array.IndexOf(file.Words["hand"], "left") < 0 || Array.IndexOf(file.Words["hand"], "right") < 0) throw Read.Wrong("words.hand", "lacks left or right");
+            Format.PadRules pad = file.Rules.Pad;
+            Require(pad.PeriodS, "rules.pad.period_s", "amplitude", "parametric");
+            Require(pad.Scale, "rules.pad.scale", "amplitude", "parametric");
+            RequireRise(pad.HumHz, "rules.pad.hum_hz", pad.HumFelt.Length);
+            if (file.Rules.Sound != null) RequireRise(pad.HumHz, "rules.pad.hum_hz", file.Rules.Sound.HumWeight.Length);
+            RequireRise(file.SpeedsMps, "speeds_mps", file.SpeedsMps.Length);
+            RequireRise(file.ForcesN, "forces_n", file.ForcesN.Length);
+            Require(file.Impacts, "impacts", Impacts);
+            foreach (KeyValuePair<string, Format.MaterialFeel> each in file.Materials) RequireNames(each.Value, "materials." + each.Key);
+            foreach (KeyValuePair<string, Format.Clip> each in file.Clips) Clips[each.Key] = new Wave(each.Value, "clips." + each.Key);
+            foreach (KeyValuePair<string, Format.LoopClip> each in file.Loops) Loops[each.Key] = new Wave(each.Value, "loops." + each.Key);
         }
 
+        public HeardVoice Voice { get; private set; }
+
         /// <summary>The names of the materials in it.</summary>
-        public IEnumerable<string> Materials
+        public IEnumerable<string> Materials { get { return File.Materials.Keys; } }
+
+        internal static readonly string[] Impacts = { "tap", "strike", "press" }, Textures = { "slide", "carve", "swing" };
+
+        /// <summary>Opens the contents of a feel file. Throws FormatException, which begins with the first field that is wrong.</summary>
+        public static Feel Open(string json)
         {
-            get { return materials.Keys; }
+            return Open(Json.Parse(json));
         }
 
         /// <summary>Adds the materials of another file that are missing in this one.</summary>
         public void Complete(Feel with)
         {
-            foreach (KeyValuePair<string, FeltMaterial> each in with.materials)
+            Complete(File.Materials, with.File.Materials);
+            Complete(File.Levels, with.File.Levels);
+            Complete(Clips, with.Clips);
+            Complete(Loops, with.Loops);
+        }
+
+        internal static Feel Open(object parsed)
+        {
+            return new Feel(new Format.Feel(new Table("", parsed)));
+        }
+
+        internal static Format.Impact Impact(Format.MaterialFeel of, string kind)
+        {
+            return kind == "press" ? of.Press : kind == "strike" ? of.Strike : of.Tap;
+        }
+
+        internal static Format.Texture Texture(Format.MaterialFeel of, string kind)
+        {
+            return kind == "slide" ? of.Slide : kind == "carve" ? of.Carve : of.Swing;
+        }
+
+        private static void Complete<T>(Dictionary<string, T> all, Dictionary<string, T> with)
+        {
+            foreach (KeyValuePair<string, T> each in with)
             {
-                if (!materials.ContainsKey(each.Key)) materials[each.Key] = each.Value;
+                if (!all.ContainsKey(each.Key)) all[each.Key] = each.Value;
             }
         }
 
-        /// <summary>Opens the contents of `feel.json`. Throws FormatException, which names the field.</summary>
-        public static Feel Open(string json)
+        private static void Require<T>(Dictionary<string, T> all, string field, params string[] names)
         {
-            return new Feel(new Table("feel.json", Json.Parse(json)));
+            foreach (string name in names)
+            {
+                if (!all.ContainsKey(name)) throw Read.Wrong(field + "." + name, "is missing");
+            }
         }
 
-        internal FeltMaterial Find(string name)
+        private static void RequireRise(double[] axis, string field, int count)
         {
-            FeltMaterial material;
-            return name != null && materials.TryGetValue(name, out material) ? material : null;
+            for (int at = 1; at < axis.Length; at++)
+            {
+                if (axis[at] <= axis[at - 1]) throw Read.Wrong(field, "does not rise");
+            }
+            if (axis.Length < 2 || axis.Length != count) throw Read.Wrong(field, "has " + axis.Length + " entries, its table " + count);
         }
 
-        internal Draws Draws(int seed)
+        private void RequireNames(Format.MaterialFeel facts, string field)
         {
-            return new Draws(drawn, seed % seeds, drawn.Length / seeds);
-        }
-    }
-
-    /// <summary>One map of a file; every reading names the field that is missing or of another kind.</summary>
-    internal sealed class Table
-    {
-        private readonly string path;
-        private readonly Dictionary<string, object> fields;
-
-        public Table(string path, object value)
-        {
-            this.path = path;
-            fields = value as Dictionary<string, object>;
-            if (fields == null) throw new FormatException(path + ": not a map; bake it again");
-        }
-
-        public IEnumerable<string> Names
-        {
-            get { return fields.Keys; }
+            RequireName(File.Clips, "clips", facts.Grain, field);
+            foreach (string kind in Impacts)
+            {
+                foreach (string clip in Impact(facts, kind).Clips) RequireName(File.Clips, "clips", clip, field);
+            }
+            foreach (string kind in Textures)
+            {
+                Format.Texture texture = Texture(facts, kind);
+                if (texture.Breaks != null) RequireName(File.Levels, "levels", texture.Breaks.Level, field);
+                foreach (Format.Layer layer in texture.Layers)
+                {
+                    RequireName(File.Loops, "loops", layer.Loop, field);
+                    RequireName(File.Levels, "levels", layer.Level, field);
+                }
+            }
+            if (facts.Swing.ThicknessM == null) throw Read.Wrong(field + ".swing.thickness_m", "is null");
         }
 
-        public Table Part(string name)
+        private static void RequireName<T>(Dictionary<string, T> all, string kind, string name, string field)
         {
-            return new Table(path + "." + name, Read<Dictionary<string, object>>(name));
-        }
-
-        public double Number(string name)
-        {
-            return Read<double>(name);
-        }
-
-        public bool Has(string name)
-        {
-            object value;
-            return fields.TryGetValue(name, out value) && value != null;
-        }
-
-        public double? Optional(string name)
-        {
-            object value;
-            return fields.TryGetValue(name, out value) && value != null ? (double?)Number(name) : null;
-        }
-
-        public string Text(string name)
-        {
-            return Read<string>(name);
-        }
-
-        public List<object> List(string name)
-        {
-            return Read<List<object>>(name);
-        }
-
-        public double[] Numbers(string name)
-        {
-            return Read<List<object>>(name).ConvertAll(value => (double)value).ToArray();
-        }
-
-        public Mode[] Modes(string name)
-        {
-            return Read<List<object>>(name).ConvertAll(value => new Mode(new Table(path + "." + name, value))).ToArray();
-        }
-
-        private T Read<T>(string name)
-        {
-            object value;
-            if (fields.TryGetValue(name, out value) && value is T) return (T)value;
-            throw new FormatException(path + "." + name + ": missing or of another kind; bake it again");
+            if (!all.ContainsKey(name)) throw Read.Wrong(field, kind + " has no '" + name + "'");
         }
     }
 
-    /// <summary>One decaying mode: Hz, 1/s, relative gain.</summary>
-    internal struct Mode
+    /// <summary>A clip or a loop, decoded: its samples and its tracks, a value for each step.</summary>
+    internal sealed class Wave
     {
-        public double FrequencyHz;
-        public double DecayPerS;
-        public double Gain;
+        /// <summary>One turn, which is read at the frequency of a hum.</summary>
+        public static readonly Wave Sine = new Wave(32);
 
-        public Mode(Table table)
+        public readonly double RateHz, LengthS, Most;
+        public readonly float[] Samples, Imaginary; // Imaginary: of a loop of the sound voice, else null
+        public readonly double[] Drive, Felt, Hz, Body; // a loop has Drive
+        public readonly Format.LoopClip Loop;
+        public readonly bool Repeats;
+
+        public Wave(Format.Clip clip, string field)
+            : this(clip.RateHz, clip.Peak, Bytes(clip.Wave, field + ".wave"), 1, Track(clip.Drive, field + ".drive"))
         {
-            FrequencyHz = table.Number("frequency_hz");
-            DecayPerS = table.Number("decay_per_s");
-            Gain = table.Number("gain");
-        }
-    }
-
-    /// <summary>One loop of relief.</summary>
-    internal sealed class Loop
-    {
-        public readonly double PerPeriod;
-        public readonly double[] Drive;
-        public readonly double[] Wave;
-
-        public Loop(Table table)
-        {
-            PerPeriod = table.Number("samples");
-            Drive = table.Numbers("drive");
-            double step = table.Number("step");
-            byte[] packed = Convert.FromBase64String(table.Text("wave"));
-            Wave = new double[packed.Length];
-            for (int at = 0; at < packed.Length; at++) Wave[at] = (sbyte)packed[at] * step;
+            Most = clip.Most;
+            Felt = Track(clip.Felt, field + ".felt");
+            Body = clip.Body == null ? new double[0] : Track(clip.Body, field + ".body");
+            Hz = Array.ConvertAll(Bytes(clip.Hz, field + ".hz"), code => 20.0 * Math.Pow(10.0, code / 150.0));
         }
 
-        /// <summary>The value at a position in samples, by a cubic through the four around it.</summary>
-        public double Read(double at)
+        public Wave(Format.LoopClip loop, string field)
+            : this(loop.RateHz, loop.Peak, Bytes(loop.Wave, field + ".wave"), loop.Body == null ? 1 : 2, Track(loop.Drive, field + ".drive"))
         {
-            int count = Wave.Length;
-            int whole = (int)at;
-            double share = at - whole;
-            double a = Wave[(whole + count - 1) % count], b = Wave[whole % count], c = Wave[(whole + 1) % count], d = Wave[(whole + 2) % count];
-            return b + 0.5 * share * (c - a + share * (2 * a - 5 * b + 4 * c - d + share * (3 * (b - c) + d - a)));
-        }
-    }
-
-    /// <summary>All tables of one material; null: too hard to carve, or does not yield.</summary>
-    internal sealed class FeltMaterial
-    {
-        public readonly Mode[] Modes;
-        public readonly Dictionary<string, double[]> LogLevel = new Dictionary<string, double[]>();
-        public readonly double PeriodM, Roughness, SlideStick, CarveStick, ThicknessM;
-        public readonly double? FibreM, PressNPerGrain;
-        public readonly Loop Slide, Swing;
-        public readonly Mode Grain;
-
-        public FeltMaterial(Table table)
-        {
-            Table impact = table.Part("impact"), slide = table.Part("slide"), carve = table.Part("carve"), swing = table.Part("swing");
-            Modes = impact.Modes("modes");
-            Table levels = impact.Part("log_level");
-            foreach (string kind in levels.Names) LogLevel[kind] = levels.Numbers(kind);
-            PeriodM = slide.Number("period_m");
-            Roughness = slide.Number("roughness");
-            SlideStick = slide.Number("stick");
-            Slide = new Loop(slide.Part("loop"));
-            CarveStick = carve.Number("stick");
-            FibreM = carve.Optional("fibre_m");
-            ThicknessM = swing.Number("thickness_m");
-            Swing = new Loop(swing.Part("loop"));
-            Grain = new Mode(table.Part("grain"));
-            PressNPerGrain = table.Optional("press_n_per_grain");
-        }
-    }
-
-    /// <summary>The figures of the equations.</summary>
-    internal sealed class Rules
-    {
-        public readonly double LeaseS;
-        public readonly Table Touch, Impacts, Textures, Press, Voices, Plan, Perception;
-        public readonly double[] LogContactS, GridHz, ThresholdHz, ThresholdDb;
-        public readonly double SmoothS, FadeS;
-        public readonly int Chunk, PlanHz, MaxRinging, MaxImpacts, MaxFadingTextures;
-
-        public Rules(Table table)
-        {
-            LeaseS = table.Number("lease_s");
-            Touch = table.Part("touch");
-            Impacts = table.Part("impacts");
-            Textures = table.Part("textures");
-            Press = table.Part("press");
-            Voices = table.Part("voices");
-            Plan = table.Part("plan");
-            Perception = table.Part("perception");
-            LogContactS = Impacts.Numbers("log_contact_s");
-            GridHz = Textures.Numbers("grid_hz");
-            ThresholdHz = Perception.Numbers("threshold_hz");
-            ThresholdDb = Perception.Numbers("threshold_db");
-            SmoothS = Voices.Number("smooth_s");
-            FadeS = Voices.Number("fade_s");
-            Chunk = (int)Voices.Number("chunk");
-            MaxRinging = (int)Voices.Number("max_ringing");
-            MaxImpacts = (int)Voices.Number("max_impacts");
-            MaxFadingTextures = (int)Voices.Number("max_fading_textures");
-            PlanHz = (int)Plan.Number("rate_hz");
-        }
-    }
-
-    /// <summary>The random numbers of one seed, as the service draws them.</summary>
-    internal struct Draws
-    {
-        private readonly double[] all;
-        private readonly int row, count;
-        private int drawn;
-
-        public Draws(double[] all, int row, int count)
-        {
-            this.all = all;
-            this.row = row;
-            this.count = count;
-            drawn = 0;
+            Loop = loop;
+            Repeats = true;
+            if (Samples.Length == 0) throw Read.Wrong(field + ".wave", "has no sample");
         }
 
-        public double Next()
+        private Wave(int samples)
         {
-            return all[row * count + drawn++ % count];
+            RateHz = samples;
+            Repeats = true;
+            Samples = new float[samples];
+            Imaginary = new float[samples];
+            for (int at = 0; at < samples; at++)
+            {
+                Samples[at] = (float)Math.Cos(2.0 * Math.PI * at / samples);
+                Imaginary[at] = (float)Math.Sin(2.0 * Math.PI * at / samples);
+            }
+        }
+
+        private Wave(double rateHz, double peak, byte[] codes, int parts, double[] drive)
+        {
+            RateHz = rateHz;
+            Drive = drive;
+            float[] all = Array.ConvertAll(codes, code => (float)((sbyte)code * peak / 127.0));
+            Samples = new float[all.Length / parts];
+            Imaginary = parts == 2 ? new float[Samples.Length] : null;
+            for (int at = 0; at < Samples.Length; at++)
+            {
+                Samples[at] = all[parts * at];
+                if (parts == 2) Imaginary[at] = all[2 * at + 1];
+            }
+            LengthS = Samples.Length / rateHz;
+        }
+
+        private static double[] Track(Format.Track track, string field)
+        {
+            return Array.ConvertAll(Bytes(track.Bytes, field + ".bytes"), code => code == 255 ? 0.0 : track.Peak * Math.Pow(10.0, code / -40.0));
+        }
+
+        private static byte[] Bytes(string text, string field)
+        {
+            try
+            {
+                byte[] bytes = Convert.FromBase64String(text);
+                if (bytes.Length > 0) return bytes;
+            }
+            catch (FormatException)
+            {
+            }
+            throw Read.Wrong(field, "is not base64");
         }
     }
 }

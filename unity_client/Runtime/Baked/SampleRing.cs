@@ -27,10 +27,10 @@ namespace HapticVLM.Baked
             get { return Volatile.Read(ref block); }
         }
 
-        /// <summary>Appends samples; what does not fit is dropped.</summary>
-        public void Write(double[] wave, double gain)
+        /// <summary>Appends the first `count` samples; what does not fit is dropped.</summary>
+        public void Write(float[] wave, int count, double gain)
         {
-            int count = Math.Min(wave.Length, Size - Count);
+            count = Math.Min(count, Size - Count);
             for (int index = 0; index < count; index++) samples[written + index & Size - 1] = (float)(gain * wave[index]);
             Volatile.Write(ref written, written + count);
         }

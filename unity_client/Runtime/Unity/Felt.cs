@@ -46,7 +46,8 @@ namespace HapticVLM
         readonly Func<FeltLink> link;
         readonly Func<HandName, FeelForm?> formOf;
         readonly Vibration planned = new Vibration();
-        FeelPlayer player; // null until the tables are opened
+        FeelPlayer player; // null until the bake is opened
+        Feel trueVoice, soundVoice;
         double gain = 1.0;
         bool wasConnected;
         double connectedAt = double.NegativeInfinity;
@@ -68,13 +69,10 @@ namespace HapticVLM
         /// <summary>A stop, by this scene or by the service.</summary>
         public event Action Stopped;
 
-        /// <summary>The tables of the bake; null until they are opened.</summary>
-        public Feel Feel { get; private set; }
-
-        public FeltMode Mode { get; private set; }
-
         /// <summary>Whether there is a bake to feel.</summary>
         public bool IsOpen { get { return player != null; } }
+
+        public FeltMode Mode { get; private set; }
 
         /// <summary>Factor of every vibration of the bake, 0 to 1.</summary>
         public double Gain
@@ -86,11 +84,18 @@ namespace HapticVLM
             }
         }
 
-        /// <summary>Plays these tables from now on.</summary>
-        public void Open(Feel feel)
+        /// <summary>Plays this bake from now on. Outputs that sound have a file for each voice.</summary>
+        public void Open(Feel feel, Feel sound = null)
         {
-            Feel = feel;
-            player = new FeelPlayer(feel) { Gain = gain, Refused = text => UnityEngine.Debug.LogWarning(text, null) };
+            trueVoice = feel;
+            soundVoice = sound;
+            player = new FeelPlayer(feel) { Gain = gain, Said = text => UnityEngine.Debug.LogWarning(text, null) };
+        }
+
+        /// <summary>The bake in this voice; null: it is not opened.</summary>
+        public Feel In(HeardVoice voice)
+        {
+            return voice == HeardVoice.True ? trueVoice : soundVoice;
         }
 
         public void Switch(FeltMode mode, double now)

@@ -24,9 +24,9 @@ namespace HapticVLM
         readonly SampleRing ring = new SampleRing();
         Felt felt;
         Feel feel;
-        Heard heard;
+        FeelPlayer heard;
+        float[] wave = new float[0];
         int rate;
-        HeardVoice rendered;
 
         /// <summary>The voice in which touches are heard.</summary>
         public HeardVoice Voice
@@ -50,13 +50,16 @@ namespace HapticVLM
         void Update()
         {
             Felt next = HapticClient.Active == null ? null : HapticClient.Active.Felt;
-            bool isChanged = next != felt || next != null && (next.Feel != feel || voice != rendered || AudioSettings.outputSampleRate != rate);
+            bool isChanged = next != felt || next != null && (next.In(voice) != feel || AudioSettings.outputSampleRate != rate);
             if (isChanged) Follow(next);
             if (heard == null) return;
             Mute(HandName.Left);
             Mute(HandName.Right);
             int missing = (int)(FrameS * rate) + ring.Block - ring.Count;
-            if (missing > 0 && !heard.IsSilent) ring.Write(heard.Render(missing, Clock.Now), volume);
+            if (missing <= 0 || heard.IsSilent) return;
+            if (wave.Length < missing) wave = new float[missing];
+            heard.Render(wave, missing, Clock.Now);
+            ring.Write(wave, missing, volume);
         }
 
         void OnAudioFilterRead(float[] data, int channels)
@@ -72,15 +75,14 @@ namespace HapticVLM
                 felt.Stopped -= Stop;
             }
             felt = next;
-            feel = next == null ? null : next.Feel;
+            feel = next == null ? null : next.In(voice);
             heard = null;
             if (next == null) return;
             felt.Touched += Touch;
             felt.Stopped += Stop;
             rate = AudioSettings.outputSampleRate;
-            rendered = voice;
             if (feel == null) return;
-            heard = new Heard(feel, rate, voice);
+            heard = new FeelPlayer(feel, rate);
             foreach (HandName hand in new[] { HandName.Left, HandName.Right })
             {
                 if (felt.IsHeld(hand)) heard.Hold(Word(hand));

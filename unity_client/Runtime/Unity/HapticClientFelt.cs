@@ -10,7 +10,7 @@ namespace HapticVLM
     /// <summary>The switch between the service and the bake.</summary>
     public sealed partial class HapticClient
     {
-        const string Shipped = "HapticVLM/feel"; // in the package's Resources
+        const string Shipped = "HapticVLM/feel.true", ShippedSound = "HapticVLM/feel.sound"; // in the package's Resources
 
         [SerializeField, Tooltip("Source of what is felt. Auto: the service where it answers, else the bake. Baked: nothing connects, as in a build that ships without a service.")]
         FeltMode mode = FeltMode.Auto;
@@ -18,13 +18,21 @@ namespace HapticVLM
         [SerializeField, Tooltip("materials.json of a bake of this scene. Empty: objects are felt as the service decided before, else as their stated material.")]
         TextAsset bakedMaterials;
 
-        [SerializeField, Tooltip("feel.json of a bake of this scene. Empty: the built-in materials.")]
+        [SerializeField, Tooltip("feel.true.json of a bake of this scene. Empty: the built-in materials.")]
         TextAsset bakedFeel;
+
+        [SerializeField, Tooltip("feel.sound.json of a bake of this scene, for a Felt Speaker. Empty: the built-in materials.")]
+        TextAsset bakedSound;
+
+        sealed class Opened
+        {
+            public Feel Feel, Sound; // Sound null: nothing sounds here
+            public BakedScene Scene;
+        }
 
         readonly FeltSurfaces surfaces = new FeltSurfaces();
         Felt felt;
-        volatile Feel opened; // by a worker thread, not in use yet
-        volatile BakedScene openedScene;
+        volatile Opened opened; // by a worker thread, not in use yet
         volatile Exception unopened;
         bool isOpening;
         string unfelt; // the object touched last, if the bake does not know its material
@@ -67,10 +75,11 @@ namespace HapticVLM
         }
 
         /// <summary>Feels this bake from now on; null is none.</summary>
-        internal void UseBake(TextAsset materials, TextAsset feel)
+        internal void UseBake(TextAsset materials, TextAsset feel, TextAsset sound)
         {
             bakedMaterials = materials;
             bakedFeel = feel;
+            bakedSound = sound;
         }
 
         internal bool IsBaked(HandSide hand)
@@ -109,27 +118,36 @@ namespace HapticVLM
             if (mode != FeltMode.Baked && connection == null) Connect();
         }
 
-        /// <summary>Opens the tables on a worker thread, because they take some frames; a WebGL player has none.</summary>
+        /// <summary>Opens the files on a worker thread, because they take some frames; a WebGL player has none, nor a Felt Speaker.</summary>
         void OpenBake()
         {
             if (isOpening || felt.IsOpen) return;
             isOpening = true;
             unopened = null;
-            var shipped = Resources.Load<TextAsset>(Shipped);
-            string ours = shipped == null ? null : shipped.text;
-            string feel = bakedFeel == null ? null : bakedFeel.text, scene = bakedMaterials == null ? null : bakedMaterials.text;
-            if (Platform.HasThreads) ThreadPool.QueueUserWorkItem(_ => Open(ours, feel, scene));
-            else Open(ours, feel, scene);
+            string scene = TextOf(bakedMaterials), feel = TextOf(bakedFeel), sound = TextOf(bakedSound);
+            string shipped = TextOf(Resources.Load<TextAsset>(Shipped)), shippedSound = TextOf(Resources.Load<TextAsset>(ShippedSound));
+            if (Platform.HasThreads) ThreadPool.QueueUserWorkItem(_ => Open(scene, () => FeelOf(feel, shipped, HeardVoice.True), () => FeelOf(sound, shippedSound, HeardVoice.Sound)));
+            else Open(scene, () => FeelOf(feel, shipped, HeardVoice.True), () => null);
         }
 
-        void Open(string shipped, string feel, string scene)
+        static string TextOf(TextAsset asset)
+        {
+            return asset == null ? null : asset.text;
+        }
+
+        static Feel FeelOf(string baked, string shipped, HeardVoice voice)
+        {
+            Feel feel = Feel.Open(baked ?? shipped);
+            if (feel.Voice != voice) throw new FormatException("voice: Baked Feel is feel.true.json, Baked Sound feel.sound.json");
+            if (baked != null && shipped != null) feel.Complete(Feel.Open(shipped));
+            return feel;
+        }
+
+        void Open(string scene, Func<Feel> feel, Func<Feel> sound)
         {
             try
             {
-                Feel tables = Feel.Open(feel ?? shipped);
-                if (feel != null && shipped != null) tables.Complete(Feel.Open(shipped));
-                if (scene != null) openedScene = BakedScene.Open(scene);
-                opened = tables;
+                opened = new Opened { Feel = feel(), Sound = sound(), Scene = scene == null ? null : BakedScene.Open(scene) };
             }
             catch (Exception error)
             {
@@ -141,8 +159,8 @@ namespace HapticVLM
         {
             if (opened != null)
             {
-                felt.Open(opened);
-                surfaces.Baked = openedScene;
+                felt.Open(opened.Feel, opened.Sound);
+                surfaces.Baked = opened.Scene;
                 opened = null;
             }
             if (unopened != null) log.Unopened(unopened, this);
