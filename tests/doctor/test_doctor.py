@@ -17,7 +17,8 @@ from typing import Any
 
 import pytest
 from certificates import Authority
-from pace import PACE
+from intiface_engine import IntifaceEngine
+from pace import PACE, until
 from plate_ports import Cable
 from ports import free_port
 from websockets.asyncio.server import serve
@@ -85,7 +86,6 @@ def test_a_wrong_config_is_a_finding_and_the_rest_is_still_examined(tmp_path):
     assert code == 1
     found = {one["about"]: one for one in told["findings"]}
     assert {"prot", "port"} <= set(re.findall(r"\w+", found["config"]["message"]))
-    assert found["config"]["said"] == found["config"]["message"]
     assert found["encoder"]["verdict"] != "wrong"
 
 
@@ -193,6 +193,26 @@ def test_a_port_that_may_not_be_opened_names_its_group(tmp_path):
     (found,) = devices.plates(ServeOptions(peltier=str(port)))
     assert found.verdict == "wrong"
     assert "usermod -aG" in str(found.cure)
+
+
+def test_a_program_of_a_worn_output_is_named_only_if_it_answers_as_one():
+    status = b'{"type": "MW_STATUS", "ts": 1, "data": {"status": "IDLE"}}~'
+    for greeting, names in ((status, ["weart"]), (b"220 mail~", [])):
+        with stranger(greeting) as port:
+            assert hand_findings(f"weart=127.0.0.1:{port}") == names
+    engine = IntifaceEngine()
+    assert hand_findings(f"intiface=127.0.0.1:{engine.port}") == ["intiface"]
+    until(lambda: engine.ended)
+    assert engine.asked == ["RequestServerInfo"]
+    engine.close()
+
+
+def hand_findings(hand: str) -> list[str]:
+    """Return what is found of this hand, whatever else runs on this machine."""
+    name = hand.partition("=")[0]
+    found = [one.about for one in devices.worn(ServeOptions(hand=hand)) if one.about == name]
+    assert len(found) <= 1
+    return found
 
 
 def test_an_output_that_is_not_there_is_wrong_and_a_simulated_one_never():

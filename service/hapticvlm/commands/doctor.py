@@ -49,8 +49,7 @@ def _doctor(options: argparse.Namespace) -> int:
         findings = _examine(options, started + PATIENCE_S)
     is_well = all(finding.verdict != "wrong" for finding in findings)
     if options.json:
-        # `said` is the name of `message` up to 0.3.
-        rows = [{**dataclasses.asdict(finding), "said": finding.message} for finding in findings]
+        rows = [dataclasses.asdict(finding) for finding in findings]
         seconds = round(time.monotonic() - started, 2)
         verdict = "ok" if is_well else "wrong"
         print(json.dumps({"doctor": verdict, "seconds": seconds, "findings": rows}))
@@ -80,6 +79,7 @@ def _examine(options: argparse.Namespace, deadline: float) -> list[Finding]:
     plates = BackgroundCheck("plate", lambda: devices.plates(serve_options))
     now = [machine.clock(), machine.priority(serve_options), machine.encoder(serve_options)]
     now += [network.port(serve_options), *network.address(serve_options)]
+    now += devices.worn(serve_options)
     return [*first, *now, *audio.by(deadline), *plates.by(deadline)]
 
 

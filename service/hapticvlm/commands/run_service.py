@@ -20,7 +20,7 @@ from functools import partial
 from typing import Any, TypeVar
 
 from hapticvlm import __version__
-from hapticvlm.devices.touchdiver import TouchDiver
+from hapticvlm.devices.worn.output import WornOutput
 from hapticvlm.errors import out_of_memory
 from hapticvlm.messages import Devices
 from hapticvlm.processes.model_worker import WorkerReply
@@ -186,7 +186,7 @@ def print_ready(
     options: ServeOptions,
     port: int,
     devices: Devices,
-    worn: Sequence[TouchDiver] = (),
+    worn: Sequence[WornOutput] = (),
     *,
     has_priority: bool,
 ) -> None:

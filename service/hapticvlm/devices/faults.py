@@ -46,6 +46,8 @@ SPEAKER_GONE = _HOST["speaker_gone"]
 SPEAKER_LOW = _HOST["speaker_low"]
 SPEAKER_UNREACHED = _HOST["speaker_unreached"]
 GLOVE_GONE = _HOST["glove_gone"]
+INTIFACE_GONE = _HOST["intiface_gone"]
+INTIFACE_EMPTY = _HOST["intiface_empty"]
 _BY_NAME = {fault.name: fault for fault in (*FIRMWARE.values(), *_HOST.values())}
 
 

@@ -18,6 +18,7 @@ from hapticvlm.devices.speaker.channels import channels_of_hands
 from hapticvlm.devices.speaker.output import OutputError, choose
 from hapticvlm.devices.speaker.output_list import AUDIO_S, outputs
 from hapticvlm.devices.speaker.output_state import output_state
+from hapticvlm.devices.worn import table
 from hapticvlm.doctor.findings import Finding, Verdict
 from hapticvlm.server.settings import ServeOptions
 
@@ -76,6 +77,15 @@ def plates(options: ServeOptions) -> list[Finding]:
     if is_required and answering:  # `auto` uses the plate that answers
         return answering
     return findings
+
+
+def worn(options: ServeOptions) -> list[Finding]:
+    """Name each output that people own whose program answers: on this machine, or at `--hand`."""
+    named = [] if options.hand is None else options.hand.split(",")
+    asked = {option.partition("=")[0]: option for option in (*table.WORN, *named)}
+    answers = {name: answer for name, option in asked.items() if (answer := table.answers(option))}
+    cure = None if named else f"drive it: --hand {','.join(answers)}"
+    return [Finding(name, "ok", answer, cure) for name, answer in answers.items()]
 
 
 def _check_port(place: PortInfo, is_required: bool) -> Finding:

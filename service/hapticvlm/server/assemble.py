@@ -17,7 +17,8 @@ from hapticvlm.devices.speaker.channels import Channels, channels_of_hands
 from hapticvlm.devices.speaker.engine import AudioSettings
 from hapticvlm.devices.speaker.speaker import Speaker
 from hapticvlm.devices.speaker.speaker_files import read_speaker_files
-from hapticvlm.devices.touchdiver import TouchDiver
+from hapticvlm.devices.worn import table as worn_table
+from hapticvlm.devices.worn.output import WornOutput
 from hapticvlm.evidence.lexicon import read_lexicon
 from hapticvlm.materials import Material
 from hapticvlm.messages import SceneObject
@@ -40,7 +41,7 @@ class ServiceParts:
     recogniser: RecogniserWorker
     vlm: VlmWorker | None
     recorder: Recorder | None
-    worn: tuple[TouchDiver, ...]
+    worn: tuple[WornOutput, ...]
     table: Mapping[str, Material]
     saved_materials: Mapping[str, SceneObject]
 
@@ -82,16 +83,18 @@ def build_service(options: ServeOptions) -> ServiceParts:
         options.threads,
         _remote_settings(options),
     )
+    audio = _audio(options, table)
+    worn = () if options.hand is None else worn_table.make(options.hand, audio)
     # Everything that reads a file or may refuse an option has happened above. From here on parts
     # are made that own processes, memory and ports; none is started yet, so a refusal leaves
     # nothing behind, and who starts them ends them in the other order.
     return ServiceParts(
-        speaker=Speaker(_audio(options, table)),
+        speaker=Speaker(audio),
         plate=_plate(options),
         recogniser=RecogniserWorker(settings),
         vlm=vlm,
         recorder=_recorder(options),
-        worn=_worn(options, table),
+        worn=worn,
         table=table,
         saved_materials=saved,
     )
@@ -135,20 +138,6 @@ def _plate(options: ServeOptions) -> Peltier:
     if options.peltier == "simulated":
         return simulated_plate(realtime=realtime)
     return Peltier(options.peltier, realtime=realtime)
-
-
-# An output that people own already: one file in devices/, and one row here.
-_WORN = {"weart": TouchDiver.at}
-
-
-def _worn(options: ServeOptions, table: Mapping[str, Material]) -> tuple[TouchDiver, ...]:
-    """Make what is worn, if anything. Raises ValueError."""
-    if options.hand is None:
-        return ()
-    kind, _, address = options.hand.partition("=")
-    if kind not in _WORN:
-        raise ValueError(f"hand: {kind[:60]} is none of {', '.join(_WORN)}")
-    return (_WORN[kind](address, table),)
 
 
 def _vlm_worker(options: ServeOptions) -> VlmWorker | None:

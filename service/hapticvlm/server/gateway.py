@@ -16,7 +16,7 @@ import msgspec
 
 from hapticvlm.devices.plate.plate import Plate
 from hapticvlm.devices.speaker.speaker import Speaker
-from hapticvlm.devices.touchdiver import TouchDiver
+from hapticvlm.devices.worn.output import WornOutput
 from hapticvlm.messages import (
     Decision,
     ErrorCode,
@@ -72,7 +72,7 @@ class Gateway:
         *,
         recorder: Recorder | None = None,
         log: LogWriter | None = None,
-        worn: Sequence[TouchDiver] = (),
+        worn: Sequence[WornOutput] = (),
     ) -> None:
         self.counts: Counter[Count] = Counter()
         self.connections: list[Connection] = []

@@ -1,4 +1,4 @@
-"""Drives the outputs of the service, speaker, plate and gloves, and knows which a stop holds."""
+"""Drives speaker, plate and what is worn, and knows which of them a stop holds."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from hapticvlm.devices.plate.plate import Plate
 from hapticvlm.devices.speaker.speaker import Speaker
-from hapticvlm.devices.touchdiver import TouchDiver
+from hapticvlm.devices.worn.output import WornOutput
 from hapticvlm.messages import Scope
 from hapticvlm.rendering.heat.limits import PlateReading
 from hapticvlm.session.actions import (
@@ -26,7 +26,7 @@ OutputAction = PlayVibration | ReleaseHand | SetGain | KeepThermalGain | DrivePl
 class Outputs:
     """Speaker and plate together, and what is worn; after `close` none is driven."""
 
-    def __init__(self, speaker: Speaker, plate: Plate, worn: Sequence[TouchDiver] = ()) -> None:
+    def __init__(self, speaker: Speaker, plate: Plate, worn: Sequence[WornOutput] = ()) -> None:
         self.speaker = speaker
         self.plate = plate
         self.worn = worn
@@ -87,18 +87,10 @@ class Outputs:
         """Carry out an action of a session."""
         if self.is_closed:
             return
-        for output in self.worn:
-            _drive_worn(output, action)
-        self._drive(action)
-
-    def _drive(self, action: OutputAction) -> None:
+        vibrating: tuple[Speaker | WornOutput, ...] = (self.speaker, *self.worn)
+        for output in vibrating:
+            _vibrate(output, action)
         match action:
-            case PlayVibration():
-                self.speaker.play(action.command)
-            case ReleaseHand():
-                self.speaker.release(action.hand)
-            case SetGain():
-                self.speaker.set_gain(action.gain)
             # The gain of heat belongs to the session, which scales its own setpoints. It is kept
             # here for the next owner of the outputs, as the speaker keeps that of vibration: it was
             # turned down for the person, and not for one scene.
@@ -106,11 +98,14 @@ class Outputs:
                 self.thermal_gain = action.gain
             case DrivePlate():
                 self.plate.command(action.setpoint_c, action.ttl_s, time.monotonic())
+                for worn in self.worn:
+                    worn.warm(action.setpoint_c, action.ttl_s)
             case RestPlate():
                 self.plate.rest(time.monotonic())
+                self._rest_worn("peltier")
 
 
-def _drive_worn(output: TouchDiver, action: OutputAction) -> None:
+def _vibrate(output: Speaker | WornOutput, action: OutputAction) -> None:
     match action:
         case PlayVibration():
             output.play(action.command)
@@ -118,9 +113,3 @@ def _drive_worn(output: TouchDiver, action: OutputAction) -> None:
             output.release(action.hand)
         case SetGain():
             output.set_gain(action.gain)
-        case DrivePlate():
-            output.warm(action.setpoint_c, action.ttl_s)
-        case RestPlate():
-            output.rest_heat()
-        case KeepThermalGain():
-            pass  # the session scales its setpoints by it

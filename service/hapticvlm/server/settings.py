@@ -157,9 +157,10 @@ class ServeOptions:
         str | None,
         Flag(
             OUTPUTS,
-            "a glove that is driven, too: weart (WEART TouchDIVER, by the maker's program on this "
-            "machine), or weart=HOST:PORT. Not tried on a glove yet",
-            "GLOVE",
+            "what you own and is driven, too: weart (WEART TouchDIVER), intiface (controllers of "
+            "Intiface Central), each by its program on this machine, or NAME=HOST:PORT; several "
+            "with commas. Not tried on a device yet",
+            "NAME",
         ),
     ] = None
     contact_resistance: Annotated[

@@ -39,7 +39,7 @@ class Supervision:
         self._waveform_from = 0
         self._speaker_level = 0.0  # for the next telemetry
         self._remote_news = HelperNews()
-        self._worn_faults: set[str] = set()
+        self._worn_faults: set[tuple[str, str]] = set()
 
     async def run(self) -> None:
         """Run until cancelled."""
@@ -155,9 +155,9 @@ class Supervision:
         if trouble is not None:
             self._rest_owner()
             self._report(Error(id=0, code="device", text=trouble))
-        worn = {fault for output in self._gateway.outputs.worn for fault in output.faults}
-        for fault in worn - self._worn_faults:
-            self._report(Error(id=0, code="device", text=f"glove: {describe(fault)}"))
+        worn = {(out.name, fault) for out in self._gateway.outputs.worn for fault in out.faults}
+        for name, fault in worn - self._worn_faults:
+            self._report(Error(id=0, code="device", text=f"{name}: {describe(fault)}"))
         self._worn_faults = worn
         quiet = self._gateway.outputs.speaker.watch_state()
         if quiet is not None:

@@ -1,0 +1,1 @@
+"""Outputs that people own already, each driven through a program of its maker."""
