@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from hapticvlm.commands.main import main
+from hapticvlm.devices.faults import SPEAKER_LOW
 from hapticvlm_studio.design import design as designs
 from hapticvlm_studio.design import paper
 from hapticvlm_studio.design.design import Plan
@@ -209,7 +210,7 @@ def test_a_presentation_whose_speaker_played_nothing_is_counted(study: Path) -> 
     file = Log(study, "P1")
     trial = {"trial": 29, "pattern": "any", "attempt": 1}
     file.add({"event": "spoiled", **trial, "why": SILENT})
-    file.add({"event": "spoiled", **trial, "trial": 30, "why": SILENT})
+    file.add({"event": "spoiled", **trial, "trial": 30, "why": f"{SPEAKER_LOW.text}; hot"})
     file.close()
     document = evaluate(results.read(study))
     assert (document["answered"], document["excluded"], document["silent"]) == (120, 1, 2)

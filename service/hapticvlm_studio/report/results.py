@@ -20,7 +20,7 @@ from hapticvlm import documents
 from hapticvlm_studio.design.design import Design, read_design
 from hapticvlm_studio.design.form import Answer, Form
 from hapticvlm_studio.design.stimuli import Stimulus
-from hapticvlm_studio.trials.player import SILENT
+from hapticvlm_studio.trials.player import is_silence
 from hapticvlm_studio.trials.progress import Event
 from hapticvlm_studio.trials.record import events
 
@@ -112,7 +112,7 @@ def read(folder: Path) -> Results:
     )
     planned = sum(len(names) for names in design.trials.values())
     silent = sum(
-        event["event"] == "spoiled" and event["why"] == SILENT
+        event["event"] == "spoiled" and is_silence(event["why"])
         for file in files.values()
         for event in file
     )

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from hapticvlm.client import Client, Refused
-from hapticvlm.devices.faults import describe
+from hapticvlm.devices.faults import SPEAKER_GONE, SPEAKER_LOW, SPEAKER_UNREACHED, describe
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.vibration.vibration import Motion
 from hapticvlm_studio.design.stimuli import Part, Stimulus, StudyError, motion, parts
@@ -35,6 +35,12 @@ SILENCE_S = 3.0  # within which the service tells that a speaker does not play w
 # so the words are part of the file format.
 SILENT = "the speaker played nothing: see to it and to its level, then go on"
 _STILL = Motion(0.0, 0.0)
+
+
+def is_silence(why: str) -> bool:
+    """Return whether a trial was spoiled for this reason because its speaker was not felt."""
+    faults = (SPEAKER_GONE, SPEAKER_LOW, SPEAKER_UNREACHED)
+    return why == SILENT or any(fault.text in why for fault in faults)
 
 
 class PresentationError(Exception):
