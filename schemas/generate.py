@@ -46,7 +46,7 @@ WEB = HERE.parent / "examples" / "webxr" / "client"
 UNITY_FEEL = HERE.parent / "unity_client" / "Runtime" / "Baked" / "Resources" / "HapticVLM"
 GODOT = HERE.parent / "examples" / "godot" / "addons" / "hapticvlm"
 CLIENTS_OF_CLIPS: dict[str, tuple[Path, ...]] = {
-    "true": (WEB, UNITY_FEEL),
+    "true": (WEB, UNITY_FEEL, GODOT),
     "sound": (WEB, UNITY_FEEL),
 }
 DOCS = HERE.parent / "docs"
@@ -94,15 +94,13 @@ def generated() -> Iterator[tuple[Path, str]]:
     clips_schema = baked_schema(
         "feel.true.json and feel.sound", feel_clips.Feel, feel_clips.VERSION
     )
-    yield HERE / "feel_clips.schema.json", _dump(clips_schema)
+    for folder in (HERE, GODOT):
+        yield folder / "feel_clips.schema.json", _dump(clips_schema)
     yield WEB / "feel.schema.js", _module(clips_schema)
     for voice in VOICES:
         clips = feel_clips.encode(feel_clips.feel(MATERIALS, voice)).decode()
         for folder in (HERE / "vectors", *CLIENTS_OF_CLIPS[voice]):
             yield folder / f"feel.{voice}.json", clips
-    feel = feel_tables.encode(feel_tables.feel(MATERIALS)).decode()
-    for folder in (GODOT,):
-        yield folder / "feel.json", feel
     yield WEB.parent / "materials.json", baked_room(WEB.parent)
     yield WEB / "sound.worklet.js", worklet.one_file(WEB / "sound.processor.js")
     yield UNITY / "Enums.g.cs", csharp.enums(json_schema())

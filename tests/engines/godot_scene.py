@@ -62,8 +62,6 @@ def export(folder: Path) -> None:
     files["project.godot"] = f"{heading}{AUTOLOAD}{first}\n{PROBE}\n[{rest}".encode()
     files["probe.gd"] = (HERE / "godot_probe.gd").read_bytes()
     files["room.gd"] = (HERE / "godot_room.gd").read_bytes()
-    feel = "addons/hapticvlm/feel.json"
-    files[feel] = (PROJECT / feel).read_bytes()
     for draw in (planks, weave):
         files[f"{draw.__name__}.png"] = _png(draw(TEXTURE_PX))
     files["scene_cases.json"] = json.dumps(ADDED).encode()

@@ -1,67 +1,155 @@
 extends Node
-## Plays the golden cases with the GDScript player, a case in each frame, and prints its plans; renders others as sound;
-## changes between a service and the player; then listens to a HapticSpeaker.
+## Plays the vectors of `schemas/vectors` with the GDScript player, a case in each frame, and prints what it planned, said or
+## rendered; changes between a service and the player; then listens to a HapticSpeaker.
 
 const Switch := preload("res://switch_feel.gd")
 const Hear := preload("res://hear_feel.gd")
+const FeelFile := preload("res://addons/hapticvlm/feel_file.gd")
 const CHANGES := 20
-const GESTURES := {"rubber": "slide", "wood": "carve", "metal": "swing", "fabric": "press", "glass": "strike"}
+const SOUND_HZ := 12000.0
+const BLOCK := 120
 const CHANGED := 30
 const PICTURE_S := 1.0 / 72.0
+const NUMBERS := {"NaN": NAN, "Infinity": INF, "-Infinity": -INF}
 
 var _feel: Dictionary
-var _cases: Array
-var _heard: Array
+var _opened_us: int
+var _cases := {}  # what -> the cases of it
+var _players: Dictionary[String, Callable] = {
+	"plans": _planned, "touches": _hostile, "times": _timed, "files": _refused, "sounds": _rendered
+}
 var _switch: Switch
 var _switches: Dictionary[String, Callable]
 var _took_us := {}  # interaction and form -> the time of each plan in which something is felt
 
 
 func _ready() -> void:
-	_feel = FeelPlayer.open(FileAccess.get_file_as_string(HapticService.FEEL))
-	_cases = JSON.parse_string(FileAccess.get_file_as_string("res://cases.json"))
-	_heard = JSON.parse_string(FileAccess.get_file_as_string("res://heard.json"))
+	var text := FileAccess.get_file_as_string(HapticService.FEEL)
+	var began := Time.get_ticks_usec()
+	_feel = FeelPlayer.open(text)
+	_opened_us = Time.get_ticks_usec() - began
+	_cases = _parsed("res://cases.json")
 	_switch = Switch.new(_feel, CHANGES)
 	_switches = _switch.cases()
 
 
 func _process(_delta: float) -> void:
-	if not _cases.is_empty():
-		_say("case", _play(_cases.pop_front()))
-	elif not _heard.is_empty():
-		_say("heard", {"wave": _render(_heard.pop_front())})
-	elif not _switches.is_empty():
+	for what in _players:
+		if not _cases[what].is_empty():
+			_say(what, _players[what].call(_cases[what].pop_front()))
+			return
+	if not _switches.is_empty():
 		var name: String = _switches.keys()[0]
 		_say("switch", {name: _switches[name].call()})
 		_switches.erase(name)
+		return
+	set_process(false)
+	var hear := Hear.new()
+	add_child(hear)
+	_say("speaker", await hear.listen())
+	for change: String in ["stop", "mute", "release"]:
+		_say("change", {"name": change, "wave": _changed(change)})
+	_say("done", {"plans_us": _took_us, "opened_us": _opened_us})
+
+
+func _planned(case: Dictionary) -> Dictionary:
+	var surfaces: Dictionary = case.get("surfaces", {})
+	var surface_of := func(touch: Dictionary) -> Dictionary:
+		return surfaces.get(touch.object_id, {"material": touch.object_id})
+	var players := {"amplitude": FeelPlayer.new(_feel, surface_of), "parametric": FeelPlayer.new(_feel, surface_of)}
+	var events := []
+	for event: Dictionary in case.events:
+		var plans := {}
+		for form: String in players:
+			if event.has("touch"):
+				players[form].touch(event.touch, event.at_s)
+			elif event.has("stop"):
+				players[form].stop()
+			else:
+				var began := Time.get_ticks_usec()
+				plans[form] = players[form].plan(event.plan, form, event.at_s)
+				if plans[form].amplitude:
+					var steps: PackedStringArray = case.name.split(" ")
+					var kind: String = "%s %s" % [steps[1] if steps[-1] == "0.4" else "several", form]
+					_took_us.get_or_add(kind, []).append(Time.get_ticks_usec() - began)
+		events.append(plans)
+	return {"events": events}
+
+
+## Returns the plan 20 ms after a touch, and what the player named, for the touch and for the one that it is felt like.
+func _hostile(case: Dictionary) -> Array:
+	var answers := []
+	for each: Array in [["touch", "surface", "gain"], ["like", "like_surface", "like_gain"]]:
+		var surface: Dictionary = _unmarked(case.get(each[1], {"material": "wood"}))
+		var player := FeelPlayer.new(_feel, func(_touch: Dictionary) -> Dictionary: return surface)
+		player.gain = _unmarked(case.get(each[2], 1.0))
+		var hand := "right"
+		if case.get(each[0]) != null:
+			player.touch(_unmarked(case[each[0]]), 5.0)
+			hand = str(case[each[0]].hand)
+		answers.append({"plan": player.plan(hand, "parametric", 5.02), "said": player.said.keys()})
+	return answers
+
+
+func _timed(case: Dictionary) -> Dictionary:
+	var player := FeelPlayer.new(_feel, func(_touch: Dictionary) -> Dictionary: return {"material": "wood"})
+	var plans := []
+	for now: Variant in case.times.map(_unmarked):
+		player.touch({"phase": "slide", "hand": "right", "speed_mps": 0.4, "force_n": 1.5}, now)
+		plans.append(player.plan("right", "parametric", now))
+	return {"plans": plans, "said": player.said.keys()}
+
+
+## Returns why a file is refused.
+func _refused(case: Dictionary) -> String:
+	if case.has("file"):
+		return FeelFile.unpack(case.file)
+	var file: Dictionary = _parsed(HapticService.FEEL)
+	var part: Variant = file
+	for step: Variant in case.path.slice(0, -1):
+		part = part[step]
+	if case.has("value"):
+		part[case.path[-1]] = _unmarked(case.value)
 	else:
-		set_process(false)
-		var sounds_us := {}
-		for material: String in GESTURES:
-			sounds_us[GESTURES[material]] = _sound_us(material)
-		var hear := Hear.new()
-		add_child(hear)
-		_say("speaker", await hear.listen())
-		for change: String in ["stop", "mute", "release"]:
-			_say("change", {"name": change, "wave": _changed(change)})
-		_say("done", {"plans_us": _took_us, "sounds_us": sounds_us})
+		part.erase(case.path[-1])
+	return FeelFile.unpack(file)
+
+
+## Returns a hostile value: {"$number": "NaN"} stands for a number that JSON has not.
+func _unmarked(value: Variant) -> Variant:
+	if value is Array:
+		return value.map(_unmarked)
+	if not value is Dictionary:
+		return value
+	if value.has("$number"):
+		return NUMBERS[value["$number"]]
+	var unmarked := {}
+	for name: String in value:
+		unmarked[name] = _unmarked(value[name])
+	return unmarked
+
+
+## Returns the samples of a case, in base64 of 32-bit numbers, and how long a block of them took.
+func _rendered(case: Dictionary) -> Dictionary:
+	var player := FeelPlayer.new(_feel, _surface_of, SOUND_HZ)
+	var wave := PackedFloat64Array()
+	var began := Time.get_ticks_usec()
+	for block: int in case.blocks:
+		var now := block * BLOCK / SOUND_HZ
+		for one: Dictionary in case.touches:
+			if one.block == block:
+				player.touch(one.touch, now)
+		wave.append_array(player.render(BLOCK, now))
+	var block_us: float = (Time.get_ticks_usec() - began) / case.blocks
+	return {"us": block_us, "wave": Marshalls.raw_to_base64(PackedFloat32Array(Array(wave)).to_byte_array())}
 
 
 func _surface_of(touch: Dictionary) -> Dictionary:
 	return {"material": touch.get("object_id")}
 
 
-## Renders blocks of samples, with the touches before each.
-func _render(asked: Dictionary) -> Array:
-	var player := FeelPlayer.new(_feel, _surface_of, asked.rate)
-	var wave := []
-	for block: int in asked.blocks:
-		var now: float = block * asked.block / asked.rate
-		for one: Dictionary in asked.touches:
-			if one.block == block:
-				player.touch(one.touch, now)
-		wave.append_array(Array(player.render(asked.block, now)))
-	return wave
+func _parsed(path: String) -> Variant:
+	return JSON.parse_string(FileAccess.get_file_as_string(path))
 
 
 ## Strokes in pictures, of which CHANGED changes what is heard, while the hand goes on.
@@ -85,65 +173,5 @@ func _changed(change: String) -> Array:
 	return wave
 
 
-## Returns how long the sound of each picture of two strokes or strikes takes, touched every third picture.
-func _sound_us(material: String) -> Array[int]:
-	var player := FeelPlayer.new(_feel, _surface_of, HapticSpeaker.RATE_HZ)
-	var fields := {"hand": "right", "object_id": material, "interaction": GESTURES[material]}
-	var took: Array[int] = []
-	for picture in 144:
-		var now := picture * PICTURE_S
-		if picture % 36 == 30:
-			player.touch({"hand": "right", "phase": "release"}, now)
-		elif picture % 3 == 0 and picture % 36 < 30:
-			var phase := "contact" if picture % 36 == 0 else "slide" if material == "rubber" else "contact"
-			var pressed := {"phase": phase, "speed_mps": 0.4, "force_n": 1.0 + picture % 36 / 5.0}
-			var before := Time.get_ticks_usec()
-			player.touch(fields.merged(pressed), now)
-			took.append(Time.get_ticks_usec() - before)
-		else:
-			took.append(0)
-		if player.is_silent():
-			took.pop_back()
-			continue
-		var began := Time.get_ticks_usec()
-		player.render(roundi(PICTURE_S * HapticSpeaker.RATE_HZ), now)
-		took[-1] += Time.get_ticks_usec() - began
-	return took
-
-
-func _play(case: Dictionary) -> Dictionary:
-	var player := FeelPlayer.new(_feel, _surface_of)
-	return {"name": case.name, "events": case.events.map(_play_event.bind(player, case.name))}
-
-
-## Numbers that JSON lacks come as text.
-func _number(value: Variant) -> float:
-	var told := {"NaN": NAN, "Infinity": INF, "-Infinity": -INF}
-	return told.get(value, float(value)) if value is String else value
-
-
-func _play_event(event: Dictionary, player: FeelPlayer, case: String) -> Dictionary:
-	if event.has("touch"):
-		player.touch(event.touch.merged({"speed_mps": _number(event.touch.speed_mps), "force_n": _number(event.touch.force_n)}, true), event.at_s)
-	elif event.has("stop"):
-		player.stop()
-	else:
-		var plans := {}
-		for form: String in ["amplitude", "parametric"]:
-			var began := Time.get_ticks_usec()
-			var plan := player.plan(event.plan, form, event.at_s)
-			var took := Time.get_ticks_usec() - began
-			if not plan.amplitude.is_empty():
-				var steps := case.split(" ")
-				var kind: String = "%s %s" % [steps[1] if steps[-1] == "0.4" else "several", form]
-				_took_us.get_or_add(kind, []).append(took)
-			plan.transients = plan.transients.map(
-				func(one: Dictionary) -> Array: return [one.amplitude, one.frequency_hz]
-			)
-			plans[form] = plan
-		return plans
-	return {}
-
-
-func _say(what: String, detail: Dictionary) -> void:
+func _say(what: String, detail: Variant) -> void:
 	print("PROBE ", JSON.stringify({"what": what, "detail": detail}))

@@ -222,6 +222,8 @@ func _heard(state: String, is_stopped: bool) -> Array[String]:
 
 func _unknown() -> String:
 	_begin("baked", false)
+	for wrong: Dictionary in [{}, {"hand": "none"}, {"phase": null}, {"object_id": null, "surface": null}]:
+		_felt.touch({"phase": "contact", "hand": "right"}.merged(wrong, true), 0.001 * _now)
 	_touch("contact", "thing")
 	return _felt.silence()
 

@@ -104,7 +104,6 @@ def test_the_boxes_of_the_tutorial_are_felt_as_their_names_say(monkeypatch, tmp_
         (tmp_path / name).write_text(text)
     shutil.copytree(ADDON, tmp_path / "addons" / "hapticvlm")
     files = project_files(tmp_path)
-    files["addons/hapticvlm/feel.json"] = (ADDON / "feel.json").read_bytes()
     monkeypatch.setattr(godot_scene, "export", lambda folder: export(folder, files))
     beside = godot_scene.TEMPLATE.parents[1]
     with (

@@ -1,86 +1,95 @@
 class_name FeelPlayer
 extends RefCounted
-## Plays `feel.json` without a service: its vibration is that of the service for the same touches.
+## Plays a feel file of `hapticvlm bake` without a service; docs/player.md explains each rule.
 ##
-## Follows the rules of the service's hands: a touch lasts 250 ms unless it is renewed, and a stop
-## holds a hand until its release and a new touch. Knows no clock: times are arguments, in s.
-##
-## It plans for a motor. With `sound_hz` above 0 it renders samples for an audio output instead.
+## Knows no clock: times are arguments, in s. It plans for a motor. With `hz` above 0 it renders samples for an audio output
+## instead.
 
-const VERSION := 1
+const FeelFile := preload("feel_file.gd")
 
 ## Factor of every vibration, 0..1.
-var gain := 1.0
+var gain: Variant = 1.0
 ## Receives a touch (Dictionary) and returns {material, impact_gain?, thickness_m?, hum?}.
 var surface_of: Callable
+## Fields of which a problem was told.
+var said := {}
+var feel: Dictionary
+var step_s: float
+var smooth_s: float
+var sound_hz: float
 
-var _feel: Dictionary
 var _hands := {}
-var _onsets := 0
-var _told := {}
+var _grains := {}
+var _drawn := 1
+var _turned_down := 0.0
 
 
-func _init(feel: Dictionary, surfaces: Callable, sound_hz := 0.0) -> void:
-	_feel = feel
+func _init(file: Dictionary, surfaces: Callable, hz := 0.0) -> void:
+	feel = file
 	surface_of = surfaces
-	for name: String in ["left", "right"]:
-		_hands[name] = SoundHand.new(feel, sound_hz) if sound_hz > 0.0 else Hand.new(feel, feel.rules.plan.rate_hz)
+	sound_hz = hz
+	step_s = feel.rules.step_s
+	smooth_s = feel.rules.smooth_s
+	for name: String in feel.words.hand:
+		_hands[name] = Hand.new(sound_hz > 0.0)
 
 
-## Opens the text of a `feel.json`; an empty dictionary, and an error in the log, if it is none.
+## Opens the text of a `feel.true.json`; an empty dictionary if it is none, and the log names the field that is wrong.
 static func open(text: String) -> Dictionary:
 	var file: Variant = JSON.parse_string(text)
-	if not file is Dictionary or file.get("version") != VERSION:
-		push_error("feel.json: not version %d; bake it again, or update the addon" % VERSION)
-		return {}
-	file.drawn = Marshalls.base64_to_raw(file.draws)  # of 16 bits each
-	file.loudness = FeelSynthesis.loudness_filter(file.rules)
-	file.rules.cubic_shares = FeelSynthesis.cubic_shares()
-	_unpack(file.slips)
-	for name: String in file.materials:
-		_unpack(file.materials[name].slide.loop)
-		_unpack(file.materials[name].swing.loop)
-	return file
+	var problem := FeelFile.unpack(file)
+	if problem.is_empty():
+		return file
+	push_error("HapticVLM: feel.true.json: ", problem)
+	return {}
 
 
-## Receives a touch as `HapticService` sends it; returns whether it begins an impact, which asks
-## for a plan at once.
-func touch(given: Dictionary, now: float) -> bool:
-	var fields := _fitted(given)
-	if fields.is_empty():
+## Receives a touch as `HapticService` sends it; returns whether it begins an impact, which asks for a plan at once.
+func touch(fields: Dictionary, now: Variant) -> bool:
+	if not _is_time(now) or not _knows(fields):
 		return false
 	var hand: Hand = _hands[fields.hand]
+	var interaction: Variant = fields.get("interaction")
 	if fields.phase == "release":
 		hand.is_armed = hand.is_held
-		hand.release()
+		hand.rest()
 		return false
 	if hand.is_armed and fields.phase != "slide":
 		hand.is_held = false
 		hand.is_armed = false
 	if hand.is_held:
 		return false
-	hand.lapse(now)
-	var vibrated := hand.vibrates
-	var onset := hand.follow(fields, now + _feel.rules.lease_s)
-	if hand.vibrates:
-		_play(hand, fields, onset, now)
-	elif vibrated:
+	if now > hand.lease_until:
 		hand.rest()
+	if sound_hz == 0.0:
+		_run(hand, now)
+	_note_milliseconds(hand, fields.phase, now)
+	var onset: bool = not hand.touches and fields.phase == "contact"
+	hand.lease_until = now + feel.rules.lease_s
+	hand.touches = fields.phase != "approach"
+	if hand.is_muted:
+		return onset
+	if not hand.touches and interaction != "swing":
+		hand.let_go()
+		return false
+	var kind := "strike" if interaction == null else str(interaction)
+	if not kind in FeelFile.TEXTURES and (fields.phase == "slide" or not (onset or interaction)):
+		kind = "slide"
+	_feel(hand, fields, kind, onset)
 	return onset
 
 
-## Ends everything at once; a hand is felt again after its release and a new approach or contact.
+## Ends everything; a hand is felt again after its release and a new approach or contact.
 func stop() -> void:
 	for name: String in _hands:
 		hold(name)
 
 
-## Ends one hand at once, as `stop` does.
+## Ends one hand, as `stop` does.
 func hold(name: String) -> void:
-	var hand: Hand = _hands[name]
-	hand.is_held = true
-	hand.is_armed = false
-	hand.release()
+	_hands[name].is_held = true
+	_hands[name].is_armed = false
+	_hands[name].rest()
 
 
 ## Returns whether a stop keeps this hand silent.
@@ -88,229 +97,368 @@ func is_held(name: String) -> bool:
 	return _hands[name].is_held
 
 
-## Returns the next 100 ms of a hand as {period_ms, amplitude, frequency_hz, transients}, the
-## fields of a `vibration` event; empty arrays are silence. The form is amplitude or parametric.
-func plan(name: String, form: String, now: float) -> Dictionary:
-	var hand: Hand = _hands[name]
-	hand.lapse(now)
-	return hand.plan(form, now, within(1.0, gain, 1.0))
+## Fades a hand and keeps it silent, or lets its touches be heard from their next renewal.
+func mute(name: String, is_muted: bool) -> void:
+	if is_muted and not _hands[name].is_muted:
+		_hands[name].let_go()
+	_hands[name].is_muted = is_muted
+
+
+## Returns the next 100 ms of a hand as {period_ms, amplitude, frequency_hz, transients}, the fields of a `vibration` event;
+## empty arrays are silence. The form is amplitude or parametric.
+func plan(name: String, form: String, now: Variant) -> Dictionary:
+	var pad: Dictionary = feel.rules.pad
+	var period_s: float = pad.period_s[form]
+	var planned := {"period_ms": 1000.0 * period_s, "amplitude": [], "frequency_hz": [], "transients": []}
+	var hand: Hand = _hands.get(name)
+	if hand == null or not _is_time(now):
+		return planned
+	if hand.lease_until <= now:
+		hand.rest()
+		return planned
+	var begun: Array[FeelVoices.Voice] = hand.impacts().filter(func(shot: FeelVoices.Shot) -> bool: return shot.is_new)
+	for shot: FeelVoices.Shot in begun:
+		shot.is_new = false
+	_run(hand, now)
+	var factor: float = _within("gain", gain, 1.0)
+	var beginning := 0 if begun.is_empty() else int(pad.min_impact_s / period_s + FeelVoices.SOON)
+	var powers := _ahead(hand, period_s, maxi(1, floori(minf(pad.horizon_s, hand.lease_until - now) / period_s + FeelVoices.SOON)))
+	var amplitude := powers.map(
+		func(power: Vector3) -> float: return _on_pad(sqrt(power.y if form == "amplitude" else power.x), form)
+	)
+	for period in mini(beginning, amplitude.size()):
+		amplitude[period] = maxf(amplitude[period], pad.min_impact)
+	if factor * amplitude.max() < pad.min_amplitude:
+		return planned
+	planned.amplitude = amplitude.map(func(part: float) -> float: return snappedf(factor * part, 0.0001))
+	if form == "parametric":
+		planned.frequency_hz = powers.map(
+			func(power: Vector3) -> float: return snappedf(clampf(sqrt(power.z / maxf(power.x, 1e-12)), 20.0, 1000.0), 0.1)
+		)
+		planned.transients = begun.map(_transient.bind(factor))
+	return planned
 
 
 ## Returns whether `render` would give zeros until the next touch.
 func is_silent() -> bool:
-	return _hands.values().all(func(hand: SoundHand) -> bool: return hand.is_silent())
+	return _hands.values().all(func(hand: Hand) -> bool: return hand.is_silent())
 
 
-## Fades a hand and keeps it silent, or lets its touches be heard from their next renewal.
-func mute(name: String, is_muted: bool) -> void:
-	var hand: SoundHand = _hands[name]
-	if is_muted and not hand.is_muted:
-		hand.rest()
-	hand.is_muted = is_muted
-
-
-## Returns the next samples of both hands, -1..1; `now` is the time of the first.
-func render(count: int, now: float) -> PackedFloat64Array:
-	var wave: PackedFloat64Array = _hands.left.render(count, now)
-	if _hands.right.is_silent():
+## Returns the next samples of both hands, -1..1, from the time `now` on.
+func render(count: int, now: Variant) -> PackedFloat64Array:
+	var wave := PackedFloat64Array()
+	if sound_hz == 0.0 or not _is_time(now):
+		wave.resize(count)
 		return wave
-	var right: PackedFloat64Array = _hands.right.render(count, now)
-	for at in count:
-		wave[at] = clampf(wave[at] + right[at], -1.0, 1.0)
+	var factor: float = _within("gain", gain, 1.0)
+	var size := maxi(1, int(step_s * sound_hz))
+	for begin in range(0, count, size):
+		var part := PackedFloat64Array()
+		part.resize(mini(size, count - begin))
+		for hand: Hand in _hands.values():
+			if hand.is_silent():
+				continue
+			if hand.lease_until < now + begin / sound_hz:
+				hand.rest()
+			_advance(hand, part.size() / sound_hz, part)
+		wave.append_array(_limited(part, factor))
 	return wave
 
 
-## Returns a touch as the service takes it: its quantities within the limits; empty, and an unknown
-## word is told once, where it is refused.
-func _fitted(fields: Dictionary) -> Dictionary:
-	var rules: Dictionary = _feel.rules.touch
-	for name: String in ["hand", "phase", "interaction"]:
-		var word: Variant = fields.get(name)
-		if word in rules[name] or (name == "interaction" and word == null):
-			continue
-		var text := "a touch is not felt: its %s is `%s`, not one of %s" % [name, word, rules[name]]
-		if not text in _told and _told.size() < 100:
-			push_warning(text)
-			_told[text] = true
-		return {}
-	var fitted := fields.duplicate()
-	fitted.speed_mps = within(rules.fastest_mps, fields.get("speed_mps"), 0.0)
-	fitted.force_n = within(rules.strongest_n, fields.get("force_n"), rules.gentle_n)
-	return fitted
+## Returns the next number of a sequence that looks random, 0..1; every player has it.
+func draw() -> float:
+	_drawn = (75 * _drawn + 74) % 65537
+	return (_drawn + 0.5) / 65537.0
 
 
-## Returns a quantity between 0 and `most`; `missing` for what is no number.
-static func within(most: float, value: Variant, missing: float) -> float:
-	if not (value is float or value is int) or is_nan(value):
+## Returns the place of a speed in every table.
+func place_of(speed: float) -> float:
+	return FeelVoices.place(feel.speeds_mps, speed)
+
+
+## Returns the value of a table of rows at a speed and a force.
+func look(table: Array, speed: float, force: float) -> float:
+	var at := place_of(speed)
+	var on := FeelVoices.place(feel.forces_n, force)
+	var below := mini(int(at), table.size() - 2)
+	return lerpf(FeelVoices.value(table[below], on), FeelVoices.value(table[below + 1], on), at - below)
+
+
+## Returns a grain that begins `late_s` after the begin of this step.
+func grain(name: String, strength: float, late_s: float) -> FeelVoices.Shot:
+	if not _grains.has(name):
+		var clip: Dictionary = feel.clips[name]
+		_grains[name] = FeelVoices.blended(clip, clip, 0.0, sound_hz > 0.0)
+	return FeelVoices.Shot.new(_grains[name], strength, strength, 1.0, -late_s)
+
+
+## Tells a hand what it feels now.
+func _feel(hand: Hand, fields: Dictionary, kind: String, onset: bool) -> void:
+	var given: Variant = surface_of.call(fields)
+	var surface: Dictionary = given if given is Dictionary else {}
+	var speed: float = _within("speed_mps", fields.get("speed_mps"), 0.0)
+	var force: float = _within("force_n", fields.get("force_n"), 1.5)
+	var strength: float = _within("impact_gain", surface.get("impact_gain"), 1.0)
+	var thickness_m: Variant = _within("thickness_m", surface.get("thickness_m"), null)
+	hand.wishes.clear()
+	if hand.touches and surface.get("hum") != null:
+		_hum(hand, surface.hum)
+	var name: Variant = surface.get("material")
+	if not name is String or not feel.materials.has(name):
+		if name != null and not (name is String and name == "unknown"):
+			_note("material", "`%s` is not in the feel file; bake it" % name)
+		return
+	var facts: Dictionary = feel.materials[name]
+	if kind == "press" and facts.n_per_grain != null:
+		hand.wish("press %s" % name, strength, _press.bind(facts, strength)).force = force
+	if onset and kind != "swing":
+		_strike(hand, facts, kind if kind in FeelFile.IMPACTS else "tap", speed, force, strength if kind in FeelFile.IMPACTS else 1.0)
+	if not kind in FeelFile.TEXTURES:
+		return
+	var usual_m: Variant = facts.swing.thickness_m
+	var thin: float = usual_m / thickness_m if kind == "swing" and usual_m != null and thickness_m != null else 1.0
+	var wish := hand.wish("%s %s %s" % [name, kind, thin], 1.0, _texture.bind(facts[kind], facts.grain, speed * thin))
+	wish.is_texture = true
+	wish.speed = speed
+	wish.force = force
+	wish.pitch = speed * thin
+
+
+func _hum(hand: Hand, given: Variant) -> void:
+	var hum: Dictionary = given if given is Dictionary else {}
+	var level: float = _within("hum.level", hum.get("level"), 0.0)
+	var hz: float = _within("hum.frequency_hz", hum.get("frequency_hz"), 0.0)
+	var drives: Array = hum.get("drives") if hum.get("drives") is Array else []
+	var are_drives := drives.all(func(drive: Variant) -> bool: return (drive is float or drive is int) and absf(drive) <= 100.0)
+	if level == 0.0 or hz == 0.0 or drives.is_empty() or drives.size() > 16 or not are_drives:
+		_note("hum", "needs frequency_hz, level and drives, as materials.json has them")
+		return
+	hand.wish("hum", level, _tone).hum = {"hz": hz, "drives": drives}
+
+
+func _strike(hand: Hand, facts: Dictionary, kind: String, speed: float, force: float, strength: float) -> void:
+	var ringing := hand.impacts()
+	if ringing.size() >= feel.rules.max_impacts:
+		return
+	var loud := ringing.filter(func(shot: FeelVoices.Shot) -> bool: return shot.aim > 0.0)
+	if loud.size() >= feel.rules.max_ringing:
+		loud[0].aim = 0.0
+	var table: Dictionary = feel.impacts[kind]
+	var clips: Array = facts[kind].clips
+	var place := look(table.place, speed, force)
+	var first := mini(int(place), clips.size() - 1)
+	var next := mini(first + 1, clips.size() - 1)
+	var share := 0.0 if next == first else place - first
+	var clip := FeelVoices.blended(feel.clips[clips[first]], feel.clips[clips[next]], share, sound_hz > 0.0)
+	var palm := minf(facts[kind].palm * look(table.palm, speed, force), clip.most)
+	var pad := minf(facts[kind].pad * look(table.pad, speed, force), clip.most)
+	var shot := FeelVoices.Shot.new(clip, palm, pad, strength, look(table.skip_s, speed, force))
+	shot.rate = 1.0 + feel.rules.pitch_varies * (2.0 * draw() - 1.0)
+	shot.hz = facts.hz
+	shot.is_impact = true
+	hand.voices.append(shot)
+
+
+func _tone() -> Array:
+	return [FeelVoices.Hum.new()]
+
+
+func _press(facts: Dictionary, strength: float) -> Array:
+	return [FeelVoices.Press.new(facts, draw(), strength)]
+
+
+## Returns the voices of a texture: a loop for each layer, and breaks.
+func _texture(facts: Dictionary, grain_name: String, speed: float) -> Array:
+	var voices := []
+	for layer: Dictionary in facts.layers:
+		var clip: Dictionary = feel.loops[layer.loop]
+		voices.append(FeelVoices.Layer.new(clip, layer, draw() * clip.seconds, speed))
+	if facts.breaks != null:
+		voices.append(FeelVoices.Breaks.new(facts.breaks, grain_name, draw()))
+	return voices
+
+
+## Lets a hand sound for `dt`, s; returns the power for a pad, and adds samples to `part`.
+func _advance(hand: Hand, dt: float, part := PackedFloat64Array()) -> Vector3:
+	for voice in hand.voices:
+		if not voice is FeelVoices.Shot:
+			voice.aim = 0.0
+	for wish in hand.wishes:
+		_follow(hand, wish)
+	var power := Vector3.ZERO
+	var step: float = dt / feel.rules.fade_s
+	var has_ended := false
+	for voice in hand.voices:  # grains that begin are added at the end, and sound at once
+		var before := voice.fade
+		voice.fade = move_toward(before, voice.aim, step)
+		power += voice.advance(self, hand, before, dt, part)
+		has_ended = has_ended or (voice.fade == 0.0 and voice.aim == 0.0)
+	if has_ended:
+		hand.voices = hand.voices.filter(func(voice: FeelVoices.Voice) -> bool: return voice.fade != 0.0 or voice.aim != 0.0)
+	return power
+
+
+## Lets the voices of a hand follow what its newest touch wants.
+func _follow(hand: Hand, wish: FeelVoices.Wish) -> void:
+	var is_there := false
+	var textures := {}
+	for voice in hand.voices:
+		if voice.key == wish.key:
+			is_there = true
+			voice.aim = wish.aim
+			if voice.to != wish:
+				voice.follow(self, wish)
+		elif voice.is_texture:
+			textures[voice.key] = true
+	if is_there or (wish.is_texture and textures.size() > feel.rules.max_textures):
+		return
+	for voice: FeelVoices.Voice in wish.begin.call():
+		voice.key = wish.key
+		voice.is_texture = wish.is_texture
+		voice.aim = wish.aim
+		voice.follow(self, wish)
+		hand.voices.append(voice)
+
+
+## Returns the mean power of each of the next periods of a hand, which stays as it is.
+func _ahead(hand: Hand, period_s: float, periods: int) -> Array:
+	var voices := hand.voices.duplicate()
+	var memories := voices.map(func(voice: FeelVoices.Voice) -> Array: return voice.memory())
+	var drawn := _drawn
+	var size := maxi(1, roundi(period_s / step_s))
+	var powers := []
+	for period in periods:
+		var power := Vector3.ZERO
+		for step in size:
+			power += _advance(hand, step_s)
+		powers.append(power / size)
+	_drawn = drawn
+	hand.voices = voices
+	for at in voices.size():
+		voices[at].recall(memories[at])
+	return powers
+
+
+## Lets a hand that is planned sound until `now`.
+func _run(hand: Hand, now: float) -> void:
+	var left := clampf(now - hand.time, 0.0, 0.5) if is_finite(hand.time) else 0.0
+	hand.time = now
+	while left > FeelVoices.SOON and not hand.is_silent():
+		_advance(hand, minf(left, step_s))
+		left -= step_s
+
+
+func _on_pad(level: float, form: String) -> float:
+	var pad: Dictionary = feel.rules.pad
+	return 0.0 if level < pad.min_level else minf(pad.scale[form] * pow(minf(level, 1.0), pad.exponent), 1.0)
+
+
+func _transient(shot: FeelVoices.Shot, factor: float) -> Dictionary:
+	var peak := _on_pad(shot.pad * shot.fade / maxf(shot.clip.most, 1e-12), "parametric")
+	var amplitude := snappedf(factor * maxf(peak, feel.rules.pad.min_impact), 0.0001)
+	return {"at_ms": 0.0, "amplitude": amplitude, "frequency_hz": shot.hz}
+
+
+## Turns down what would leave the range, at once, and recovers slowly.
+func _limited(part: PackedFloat64Array, factor: float) -> PackedFloat64Array:
+	var ceiling: float = feel.rules.ceiling
+	var loudest := ceiling
+	for sample in part:
+		loudest = maxf(loudest, factor * absf(sample))
+	_turned_down = maxf(1.0 - ceiling / loudest, _turned_down * exp(-part.size() / sound_hz / feel.rules.recover_s))
+	for at in part.size():
+		part[at] *= factor * (1.0 - _turned_down)
+	return part
+
+
+## Returns a quantity within its limits; `missing` for what is absent or no number.
+func _within(name: String, given: Variant, missing: Variant) -> Variant:
+	if given == null:
 		return missing
-	return clampf(value, 0.0, most)
+	if not (given is float or given is int) or is_nan(given):
+		_note(name, "`%s` is not a number; %s is used; pass a number" % [given, missing])
+		return missing
+	var low: float = feel.ranges[name][0]
+	var high: float = feel.ranges[name][1]
+	if given < low or given > high:
+		_note(name, "%s is outside %s to %s; the nearest is used" % [given, low, high])
+	return clampf(given, low, high)
 
 
-func _play(hand: Hand, fields: Dictionary, onset: bool, now: float) -> void:
-	_onsets += int(onset)
-	var surface: Dictionary = surface_of.call(fields)
-	var interaction := hand.interaction_name()
-	var is_impact := interaction in FeelVoices.IMPACTS
-	hand.apply(
-		{
-			"material": surface.get("material"),
-			"interaction": interaction,
-			"onset": onset,
-			"speed": fields.speed_mps,
-			"force": fields.force_n,
-			"seed": _onsets,
-			"expires_at": hand.lease_until,
-			"gain": within(1.0, surface.get("impact_gain"), 1.0) if is_impact else 1.0,
-			"thickness": surface.get("thickness_m") if interaction == "swing" else null,
-			"hum": surface.get("hum") if hand.touches else null,
-		},
-		now
-	)
+func _knows(fields: Dictionary) -> bool:
+	for name: String in ["phase", "hand", "interaction"]:
+		var word: Variant = fields.get(name)
+		if not word in feel.words[name] and not (name == "interaction" and word == null):
+			_note(name, "`%s` is not one of %s: the touch is refused" % [word, ", ".join(feel.words[name])])
+			return false
+	return true
 
 
-## Unpacks a loop. Its samples stay bytes: a script would need 100 ms to convert those of all materials.
-static func _unpack(loop: Dictionary) -> void:
-	var packed := Marshalls.base64_to_raw(loop.wave)
-	loop.count = packed.size()
-	# Its last sample before the first, and its first two behind the last, so that a cubic never wraps.
-	loop.padded = packed.slice(-1) + packed + packed.slice(0, 2)
+func _note_milliseconds(hand: Hand, phase: String, now: float) -> void:
+	var gap := now - hand.touched_at
+	hand.touched_at = now
+	hand.gaps = hand.gaps + 1 if phase == "slide" and gap >= 5.0 and gap <= 1000.0 else 0
+	if hand.gaps == 3:
+		_note("now", "%s s between the touches of a slide; pass s, not ms" % gap)
 
 
-## One hand: its lease, its hold, and the plans of its vibration.
+func _is_time(now: Variant) -> bool:
+	if (now is float or now is int) and is_finite(now):
+		return true
+	_note("now", "`%s` is not a time in s: the call is refused" % now)
+	return false
+
+
+func _note(field: String, text: String) -> void:
+	if not said.has(field):
+		said[field] = true
+		push_warning("HapticVLM: %s: %s" % [field, text])
+
+
+## One hand: its lease, its hold, what it wants to sound, and what sounds.
 class Hand:
 	var is_held := false
 	var is_armed := false
-	var touches := false
-	var vibrates := false
-	var lease_until := INF
-	var _slides := false
-	var _interaction := ""  # empty: the client names none
-	var _feel: Dictionary
-	var _voices: FeelVoices
-	var _rendered_until: Variant = null
-	var _renewal: Variant = null
-	var _expires_at := -INF
-
-	func _init(feel: Dictionary, rate_hz: float) -> void:
-		_feel = feel
-		_voices = FeelVoices.new(feel, rate_hz)
-
-	func interaction_name() -> String:
-		if _slides and not _interaction in FeelVoices.TEXTURES:
-			return "slide"
-		return "strike" if _interaction.is_empty() else _interaction
-
-	func follow(fields: Dictionary, until: float) -> bool:
-		var onset: bool = not touches and fields.phase == "contact"
-		lease_until = until
-		var named: Variant = fields.get("interaction")
-		_interaction = "" if named == null else str(named)
-		touches = fields.phase != "approach"
-		vibrates = touches or _interaction == "swing"
-		var is_texture: bool = _interaction in FeelVoices.TEXTURES
-		var is_unnamed := not onset and _interaction.is_empty()
-		var slides: bool = fields.phase == "slide" or is_texture or is_unnamed
-		_slides = slides if touches else _interaction == "swing"
-		return onset
-
-	func lapse(now: float) -> void:
-		if lease_until < now:
-			release()
-
-	func release() -> void:
-		lease_until = INF
-		touches = false
-		vibrates = false
-		_slides = false
-		_interaction = ""
-		rest()
-
-	func rest() -> void:
-		_voices.silence()
-		_renewal = null
-		_rendered_until = null
-
-	func apply(command: Dictionary, now: float) -> void:
-		_expires_at = command.expires_at
-		if not command.onset:
-			_renewal = command
-			return
-		_advance(now)
-		_voices.apply(command)
-
-	func plan(form: String, now: float, gain: float) -> Dictionary:
-		var rules: Dictionary = _feel.rules.plan
-		var impacts := _voices.beginning()
-		_advance(now)
-		var period: float = rules.period_s[form]
-		var planned := {
-			"period_ms": 1000.0 * period, "amplitude": [], "frequency_hz": [], "transients": []
-		}
-		var ahead: float = minf(rules.horizon_s, _expires_at - now)
-		if _voices.is_silent() or ahead <= 0.0:
-			return planned
-		var wave := _voices.fork().render(roundi(rules.horizon_s * rules.rate_hz), now)
-		var count := maxi(1, floori(ahead / period + 1e-9))
-		var size := roundi(period * rules.rate_hz)
-		var drive := wave
-		var stride := 1
-		if form == "amplitude":
-			drive = FeelSynthesis.loudness(wave, _feel.loudness)
-			stride = FeelSynthesis.STRIDE
-		var energy := FeelSynthesis.energies(drive)
-		var beginning := 0 if impacts.is_empty() else roundi(rules.min_impact_s / period)
-		var amplitude := []
-		for level in FeelSynthesis.levels(energy, size, count, stride):
-			var value := FeelSynthesis.controller_amplitude(level, form, rules)
-			value = maxf(value, rules.min_impact) if amplitude.size() < beginning else value
-			amplitude.append(snappedf(gain * value, 0.0001))
-		if amplitude.max() < rules.min_amplitude:
-			return planned
-		planned.amplitude = amplitude
-		if form == "parametric":
-			var steps := FeelSynthesis.step_energies(wave)
-			planned.frequency_hz = Array(FeelSynthesis.frequencies(energy, steps, size, count, rules))
-			planned.transients = impacts.map(_transient.bind(gain))
-		return planned
-
-	func _transient(voice: FeelVoices.Voice, gain: float) -> Dictionary:
-		var rules: Dictionary = _feel.rules.plan
-		var peak: float = voice.source.peak
-		var amplitude := FeelSynthesis.controller_amplitude(peak, "parametric", rules)
-		var facts: Dictionary = _feel.materials[voice.material]
-		return {
-			"at_ms": 0.0,
-			"amplitude": snappedf(gain * maxf(amplitude, rules.min_impact), 0.0001),
-			"frequency_hz": facts.impact.modes[0].frequency_hz,
-		}
-
-	func _advance(now: float) -> void:
-		var elapsed := 0.0
-		if _rendered_until != null:
-			elapsed = clampf(now - _rendered_until, 0.0, _feel.rules.plan.stale_s)
-		_rendered_until = now
-		var count := roundi(elapsed * _feel.rules.plan.rate_hz)
-		if count > 0 and not _voices.is_silent():
-			_voices.render(count, now - elapsed)
-		if _renewal != null:
-			_voices.apply(_renewal)
-		_renewal = null
-
-
-## One hand whose touches are heard. What ends fades instead of a click.
-class SoundHand:
-	extends Hand
 	var is_muted := false
+	var touches := false
+	var lease_until := -INF
+	var time := NAN  # until which a plan has let it sound
+	var touched_at := 0.0
+	var gaps := 0
+	var wishes: Array[FeelVoices.Wish] = []
+	var voices: Array[FeelVoices.Voice] = []
+	var _fades: bool  # as samples do; a plan ends at once
+
+	func _init(fades: bool) -> void:
+		_fades = fades
 
 	func is_silent() -> bool:
-		return _voices.is_silent()
+		return voices.is_empty() and wishes.is_empty()
 
+	## Returns the impacts that ring.
+	func impacts() -> Array[FeelVoices.Voice]:
+		return voices.filter(func(voice: FeelVoices.Voice) -> bool: return voice is FeelVoices.Shot and voice.is_impact)
+
+	## Adds a wish, whose voices `begin` returns.
+	func wish(key: String, aim: float, begin: Callable) -> FeelVoices.Wish:
+		var wanted := FeelVoices.Wish.new(key, aim, begin)
+		wishes.append(wanted)
+		return wanted
+
+	## Ends what sounds: at once for a plan, with a fade for samples. An impact of which nothing was played is dropped.
+	func let_go() -> void:
+		wishes.clear()
+		time = NAN
+		if not _fades:
+			voices.clear()
+		voices = voices.filter(
+			func(voice: FeelVoices.Voice) -> bool: return not voice is FeelVoices.Shot or not voice.is_impact or voice.has_begun
+		)
+		for voice in voices:
+			voice.aim = 0.0
+
+	## Ends the lease, and what sounds.
 	func rest() -> void:
-		_voices.rest()
-
-	func apply(command: Dictionary, _now: float) -> void:
-		if not is_muted:
-			_voices.apply(command)
-
-	func render(count: int, now: float) -> PackedFloat64Array:
-		return _voices.render(count, now)
+		lease_until = -INF
+		touches = false
+		let_go()

@@ -27,12 +27,12 @@ var forms := {}
 var is_owner := false
 ## auto, service or baked; `select` changes it.
 var mode := "auto"
-## The opened `feel.json`; empty: there is none.
+## The opened `feel.true.json`; empty: there is none.
 var feel := {}
 ## The opened `materials.json`; null: there is none.
 var bake: HapticBake
 
-var _player: FeelPlayer  # null: no feel.json
+var _player: FeelPlayer  # null: no feel.true.json
 var _baked := {}  # [object id, surface] -> what the bake has of it
 var _decided := {}  # [object id, surface] -> the material that the service renders
 var _hands := {"left": Hand.new(), "right": Hand.new()}
@@ -53,7 +53,7 @@ class Hand:
 	var missed_at := -INF
 
 
-## Takes the contents of `feel.json`, opened, and of `materials.json`; empty dictionaries: there is none.
+## Takes the contents of `feel.true.json`, opened, and of `materials.json`; empty dictionaries: there is none.
 func open(tables: Dictionary, materials: Dictionary) -> void:
 	feel = tables
 	bake = null if materials.is_empty() else HapticBake.new(materials)
@@ -96,7 +96,7 @@ func is_held(name: String) -> bool:
 ## Returns the reason why the bake is silent, in one sentence; empty if it is not.
 func silence() -> String:
 	if _player == null:
-		return "no feel.json: add *.json to the export's filter of files that are not resources"
+		return "no feel.true.json: see the log, or add *.json to the export's filter of files that are not resources"
 	if _hands.keys().any(func(name: String) -> bool: return _hands[name].touches and is_held(name)):
 		return "stopped: release and touch again"
 	return _missing
@@ -141,11 +141,14 @@ func touch(fields: Dictionary, now: float) -> bool:
 		_asked_at = now
 	if _player == null:
 		return is_sent
-	var hand: Hand = _hands[fields["hand"]]
-	hand.touches = fields["phase"] != "release"
+	var hand: Hand = _hands.get(fields.get("hand"))
 	var begins_impact := _player.touch(fields, now)
+	if hand == null:
+		return is_sent
+	var is_release: bool = fields.get("phase") == "release"
+	hand.touches = not is_release
 	touched.emit(fields, now)
-	if fields["phase"] == "release":
+	if is_release:
 		hand.missed = {}
 	if begins_impact:
 		hand.missed = _plan(fields["hand"], now)
@@ -154,7 +157,7 @@ func touch(fields: Dictionary, now: float) -> bool:
 	if _is_baked(hand):
 		if begins_impact:
 			_post_missed(fields["hand"], now)
-		elif fields["phase"] == "release":
+		elif is_release:
 			_post_plan(fields["hand"], now)
 	return is_sent
 
@@ -200,8 +203,8 @@ func step(now: float) -> void:
 
 ## Returns what is felt of a touched object without the service: a surface of `materials.json`.
 func surface_of(fields: Dictionary) -> Dictionary:
-	var id := str(fields.get("object_id", ""))
-	var key := [id, int(fields.get("surface", 0))]
+	var id := "" if fields.get("object_id") == null else str(fields["object_id"])
+	var key := [id, 0 if fields.get("surface") == null else int(fields["surface"])]
 	var stated: Dictionary = stated_of.call(id)
 	if not _baked.has(key):
 		_baked[key] = _find(id, key[1], stated)

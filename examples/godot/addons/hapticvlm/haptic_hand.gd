@@ -16,6 +16,7 @@ const STRIKE_MPS := 0.42  # a contact slower than this is a tap
 const APPROACH_S := 0.5  # look-ahead time of an approach
 const APPROACH_MPS := 0.05  # slower is not an approach
 const SMOOTHING_S := 0.03
+const FASTEST_MPS := 20.0  # limit of the protocol, which a jump of a tracked hand exceeds
 
 @export_enum("left", "right") var hand := "right"
 ## Force in newtons: set it from a trigger or from the depth of penetration.
@@ -142,10 +143,10 @@ func _send(phase: String, fields: Dictionary) -> void:
 
 func _measure(delta: float) -> void:
 	var share := 1.0 - exp(-delta / SMOOTHING_S)
-	_velocity = _velocity.lerp((global_position - _at) / delta, share)
+	_velocity = _velocity.lerp((global_position - _at) / delta, share).limit_length(FASTEST_MPS)
 	_at = global_position
 	var here := _here()
-	speed_mps = lerpf(speed_mps, here.origin.distance_to(_was.origin) / delta, share)
+	speed_mps = minf(lerpf(speed_mps, here.origin.distance_to(_was.origin) / delta, share), FASTEST_MPS)
 	_was = here
 
 

@@ -26,13 +26,12 @@ const SceneRegistry := preload("scene_registry.gd")
 const FrameSlot := preload("frame_slot.gd")
 const TextureMaps := preload("texture_maps.gd")
 const Felt := preload("felt.gd")
-const FEEL := "res://addons/hapticvlm/feel.json"  # the built-in materials
+const FEEL := "res://addons/hapticvlm/feel.true.json"  # the built-in materials
 const SURFACES_SINCE_MINOR := 2  # an older service refuses unknown fields
 const TAKE_EVERY_S := 2.0  # interval between requests for outputs that another scene owns
 const HANDS: Array[String] = ["left", "right"]
 const NO_TOUCH := "no hand has touched an object yet"
-const FASTEST_MPS := 20.0  # limits of the protocol, which a jumping tracked hand can exceed
-const STRONGEST_N := 200.0
+const LARGEST := 1e9  # number that JSON carries in place of an infinity; the service takes its own limit
 
 ## The instance in the tree, for the nodes of the addon.
 static var current: HapticService
@@ -142,13 +141,16 @@ func forget(object_id: String) -> void:
 ## Sends a touch: phase, hand, object_id, speed_mps, force_n, and other fields of the protocol.
 func touch(message: Dictionary) -> void:
 	_has_touched = true
-	var sent := message.duplicate()
-	sent["captured_at"] = Link.now_s()
-	sent["speed_mps"] = clampf(message.get("speed_mps", 0.0), 0.0, FASTEST_MPS)
-	sent["force_n"] = clampf(message.get("force_n", 0.0), 0.0, STRONGEST_N)
-	if message["phase"] == "release":
+	var sent := {"captured_at": Link.now_s()}
+	for name: String in message:
+		var value: Variant = message[name]
+		if value is float and is_nan(value):
+			continue
+		if value != null:
+			sent[name] = clampf(value, -LARGEST, LARGEST) if value is float else value
+	if message.get("phase") == "release":
 		_is_stopped = false
-	if not felt.touch(sent, Link.now_s()):
+	if not felt.touch(message, Link.now_s()):
 		_lost_touches += int(not _plays_bake())
 		return
 	if not is_owner:
@@ -227,7 +229,7 @@ func _set_mode(value: String) -> void:
 ## Opens the project's bake; the built-in materials where it has none.
 func _open_bake() -> void:
 	var folder: String = ProjectSettings.get_setting("hapticvlm/bake", "res://baked")
-	var feel := folder.path_join("feel.json")
+	var feel := folder.path_join("feel.true.json")
 	var materials: Variant = null
 	if FileAccess.file_exists(folder.path_join("materials.json")):
 		materials = JSON.parse_string(FileAccess.get_file_as_string(folder.path_join("materials.json")))
