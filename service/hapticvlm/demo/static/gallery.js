@@ -65,7 +65,7 @@ function open() {
 // Keeps a moment for the link that is copied.
 function remember(moment) {
   newest = moment;
-  Object.assign(byId("link"), { textContent: "Copy link to this moment", disabled: false });
+  Object.assign(byId("link"), { textContent: "Copy link", disabled: false });
 }
 
 function card(material) {
