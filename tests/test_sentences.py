@@ -15,6 +15,7 @@ PAGES = [
     *sorted((ROOT / "examples").glob("*/README.md")),
     *(ROOT / name for name in ("examples/webxr/client/README.md", "unity_client/README.md")),
     ROOT / "firmware/README.md",
+    ROOT / "firmware/ONE_RESISTOR.md",
 ]
 MOST_WORDS, MOST_LINES, MEAN_WORDS = 30, 130, 15
 

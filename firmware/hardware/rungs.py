@@ -1,7 +1,7 @@
-"""Draws the wiring of the maker's rungs 1, 2 and 2b as rung*.svg: `python rungs.py`.
+"""Draws the wiring of the maker's rungs 1, 2 and 2c as rung*.svg: `python rungs.py`.
 
-Rung 2b shows how the parts of the plate join; circuit.py draws its circuit. `--check` writes
-nothing and exits with 1 when a file is not current.
+Rung 2c shows how the parts of the plate of one resistor join; circuit.py lists them. `--check`
+writes nothing and exits with 1 when a file is not current.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ DIVIDERS = (
 
 def main() -> int:
     """Write both files, or check them."""
-    made = {"rung1.svg": rung1(), "rung2.svg": rung2(), "rung2b.svg": rung2b()}
+    made = {"rung1.svg": rung1(), "rung2.svg": rung2(), "rung2c.svg": rung2c()}
     if "--check" not in sys.argv[1:]:
         for name, text in made.items():
             (HERE / name).write_text(text, encoding="utf-8")
@@ -109,15 +109,15 @@ def rung2() -> str:
     return _svg(760, 525, body)
 
 
-def rung2b() -> str:
-    """Return the parts of the plate without a speaker, and the lines between them."""
+def rung2c() -> str:
+    """Return the parts of the plate of one resistor, and the lines between them."""
     body = [
-        _text(20, 30, "Step 2b: the plate, without a speaker", "bold", size=15),
+        _text(20, 30, "Step 2c: the plate of one resistor", "bold", size=15),
         *_box(20, 70, 110, 80, "computer", "USB"),
         *_box(200, 60, 120, 100, "board", "Uno or Nano"),
-        *_box(410, 60, 130, 100, "driver", "MAX1968 kit"),
-        *_box(610, 60, 110, 100, "limiter", "D1, R13, R14"),
-        *_box(20, 250, 110, 70, "supply", "5 V, fuse 4 A"),
+        *_box(410, 60, 130, 100, "bridge", "DRV8833"),
+        *_box(610, 60, 110, 100, "R13", "6.2 ohm"),
+        *_box(20, 250, 110, 70, "supply", "5 V, fuse 1.25 A"),
         *_box(410, 250, 130, 70, "cut-out", "relay K1"),
         f'<path d="M610 250H720V274H610Z" fill="{HOT}" stroke="{INK}"/>',
         f'<path d="M610 274H720V330H610Z" fill="#d1d5db" stroke="{INK}"/>',
@@ -133,11 +133,10 @@ def rung2b() -> str:
         _text(365, 137, "D9 heat,", anchor="middle"),
         _text(365, 152, "D10 cool", anchor="middle"),
         _wire(540, 110, 610, 110),
-        _text(575, 101, "J1", anchor="middle"),
         _line("M720 110H790V262H720"),
         _text(784, 190, "leads", anchor="end"),
         _wire(130, 285, 410, 285),
-        _text(232, 302, "supply of driver and module"),
+        _text(232, 302, "supply of the module"),
         _wire(490, 250, 490, 160),
         _text(496, 210, "5 V, switched"),
         _line("M410 265H300V160"),
@@ -149,8 +148,8 @@ def rung2b() -> str:
         _text(
             402, 353, "A0, A1: thermistors of the plate; A2: of the sink; A3: RT4", anchor="middle"
         ),
-        _text(20, 392, "RT4 is the cut-out's. The board may open it; its button closes it."),
-        _text(20, 409, "Grounds join at one point. Every value and pin is in wiring.md."),
+        _text(20, 392, "The board alone lets the relay hold; its button closes it."),
+        _text(20, 409, "Grounds join at one point. Every value and pin is in one-resistor.md."),
     ]
     return _svg(850, 425, body)
 

@@ -19,6 +19,7 @@ DOCUMENTS = (
     *sorted(path.relative_to(ROOT).as_posix() for path in (ROOT / "docs").rglob("*.md")),
     "examples/webxr/README.md",
     "firmware/README.md",
+    "firmware/ONE_RESISTOR.md",
     "unity_client/README.md",
 )
 SHELLS = ("", "sh", "bash", "console")

@@ -18,30 +18,35 @@ from hapticvlm import documents
 _MOST_BYTES = 65_536  # a calibration has some three hundred
 
 
-def plate_resistance(text: str) -> float:
-    """Read a plate resistance in m2 K/W, of any range; an argparse type.
+def calibrated(what: str, field: str, command: str) -> Callable[[str], float]:
+    """Return an argparse type that reads a number of any range, or the file of a calibration.
 
-    `text` is a number, or the file that `hapticvlm calibrate plate --out FILE` wrote. Raises
-    ArgumentTypeError that names what to give.
+    `command` writes the file. The type raises ArgumentTypeError that names what to give.
     """
-    try:
-        return float(text)
-    except ValueError:
-        pass
-    try:
-        calibration = documents.read_json(Path(text), object, _MOST_BYTES)
-    except OSError as error:
-        reason = f"{text}: not a number, and as a file: {documents.reason(error)}"
-        raise argparse.ArgumentTypeError(reason) from None
-    except ValueError:
-        calibration = None
-    match calibration:
-        case {"calibrate": "plate", "plate_resistance": int(value) | float(value)}:
-            if not isinstance(value, bool):
-                return float(value)
-    raise argparse.ArgumentTypeError(
-        f"{text} is not what `hapticvlm calibrate plate --out FILE` writes"
-    )
+
+    def read(text: str) -> float:
+        try:
+            return float(text)
+        except ValueError:
+            pass
+        try:
+            calibration = documents.read_json(Path(text), dict[str, Any], _MOST_BYTES)
+        except OSError as error:
+            reason = f"{text}: not a number, and as a file: {documents.reason(error)}"
+            raise argparse.ArgumentTypeError(reason) from None
+        except ValueError:
+            calibration = {}
+        value: Any = calibration.get(field)
+        is_number = isinstance(value, int | float) and not isinstance(value, bool)
+        if is_number and calibration.get("calibrate") == what:
+            return float(value)
+        raise argparse.ArgumentTypeError(f"{text} is not what `hapticvlm {command}` writes")
+
+    return read
+
+
+plate_resistance = calibrated("plate", "plate_resistance", "calibrate plate --out FILE")
+thermal_strength = calibrated("cold", "thermal_strength", "study match FILE")
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Literal
 
-from hapticvlm.server.options import Flag, options_of, plate_resistance
+from hapticvlm.server.options import Flag, options_of, plate_resistance, thermal_strength
 from hapticvlm.vlm.limits import ANSWER_S, IMAGE_TOKENS
 
 CONNECTIONS = "connections"
@@ -188,9 +188,10 @@ class ServeOptions:
         Flag(
             OUTPUTS,
             "heat and cold as a share of the contact model's, until a client sets `thermal_gain`; "
-            "lower it where real steel feels less cold than the plate",
-            "SHARE",
+            "lower it where real steel feels less cold. Or the file of `hapticvlm study match`",
+            "SHARE_OR_FILE",
             range=(0.0, 1.0),
+            read=thermal_strength,
         ),
     ] = 1.0
     feel: Annotated[

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hapticvlm_studio.commands import new, report, run
+from hapticvlm_studio.commands import match, new, report, run
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
@@ -18,5 +18,5 @@ def add(commands: Commands) -> None:
         description="Run a forced-choice study of what people feel, and evaluate it.",
     )
     parts = study.add_subparsers(title="parts", required=True, metavar="PART")
-    for part in (new, run, report):
+    for part in (new, run, report, match):
         part.add(parts)

@@ -1,0 +1,72 @@
+"""How strong cold must be: people match a plate to a block of steel, and the service takes it."""
+
+import asyncio
+import io
+import json
+import sys
+
+import pytest
+
+from hapticvlm.client import connect
+from hapticvlm.client.local_service import Service
+from hapticvlm.commands.main import main
+from hapticvlm.perception import NEUTRAL_C
+from hapticvlm.server.options import thermal_strength
+from hapticvlm_studio.commands import match
+
+pytestmark = pytest.mark.process
+
+
+async def fall_c(url: str) -> float:
+    """Return how far the plate should fall for the block that is touched now, in degC."""
+    async with connect(url) as client:
+        steel = {"object_id": "block", "material": "metal", "temperature_c": 28.0}
+        await client.scene([steel], ambient_c=28.0)
+        await client.touch("contact", "block", force_n=1.0)
+        while (event := await client.events.get())["type"] != "decision":
+            pass
+        return NEUTRAL_C - float(event["unlimited_c"])
+
+
+def test_people_match_the_plate_to_steel_and_the_service_takes_their_median(
+    service: Service,
+    tmp_path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr(match, "FELT_S", 0.05)
+    monkeypatch.setattr(match, "REST_S", 0.0)
+    kept = tmp_path / "cold.json"
+    whole_c = asyncio.run(fall_c(service.url))
+
+    def asked(code: str, percent: int) -> int:
+        one = f"\nmuch less\n\n{percent}\n\n\n"  # two presentations and an answer nobody can use
+        monkeypatch.setattr(sys, "stdin", io.StringIO(one * len(match.STARTS)))
+        return main(["study", "match", str(kept), "--participant", code, "--url", service.url])
+
+    assert asked("P-01", 80) == 0
+    assert asyncio.run(fall_c(service.url)) == pytest.approx(0.8 * whole_c, abs=0.01)
+    assert asked("P-02", 50) == 0
+    assert asked("P-03", 60) == 0
+    assert "3 people, median 60 %" in capsys.readouterr().out
+
+    told = json.loads(kept.read_text())
+    assert told["matches"]["P-02"] == pytest.approx([0.5] * 4)
+    assert told["simulated"] is True
+    assert thermal_strength(str(kept)) == 0.6
+    assert asked("P-02", 50) == 2
+    assert "has P-02 already" in capsys.readouterr().err
+
+
+def test_another_file_and_no_service_are_told_and_nothing_is_kept(
+    tmp_path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "cold.json"
+    path.write_text('{"calibrate": "plate"}')
+    start = ["study", "match", str(path), "--participant", "P-01", "--url", "ws://127.0.0.1:9/"]
+    assert main(start) == 2
+    assert "give another file" in capsys.readouterr().err
+    path.unlink()
+    assert main(start) == 2
+    assert "hapticvlm serve" in capsys.readouterr().err
+    assert not path.exists()
