@@ -1,77 +1,21 @@
-"""Golden vectors of the players of `feel.json`: touches, and the vibration that the service plans.
+"""Touches of the golden vectors of a player: cases, each a list of events in the order of time.
 
-Each case is a list of events in the order of time: a touch, a stop, or a plan of one hand. Touches
-go through the session and its planners, as in the service, but on the clock of the events. A
-player that receives the same touches has to plan the same amplitudes and frequencies.
+An event is a touch, a stop, or a plan of one hand.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from functools import lru_cache
 from typing import Any
 
-import msgspec
-
-from hapticvlm.materials import MATERIALS
-from hapticvlm.messages import MessageError, Scene, SceneObject, Touch
-from hapticvlm.rendering.heat.limits import AT_REST
 from hapticvlm.rendering.vibration.controller_scale import Form
-from hapticvlm.rendering.vibration.vibration import IMPACTS, INTERACTIONS
-from hapticvlm.rendering.vibration.vibration_plan import VibrationPlan, VibrationPlanner
-from hapticvlm.session.actions import PlayVibration, ReleaseHand
-from hapticvlm.session.hands import NAMES, Hold
-from hapticvlm.session.session import SceneSession
-from hapticvlm.session.settings import SessionSettings
+from hapticvlm.rendering.vibration.vibration import IMPACTS
 
 Json = dict[str, Any]
 FORMS: tuple[Form, ...] = ("amplitude", "parametric")
 RENEW_S = 0.02  # between two touches of a hand that moves on, as a scene sends them
 PLANS_S = (0.0, 0.04, 0.14)  # after the first touch; each covers 0.1 s
-SPEEDS_MPS = (0.1, 0.4, 1.2)
 SWINGS = 6.0  # times as fast as a hand on a surface
 BEGIN_S = 10.0  # of each case, on its clock
-
-
-def cases() -> Iterator[Json]:
-    """Yield every golden case with the service's plans."""
-    for material in MATERIALS:
-        for interaction in INTERACTIONS:
-            yield played(touched(material, interaction, 0.4))
-    yield played(changing_speed())
-    yield played(lapsing())
-    yield played(stopped())
-    yield played(both_hands())
-    yield played(crowded())
-
-
-def played(case: Json) -> Json:
-    """Return the case with the service's plan in each of its `plan` events."""
-    hold = Hold()
-    session = SceneSession(SessionSettings(owner=True), hold)
-    objects = [SceneObject(object_id=name, material=name) for name in MATERIALS]
-    session.receive(Scene(id=1, objects=objects, replace=True), BEGIN_S)
-    planners = _planners()
-    events = []
-    for event in case["events"]:
-        now = event["at_s"]
-        _carry_out(session.tick(now, AT_REST), planners, now)
-        if "touch" in event:
-            touch = msgspec.convert({"captured_at": now, **event["touch"]}, Touch)
-            try:
-                _carry_out(session.receive(touch, now), planners, now)
-            except MessageError:  # while a stop holds the outputs
-                assert hold.holds_all(touch.hand)
-        elif "stop" in event:
-            hold.stop("all")
-            for planner in planners:
-                planner.rest()
-        elif "plan" in event:
-            planner = planners[NAMES.index(event["plan"])]
-            plans = {form: _plan(planner.plan(form, now)) for form in FORMS}
-            event = {**event, **plans}
-        events.append(event)
-    return {**case, "events": events}
 
 
 def touched(material: str, interaction: str, speed_mps: float, force_n: float = 1.5) -> Json:
@@ -163,18 +107,6 @@ def crowded() -> Json:
     return {"name": "drumming on glass", "events": events}
 
 
-@lru_cache(maxsize=1)
-def _idle_planners() -> tuple[VibrationPlanner, ...]:
-    return tuple(VibrationPlanner(MATERIALS) for _ in NAMES)
-
-
-def _planners() -> tuple[VibrationPlanner, ...]:
-    """Return the planners of both hands, at rest; to make them takes a part of a second."""
-    for planner in _idle_planners():
-        planner.rest()
-    return _idle_planners()
-
-
 def _is_planned(at_s: float) -> bool:
     return any(abs(at_s - BEGIN_S - planned_s) < 1e-6 for planned_s in PLANS_S)
 
@@ -188,20 +120,3 @@ def _touch(at_s: float, phase: str, surface: str | None, **fields: Any) -> Json:
 
 def _planned(at_s: float) -> Json:
     return {"at_s": round(at_s, 6), "plan": "right"}
-
-
-def _carry_out(actions: Any, planners: tuple[VibrationPlanner, ...], now: float) -> None:
-    for action in actions:
-        match action:
-            case PlayVibration(command):
-                planners[command.hand].apply(command, now)
-            case ReleaseHand():
-                planners[action.hand].rest()
-
-
-def _plan(plan: VibrationPlan) -> Json:
-    return {
-        "amplitude": plan.amplitude,
-        "frequency_hz": plan.frequency_hz,
-        "transients": [[pulse.amplitude, pulse.frequency_hz] for pulse in plan.pulses],
-    }

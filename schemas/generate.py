@@ -1,10 +1,10 @@
 """Writes the schemas and golden vectors from messages.py; `--check` fails when they are stale.
 
 messages.schema.json is JSON Schema draft-07, asyncapi.yaml is AsyncAPI 3.0. vectors/*.json have
-messages as bytes, beside their values or the reason of their refusal; vectors/feel.json has touches
-and their vibration, for the players of `feel.json` (feel.schema.json), of which each client has a
-copy for the built-in materials. The web client also has a copy of the pages' sound voice, and the
-WebXR example a bake of its scene. The Unity client's message types are C# (csharp.py).
+messages as bytes, beside their values or the reason of their refusal; vectors/player*.json have
+touches and what a player of a feel file makes of them (player_vectors.py), and each client has the
+feel files of the built-in materials, with their schema. The WebXR example has a bake of its scene.
+The Unity client's message types, and what reads a feel file, are C# (csharp.py).
 
 docs/protocol-reference.md lists every field (tables.py), docs/command-line.md every command and
 option, from the parsers (command_line.py), and docs/material-tables.md every material
@@ -28,7 +28,6 @@ import yaml
 import command_line
 import components
 import csharp
-import feel_vectors
 import material_page
 import player_vectors
 import tables
@@ -37,7 +36,7 @@ import worklet
 from hapticvlm import messages
 from hapticvlm.materials import MATERIALS
 from hapticvlm.messages import ClientMessage, ServiceMessage
-from hapticvlm.rendering.vibration import feel_clips, feel_tables
+from hapticvlm.rendering.vibration import feel_clips
 from hapticvlm.rendering.vibration.vibration import VOICES
 from hapticvlm.scenes import bake
 
@@ -80,14 +79,9 @@ def generated() -> Iterator[tuple[Path, str]]:
     yield HERE / "vectors" / "refused.json", _dump(list(vectors.refused()))
     yield HERE / "vectors" / "answers.json", _dump(list(answers()))
     yield (
-        HERE / "feel.schema.json",
-        _dump(baked_schema("feel", feel_tables.Feel, feel_tables.VERSION)),
-    )
-    yield (
         HERE / "materials.schema.json",
         _dump(baked_schema("materials", bake.Materials, bake.VERSION)),
     )
-    yield HERE / "vectors" / "feel.json", _lines(feel_vectors.cases())
     yield HERE / "vectors" / "player.json", _lines(player_vectors.plans())
     yield HERE / "vectors" / "player_sound.json", _lines(player_vectors.sounds())
     yield HERE / "vectors" / "player_hostile.json", _hostile(player_vectors.hostile())

@@ -61,7 +61,7 @@ def test_each_object_has_the_material_of_the_service_and_by_what() -> None:
 
 
 def test_the_feel_has_the_materials_of_the_scene_and_no_others() -> None:
-    assert list(baked(OBJECTS).feel.materials) == ["leather", "metal", "wood"]
+    assert list(baked(OBJECTS).felt) == ["leather", "metal", "wood"]
 
 
 def test_what_is_not_baked_is_said_and_names_the_unknown_object() -> None:
@@ -76,7 +76,7 @@ def test_what_is_not_baked_is_said_and_names_the_unknown_object() -> None:
 def test_the_order_of_the_scene_does_not_change_the_bytes() -> None:
     turned = baked(OBJECTS[::-1])
     assert bake.encode(turned.materials) == bake.encode(baked(OBJECTS).materials)
-    assert turned.feel == baked(OBJECTS).feel
+    assert [*turned.felt] == [*baked(OBJECTS).felt]
 
 
 def test_a_correction_by_hand_survives_and_brings_its_material() -> None:
@@ -87,7 +87,7 @@ def test_a_correction_by_hand_survives_and_brings_its_material() -> None:
     assert surface(again.materials, "thing").material == "stone"
     assert surface(again.materials, "table").material == "glass"
     assert surface(again.materials, "table").thickness_m == 0.03
-    assert "stone" in again.feel.materials
+    assert "stone" in again.felt
     assert not any(sentence.startswith("materials:") for sentence in again.materials.not_baked)
     assert baked(OBJECTS, again.materials).materials == again.materials
 
@@ -133,7 +133,7 @@ def test_each_surface_of_an_object_is_baked_and_corrected_by_itself() -> None:
     assert [each.material for each in again.materials.objects["bench"].surfaces] == [
         *("wood", "plastic")
     ]
-    assert list(again.feel.materials) == ["plastic", "wood"]
+    assert list(again.felt) == ["plastic", "wood"]
 
 
 def test_a_correction_stays_with_its_material_when_the_order_changes() -> None:
@@ -184,7 +184,7 @@ def test_things_of_which_nothing_is_known_are_felt_as_chosen_or_listed_by_materi
     chosen = bake.bake(model, MATERIALS, unknown="leather")
     felt = surface(chosen.materials, "thing3")
     assert (felt.material, felt.belief, felt.by) == ("leather", 0.0, "unknown")
-    assert list(chosen.feel.materials) == ["leather"]
+    assert list(chosen.felt) == ["leather"]
 
 
 def test_each_texture_is_read_once_and_only_where_names_leave_the_surface_open() -> None:

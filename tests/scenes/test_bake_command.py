@@ -86,7 +86,7 @@ def test_a_folder_of_scenes_is_baked_scene_by_scene_and_names_one_that_cannot_be
     assert main(["bake", str(scenes), "-o", str(out)]) == 0
     assert list(materials(out / "hall.glb").values()) == ["wood"]
     assert list(materials(out / "upstairs" / "hall.glb").values()) == ["metal"]
-    assert (out / "upstairs" / "hall.glb" / "feel.json").exists()
+    assert (out / "upstairs" / "hall.glb" / "feel.true.json").exists()
     (scenes / "broken.gltf").write_text("nothing")
     capsys.readouterr()
     assert main(["bake", str(scenes), "-o", str(out)]) == 1
@@ -162,7 +162,7 @@ def test_a_source_that_is_not_a_scene_is_refused_and_named(
     source.write_text(content)
     assert main(["bake", str(source), "-o", str(tmp_path / "out")]) == 2
     assert named in capsys.readouterr().err
-    assert not (tmp_path / "out" / "feel.json").exists()
+    assert not (tmp_path / "out" / "feel.true.json").exists()
 
 
 def test_either_a_source_or_the_materials_are_needed(tmp_path: Path) -> None:
@@ -188,7 +188,7 @@ def test_a_gltf_room_is_baked_as_the_scan_decides_and_again_to_the_same_bytes(
     decided = [(row["felt"], row["source"]) for row in rows]
     assert [(each["material"], each["by"]) for each in surfaces["surfaces"]] == decided
     assert len(rows) == len(SURFACES)
-    for name in ("materials.json", "feel.json"):
+    for name in ("materials.json", "feel.true.json", "feel.sound.json"):
         first, second = ((tmp_path / each / name).read_bytes() for each in ("first", "second"))
         assert first == second
 
@@ -225,4 +225,4 @@ def test_a_broken_gltf_scene_is_refused_and_named(tmp_path: Path, content: bytes
     refused = hapticvlm("bake", "room.GLB", "-o", "out", cwd=tmp_path)
     assert refused.code == 2
     assert "room.GLB" in refused.err
-    assert not (tmp_path / "out" / "feel.json").exists()
+    assert not (tmp_path / "out" / "feel.true.json").exists()

@@ -17,13 +17,11 @@ if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
     from hapticvlm.materials import Material
     from hapticvlm.messages import Scene
-    from hapticvlm.rendering.vibration.feel_tables import Feel
     from hapticvlm.scenes.bake import Bake, Materials
     from hapticvlm.scenes.scene import SceneNode
     from hapticvlm.session.scene_model import SceneModel
 
-FEEL = "feel.json"
-FEEL_OF_VOICE = "feel.{voice}.json"
+FEEL = "feel.{voice}.json"
 MATERIALS = "materials.json"
 CLIPS = "clips"
 MOST_CHARS = 4000  # of a sentence that names things of a scene, whose names may hold anything
@@ -32,11 +30,12 @@ CLIP_FORMATS = ("wav", "haptic", "ahap")
 CLIP_S = 0.6
 _DESCRIPTION = """
 Write how a scene feels to a folder, for players that have no service: materials.json (what each
-surface is) and feel.json (how its materials vibrate). SOURCE is a glTF 2.0 scene (.glb, .gltf), a
-file of `scene` messages (a list, or a message a line), or a folder that `hapticvlm serve --record
-FOLDER` wrote. Any other folder stands for the glTF scenes in it, each baked to a folder of its own.
-Surfaces are decided as by `hapticvlm scan`, open ones by their textures. Corrections by hand in
-materials.json stay (docs/bake.md). Exit code 1: a scene of a folder could not be read.
+surface is), feel.true.json and feel.sound.json (how its materials vibrate and sound). SOURCE is a
+glTF 2.0 scene (.glb, .gltf), a file of `scene` messages (a list, or a message a line), or a folder
+that `hapticvlm serve --record FOLDER` wrote. Any other folder stands for the glTF scenes in it,
+each baked to a folder of its own. Surfaces are decided as by `hapticvlm scan`, open ones by their
+textures. Corrections by hand in materials.json stay (docs/bake.md). Exit code 1: a scene of a
+folder could not be read.
 """
 
 
@@ -76,17 +75,12 @@ def add(commands: Commands) -> None:
 
 
 def _bake(options: argparse.Namespace) -> int:
-    from hapticvlm.rendering.vibration import feel_tables
-
     if (options.source is None) != options.materials:
         raise UsageError("give either SOURCE or --materials")
     with usage_errors():
         table = touch_options.table(options.gallery)
     if options.materials:
-        tables = feel_tables.feel(table)
-        _write_feel(tables, table, options.out, with_clips=options.clips)
-        for sentence in feel_tables.left_out(table):
-            print(f"  {printable(sentence, MOST_CHARS)}")
+        _write_feel(table, options.out, with_clips=options.clips)
         return 0
     _require_known(options.unknown, table)
     scenes = _scenes_in(options.source)
@@ -136,25 +130,21 @@ def _bake_one(
     out.mkdir(parents=True, exist_ok=True)
     documents.replace_file(out / MATERIALS, bake.encode(baked.materials))
     _report(baked, out)
-    _write_feel(baked.feel, table, out, with_clips=options.clips)
+    _write_feel(baked.felt, out, with_clips=options.clips)
 
 
-def _write_feel(
-    tables: Feel, table: Mapping[str, Material], out: Path, *, with_clips: bool
-) -> None:
+def _write_feel(materials: Mapping[str, Material], out: Path, *, with_clips: bool) -> None:
     """Write the feel of these materials and, if asked for, the clips to hear them by."""
-    from hapticvlm.rendering.vibration import feel_clips, feel_tables
+    from hapticvlm.rendering.vibration import feel_clips
     from hapticvlm.rendering.vibration.vibration import VOICES
 
     out.mkdir(parents=True, exist_ok=True)
-    documents.replace_file(out / FEEL, feel_tables.encode(tables))
-    materials = {name: table[name] for name in tables.materials}
-    for voice in VOICES:
-        file = feel_clips.encode(feel_clips.feel(materials, voice))
-        documents.replace_file(out / FEEL_OF_VOICE.format(voice=voice), file)
-    print(f"{out / FEEL}: {len(tables.materials)} materials")
+    files = [out / FEEL.format(voice=voice) for voice in VOICES]
+    for voice, file in zip(VOICES, files, strict=True):
+        documents.replace_file(file, feel_clips.encode(feel_clips.feel(materials, voice)))
+    print(f"{', '.join(map(str, files))}: {len(materials)} materials")
     if with_clips:
-        print(f"{_write_clips(tables.materials, table, out / CLIPS)} clips in {CLIPS}/")
+        print(f"{_write_clips(materials, out / CLIPS)} clips in {CLIPS}/")
 
 
 def _report(baked: Bake, folder: Path) -> None:
@@ -244,15 +234,15 @@ def _scenes(source: Path) -> Iterator[Scene]:
     yield from scenes
 
 
-def _write_clips(names: Mapping[str, object], table: Mapping[str, Material], folder: Path) -> int:
+def _write_clips(materials: Mapping[str, Material], folder: Path) -> int:
     """Write the clips of these materials; return their number."""
     from hapticvlm.touches.felt import feel, save_clip
 
     folder.mkdir(exist_ok=True)
-    for name in names:
+    for material in materials.values():
         for interaction in CLIP_INTERACTIONS:
-            touch = feel(table[name], interaction, force_n=1.5, speed_mps=0.3, seconds=CLIP_S)
+            touch = feel(material, interaction, force_n=1.5, speed_mps=0.3, seconds=CLIP_S)
             clip = touch.clip()
             for kind in CLIP_FORMATS:
                 save_clip(clip, kind, folder / f"{clip.name}.{kind}")
-    return len(names) * len(CLIP_INTERACTIONS)
+    return len(materials) * len(CLIP_INTERACTIONS)

@@ -19,9 +19,7 @@ from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.materials import Material, no_material
 from hapticvlm.messages import Scene
 from hapticvlm.rendering.heat.limits import AT_REST, limits_of
-from hapticvlm.rendering.vibration import feel_tables
-from hapticvlm.rendering.vibration.feel_tables import Feel
-from hapticvlm.rendering.vibration.hum import Hum
+from hapticvlm.rendering.vibration.hum import Hum, Tone
 from hapticvlm.scenes import lookup
 from hapticvlm.scenes.lookup import Found, Lookup, Query
 from hapticvlm.scenes.scan import Look
@@ -89,10 +87,10 @@ class Materials(msgspec.Struct, frozen=True):
 
 @dataclass(frozen=True, slots=True)
 class Bake:
-    """Both files of a bake, and the corrections whose surfaces the scene no longer has."""
+    """The surfaces, what they are felt as, and corrections of surfaces that the scene lost."""
 
     materials: Materials
-    feel: Feel
+    felt: Mapping[str, Material]
     lost: tuple[str, ...]
 
 
@@ -154,14 +152,10 @@ def bake(
     if unknown is not None:
         objects = {object_id: _defaulted(each, unknown) for object_id, each in objects.items()}
     felt = {one.material for each in objects.values() for one in each.surfaces}
-    used = {name: table[name] for name in felt if name is not None}
-    sentences = (
-        *NEEDS_SERVICE,
-        *feel_tables.left_out(used),
-        *(not_felt if unknown is None else ()),
-    )
+    used = {name: table[name] for name in sorted(name for name in felt if name is not None)}
+    sentences = (*NEEDS_SERVICE, *(not_felt if unknown is None else ()))
     materials = Materials(VERSION, objects, sentences, patterns)
-    return Bake(materials, feel_tables.feel(used), tuple(lost))
+    return Bake(materials, used, tuple(lost))
 
 
 def encode(materials: Materials) -> bytes:
@@ -275,7 +269,8 @@ def _surface(
 
 
 def _hum(hum: Hum) -> BakedHum:
-    return BakedHum(hum.frequency_hz, round(hum.level, 4), feel_tables.hum_drives(hum))
+    drives = tuple(float(f"{drive:.6g}") for drive in Tone(hum).drives())
+    return BakedHum(hum.frequency_hz, round(hum.level, 4), drives)
 
 
 def _baked_object(model: SceneModel, object_id: str, node: SceneNode | None) -> BakedObject:
