@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -201,5 +202,24 @@ def write_classifier(
     )
     model = helper.make_model(built, opset_imports=[helper.make_opsetid("", 17)], ir_version=8)
     onnx.checker.check_model(model)
+    path.write_bytes(model.SerializeToString())
+    return path
+
+
+def write_graph(
+    path: Path, shape: Sequence[Any], nodes: Sequence[Any], outputs: list[str], kind: int = 1
+) -> Path:
+    """Write FILE.onnx with an input "pixels" of this shape and type, and these nodes."""
+    from onnx import helper, numpy_helper
+
+    kernel = np.random.default_rng(3).normal(size=(8, 3, 4, 4)).astype(np.float32)
+    graph = helper.make_graph(
+        nodes,
+        "network",
+        [helper.make_tensor_value_info("pixels", kind, shape)],
+        [helper.make_tensor_value_info(name, kind, None) for name in outputs],
+        [numpy_helper.from_array(kernel.astype(helper.tensor_dtype_to_np_dtype(kind)), "kernel")],
+    )
+    model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=8)
     path.write_bytes(model.SerializeToString())
     return path

@@ -6,11 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tiny_encoders import crop, write_classifier
+from tiny_encoders import crop, write_classifier, write_graph
 
 from hapticvlm import materials
 from hapticvlm.vision.encoders import joint_embedding
 from hapticvlm.vision.encoders.encoder import NetworkEncoder
+from hapticvlm.vision.encoders.file_encoder import USUAL, FileEncoder, load_file_encoder
 from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.galleries import network_gallery
 from hapticvlm.vision.galleries.network_gallery import NAMES, read_references
@@ -20,7 +21,7 @@ from hapticvlm.vision.galleries.storage import GalleryError, load_gallery
 @pytest.fixture
 def encoder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> NetworkEncoder:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    found = load_encoder(str(write_classifier(tmp_path / "tiny.onnx")))
+    found = load_file_encoder(write_classifier(tmp_path / "tiny.onnx"))
     assert isinstance(found, NetworkEncoder)
     return found
 
@@ -51,7 +52,7 @@ def test_a_named_network_is_fitted_once_and_kept(
 
 def test_other_weights_are_fitted_again(encoder: NetworkEncoder, tmp_path: Path) -> None:
     (tmp_path / "other").mkdir()
-    other = load_encoder(str(write_classifier(tmp_path / "other" / "tiny.onnx", seed=5)))
+    other = load_file_encoder(write_classifier(tmp_path / "other" / "tiny.onnx", seed=5))
     assert isinstance(other, NetworkEncoder)
     kept = network_gallery.cached_gallery
     assert kept(other) != kept(encoder)
@@ -67,6 +68,33 @@ def test_other_colours_beside_the_same_file_are_fitted_again(
     assert other.name == encoder.name
     kept = network_gallery.cached_gallery
     assert kept(other) != kept(encoder)
+
+
+def test_of_the_usual_preparations_the_one_that_the_network_sees_by_is_kept_and_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """This one takes levels 0 to 255 and rounds, so it sees nothing of smaller ones."""
+    from onnx import helper
+
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setattr(network_gallery, "LEAST", 0.0)  # it has random weights
+    monkeypatch.setattr(network_gallery, "STEPS", 30)
+    nodes = [
+        helper.make_node("Constant", [], ["step"], value_float=20.0),
+        helper.make_node("Div", ["pixels", "step"], ["steps"]),
+        helper.make_node("Round", ["steps"], ["levels"]),
+        helper.make_node("Conv", ["levels", "kernel"], ["map"], strides=[4, 4]),
+        helper.make_node("GlobalAveragePool", ["map"], ["mean"]),
+    ]
+    path = write_graph(tmp_path / "net.onnx", [1, 3, 32, 32], nodes, ["mean"])
+    first, again = (load_encoder(str(path)) for _ in range(2))
+    assert isinstance(first, FileEncoder)
+    assert isinstance(again, FileEncoder)
+    assert (
+        first.preprocessing == load_file_encoder(path).preparations[list(USUAL).index("0 to 255")]
+    )
+    assert again.revision == first.revision
+    assert caplog.text.count("prepared as 0 to 255") == 1  # it is tried once
 
 
 def test_a_gallery_that_was_named_is_not_replaced(encoder: NetworkEncoder, tmp_path: Path) -> None:
@@ -112,7 +140,7 @@ def test_a_network_that_hardly_tells_materials_apart_is_warned_of_at_each_start(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    encoder = load_encoder(str(write_classifier(tmp_path / "random.onnx")))
+    encoder = load_file_encoder(write_classifier(tmp_path / "random.onnx"))
     for _ in range(2):
         caplog.clear()
         load_gallery(encoder=encoder)

@@ -27,6 +27,7 @@ DEFAULT = "lite0"
 CARD = "encoder.json"  # lies in the folder of every encoder that runs on onnxruntime
 FINGERPRINT = 8  # hexadecimal digits of the weights' SHA-256 in the name of an encoder
 BATCH = 8  # crops a pass: bounds memory; more are not faster on one thread
+GPU_BATCH = 64  # the same on a GPU, which fewer leave idle: not measured
 UNIT_ERROR = 1e-3  # of an embedding's norm
 
 
@@ -67,18 +68,21 @@ class NetworkEncoder(Encoder, Protocol):
 
 
 def embed_all(
-    crops: Sequence[Crop], encoder: Encoder, run: Callable[[Pixels], NDArray[np.generic]]
+    crops: Sequence[Crop],
+    encoder: Encoder,
+    run: Callable[[Pixels], NDArray[np.generic]],
+    batch: int = BATCH,
 ) -> Floats:
-    """Embed crops by `run`: (n, S, S, 4) uint8, RGB and mask (0 or 255), to (n, D), n <= BATCH.
+    """Embed crops by `run`: (n, S, S, 4) uint8, RGB and mask (0 or 255), to (n, D), n <= batch.
 
     Returns (N, D) float32, finite and of unit norm. Raises EncoderError.
     """
     parts = [np.zeros((0, encoder.dimension), np.float32)]
-    for start in range(0, len(crops), BATCH):
+    for start in range(0, len(crops), batch):
         # In batches, because the inner layers of thousands of crops at once would take gigabytes.
         # The output of a foreign network is checked here for all kinds of encoders (shape, norm,
         # NaN), so that callers may rely on it.
-        pixels = _stack(crops[start : start + BATCH], encoder)
+        pixels = _stack(crops[start : start + batch], encoder)
         parts.append(_require_unit(run(pixels), len(pixels), encoder))
     return np.concatenate(parts)
 

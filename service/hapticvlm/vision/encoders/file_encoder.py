@@ -4,18 +4,17 @@ The features are the input of the network's last mean over places, averaged unde
 such a mean its output of tokens, without the class token; else the input of its last dense layer,
 of the whole crop. The class scores of an ImageNet classifier are read as materials. Axes that a
 file leaves open are tried. Colours are prepared as a preprocessor_config.json beside it or one
-folder up states; without one, bytes are passed on as they are, and floats are scaled as most
-exports expect, which is logged.
+folder up states; without one, bytes are passed on as they are, and of floats the USUAL preparations
+are left to be tried (galleries/storage.py).
 """
 
 from __future__ import annotations
 
 import hashlib
-import logging
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isqrt
 from pathlib import Path
 from typing import Any
@@ -43,13 +42,12 @@ from hapticvlm.vision.encoders.preprocessing import (
 )
 from hapticvlm.vision.pictures import Crop
 
-IMAGENET_MEAN = (0.485, 0.456, 0.406)
-IMAGENET_DEVIATION = (0.229, 0.224, 0.225)
-HALF = (0.5, 0.5, 0.5)
-# EfficientNet-Lite keeps TensorFlow's (level - 127) / 128 in torch's order of colours, too.
-LITE = "efficientnet[-_]?lite"
-LITE_MEAN = (127 / 255,) * 3
-LITE_DEVIATION = (128 / 255,) * 3
+# Scale, mean and deviation of levels 0..255, by what they give.
+USUAL: Mapping[str, tuple[float, Colour, Colour]] = {
+    "ImageNet's mean and deviation": (1 / 255, (0.485, 0.456, 0.406), (0.229, 0.224, 0.225)),
+    "-1 to 1": (1 / 255, (0.5, 0.5, 0.5), (0.5, 0.5, 0.5)),
+    "0 to 255": (1.0, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)),
+}
 TYPES: Mapping[str, type[np.generic]] = {
     "tensor(uint8)": np.uint8,
     "tensor(float)": np.float32,
@@ -65,8 +63,6 @@ LONG = 400  # characters of onnxruntime's reason, which stands behind a place in
 _PLACE_IN_SOURCE = re.compile(
     r"\[ONNXRuntimeError\] : \d+ : \w+ : |\S+\.(?:cc|h):\d+ \S+\((?:[^()]|\([^()]*\))*\)\s"
 )
-
-logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,16 +82,29 @@ class Layout:
 
 @dataclass(frozen=True, slots=True)
 class FileEncoder:
-    """A network behind the Encoder protocol; `outputs` names its features and, if any, scores."""
+    """A network behind the Encoder protocol; `outputs` names its features and, if any, scores.
+
+    preparations: those of USUAL that may be meant, () where one is stated; the first is taken.
+    """
 
     name: str
-    revision: str
+    digest: str
     dimension: int
     beliefs: bool
     layout: Layout
     preprocessing: Preprocessing | None
     session: Any
     outputs: tuple[str, ...]
+    preparations: tuple[Preprocessing, ...] = ()
+
+    @property
+    def revision(self) -> str:
+        """The weights and the preparation: prepared otherwise, it is another network."""
+        return f"{self.digest} {self.preprocessing}"
+
+    def prepared(self, preparation: Preprocessing) -> FileEncoder:
+        """Return the same network with pictures prepared in this way."""
+        return replace(self, preprocessing=preparation, preparations=())
 
     @property
     def side(self) -> int:
@@ -151,11 +160,12 @@ def load_file_encoder(path: Path, threads: int = 1) -> FileEncoder:
         raise EncoderError(f"{problem}; give an image network as FILE.onnx") from None
     beliefs = scores is not None
     digest = hashlib.sha256(model).hexdigest()[:FINGERPRINT]
-    preprocessing = _preprocessing(path, layout, stated)
+    preparations = _preparations(path, layout, stated)
     name = f"{path.stem}-{digest} ({'classes' if beliefs else 'features'})"
     dimension = _width(sizes[features]) + joint_embedding.ADDED * beliefs
-    revision = f"{digest} {preprocessing}"  # prepared otherwise, it is another network
-    return FileEncoder(name, revision, dimension, beliefs, layout, preprocessing, session, outputs)
+    first = next(iter(preparations), None)
+    encoder = FileEncoder(name, digest, dimension, beliefs, layout, first, session, outputs)
+    return encoder if stated else replace(encoder, preparations=preparations)
 
 
 def _require_weights(path: Path, graph: Graph) -> None:
@@ -301,29 +311,19 @@ def _stated(path: Path) -> Preprocessing | None:
         raise EncoderError(f"encoder `{path}`, {beside.name}: {reason}; correct it") from None
 
 
-def _preprocessing(
+def _preparations(
     path: Path, layout: Layout, stated: Preprocessing | None
-) -> Preprocessing | None:
-    """Return what is stated, else what is usual; None for bytes, which need nothing."""
+) -> tuple[Preprocessing, ...]:
+    """Return the one that is stated, else the usual ones; () for bytes, which need nothing."""
     side = layout.side
     if layout.is_bytes:
-        return None
+        return ()
     if stated is None:
-        mean, deviation = _usual(path, layout)
-        message = "encoder `%s`: no %s beside it; assuming colours of mean %s and deviation %s"
-        logger.warning(message, path.name, PREPROCESSING[0], mean, deviation)
-        return Preprocessing(side, side, 1 / 255, mean, deviation)
+        return tuple(Preprocessing(side, side, *usual) for usual in USUAL.values())
     if stated.input_side != side:
         problem = f"encoder `{path}` takes {side} px, {PREPROCESSING[0]} says {stated.input_side}"
         raise EncoderError(f"{problem}; correct it")
-    return stated
-
-
-def _usual(path: Path, layout: Layout) -> tuple[Colour, Colour]:
-    """Return the mean and deviation that a family's exports take, known by name and shape."""
-    if re.search(LITE, path.stem, re.IGNORECASE):
-        return LITE_MEAN, LITE_DEVIATION
-    return (HALF, HALF) if layout.colours_last else (IMAGENET_MEAN, IMAGENET_DEVIATION)
+    return (stated,)
 
 
 def _prepare(

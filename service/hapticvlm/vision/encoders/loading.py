@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from hapticvlm.vision.encoders.encoder import CARD, DEFAULT, SHIPPED, Encoder, EncoderError
+from hapticvlm.vision.encoders.file_encoder import FileEncoder, load_file_encoder
 from hapticvlm.vision.encoders.foreign_files import require_no_foreign_file
 from hapticvlm.vision.encoders.onnx_encoder import load_onnx_encoder, read_card
 from hapticvlm.vision.pictures import Crop, central_mask
@@ -35,6 +36,10 @@ def load_encoder(
     if threads < 1:
         raise EncoderError(f"{threads} threads are too few; an inference needs 1 or more")
     encoder = _find(name, device, threads)
+    if isinstance(encoder, FileEncoder) and encoder.preparations:
+        from hapticvlm.vision.galleries.storage import best_prepared
+
+        encoder = best_prepared(encoder)
     if on_use and shipped_folder(name) is not None:
         return encoder
     mask = central_mask(encoder.side)
@@ -66,8 +71,6 @@ def _find(name: str | None, device: str, threads: int) -> Encoder:
         problem = "--encoder-device cuda: only networks of transformers run on a GPU"
         raise EncoderError(f"{problem}; leave --encoder-device out")
     if is_file:
-        from hapticvlm.vision.encoders.file_encoder import load_file_encoder
-
         return load_file_encoder(folder, threads)
     return load_onnx_encoder(folder, threads)
 

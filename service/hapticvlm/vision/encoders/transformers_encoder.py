@@ -19,7 +19,14 @@ from typing import TYPE_CHECKING, Any, cast
 from hapticvlm import documents
 from hapticvlm.errors import installing, short_line
 from hapticvlm.vision.encoders import joint_embedding, networks
-from hapticvlm.vision.encoders.encoder import EncoderError, Floats, Pixels, embed_all
+from hapticvlm.vision.encoders.encoder import (
+    BATCH,
+    GPU_BATCH,
+    EncoderError,
+    Floats,
+    Pixels,
+    embed_all,
+)
 from hapticvlm.vision.encoders.networks import Network
 from hapticvlm.vision.encoders.preprocessing import Preprocessing, read_preprocessing
 from hapticvlm.vision.pictures import Crop
@@ -51,13 +58,13 @@ class TransformersEncoder:
 
     def embed(self, crops: Sequence[Crop]) -> Floats:
         """Embed N crops: (N, D) float32, each of unit norm. Raises EncoderError."""
-        return embed_all(crops, self, self._run)
+        return embed_all(crops, self, self._run, BATCH if self.device == "cpu" else GPU_BATCH)
 
     def _run(self, pixels: Pixels) -> Floats:
         import torch
 
         images, masks = (torch.from_numpy(part) for part in self.preprocessing.apply(pixels))
-        with torch.inference_mode():
+        with torch.inference_mode(), torch.autocast("cuda", enabled=self.device == "cuda"):
             return describe(self.network, images.to(self.device), masks.to(self.device))
 
 
@@ -88,10 +95,10 @@ def describe(network: Network, images: Tensor, masks: Tensor) -> Floats:
     if network.is_classifier:
         inner = network.model.base_model
         outputs, scores = _with_base(network.model, images)
-        beliefs = joint_embedding.material_beliefs(scores.cpu().numpy())
+        beliefs = joint_embedding.material_beliefs(scores.float().cpu().numpy())
     else:
         outputs = inner(pixel_values=images)
-    return joint_embedding.join(pool(inner, outputs, masks).cpu().numpy(), beliefs)
+    return joint_embedding.join(pool(inner, outputs, masks).float().cpu().numpy(), beliefs)
 
 
 def pool(network: Any, outputs: Any, masks: Tensor) -> Tensor:  # noqa: ANN401 - any network

@@ -15,6 +15,7 @@ from __future__ import annotations
 import hashlib
 import logging
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
@@ -34,6 +35,7 @@ Floats = NDArray[np.float32]
 Doubles = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
+PART = 64  # pictures embedded at once, which fill a GPU
 STEPS = 300  # of the fit, at most
 NAMES = (*materials.MATERIALS, materials.UNKNOWN)
 REFERENCES = SHIPPED / "references"  # NAME.jpg and NAME.mask.png: sheets of COLUMNS squares a row
@@ -87,9 +89,8 @@ def make_gallery(encoder: NetworkEncoder) -> Fit:
     crops, labels = read_references(encoder.side)
     console = Console(file=sys.stderr)
     text = f"fitting `{encoder.name}`, once"
-    # One crop at a time, as in the service: an int8 network scales its activations by the whole
-    # batch, so embeddings made in batches would differ from those they are compared with.
-    rows = [encoder.embed([crop]) for crop in track(crops, text, console=console)]
+    parts = track(range(0, len(crops), PART), text, console=console)
+    rows = [encoder.embed(crops[at : at + PART]) for at in parts]
     fitted = fit(encoder.name, np.concatenate(rows), labels, has_beliefs=encoder.beliefs)
     right = f"`{encoder.name}` is right about {fitted.share:.0%} of the reference pictures left out"
     console.print(f"{right}; chance is {CHANCE:.0%}", soft_wrap=True, markup=False, highlight=False)
@@ -100,6 +101,17 @@ def make_gallery(encoder: NetworkEncoder) -> Fit:
         )
         logger.warning(message + cure, encoder.name, 100 * fitted.share, 100 * CHANCE)
     return fitted
+
+
+def trial_shares(encoders: Sequence[NetworkEncoder]) -> list[float]:
+    """Return for each the share of every other reference picture that is right when left out.
+
+    The encoders take crops of one side.
+    """
+    crops, labels = read_references(encoders[0].side)
+    rows = [encoder.embed(crops[::2]) for encoder in encoders]
+    beliefs = encoders[0].beliefs
+    return [fit("", embeddings, labels[::2], has_beliefs=beliefs).share for embeddings in rows]
 
 
 def read_references(side: int) -> tuple[list[Crop], Indices]:

@@ -26,7 +26,9 @@ from hapticvlm.errors import HapticVLMError
 from hapticvlm.materials import UNKNOWN
 from hapticvlm.vision.encoders import encoder as encoders
 from hapticvlm.vision.encoders.encoder import Encoder, NetworkEncoder
+from hapticvlm.vision.encoders.file_encoder import USUAL, FileEncoder
 from hapticvlm.vision.encoders.loading import shipped_folder
+from hapticvlm.vision.encoders.preprocessing import PREPROCESSING
 from hapticvlm.vision.galleries.calibration import calibrate
 from hapticvlm.vision.galleries.gallery import (
     MAX_SHARPNESS,
@@ -35,7 +37,7 @@ from hapticvlm.vision.galleries.gallery import (
     LinearLayer,
     join,
 )
-from hapticvlm.vision.galleries.network_gallery import cached_gallery, make_gallery
+from hapticvlm.vision.galleries.network_gallery import cached_gallery, make_gallery, trial_shares
 from hapticvlm.vision.galleries.user_materials import (
     SHORTEST,
     UserMaterial,
@@ -159,6 +161,24 @@ def network_gallery(encoder: NetworkEncoder) -> Gallery:
     except OSError as error:
         logger.warning("cannot cache the gallery of `%s` (%s)", encoder.name, error)
     return fit.gallery
+
+
+def best_prepared(encoder: FileEncoder) -> FileEncoder:
+    """Return a network whose preparation nothing states with the usual one that fits best.
+
+    Its gallery is kept, so the usual ones are tried once.
+    """
+    trials = [encoder.prepared(usual) for usual in encoder.preparations]
+    kept = [trial for trial in trials if cached_gallery(trial).is_file()]
+    if kept:
+        return kept[0]
+    shares = trial_shares(trials)
+    tried = ", ".join(f"{way} {share:.0%}" for way, share in zip(USUAL, shares, strict=True))
+    best = int(np.argmax(shares))
+    message = "encoder `%s`: no %s beside it; levels are prepared as %s (right: %s)"
+    logger.warning(message, encoder.name, PREPROCESSING[0], list(USUAL)[best], tried)
+    network_gallery(trials[best])
+    return trials[best]
 
 
 def file_of(path: Path | None) -> Path:
