@@ -252,6 +252,28 @@ def pickled_weights(folder: Path) -> None:
     file.unlink()
 
 
+def pointer(folder: Path) -> None:
+    (folder / "model.safetensors").write_text("version https://git-lfs.github.com/spec/v1\noid 0\n")
+
+
+def half_weights(folder: Path) -> None:
+    file = folder / "model.safetensors"
+    file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
+
+
+def missing_shard(folder: Path) -> None:
+    shards = {"weight_map": {"a": "model-00001-of-00002.safetensors"}}
+    (folder / "model.safetensors.index.json").write_text(json.dumps(shards))
+
+
+def changed(**fields: object) -> Callable[[Path], None]:
+    def change(folder: Path) -> None:
+        told = json.loads((folder / "config.json").read_text())
+        (folder / "config.json").write_text(json.dumps({**told, **fields}))
+
+    return change
+
+
 def no_weights(folder: Path) -> None:
     (folder / "model.safetensors").unlink()
 
@@ -291,14 +313,20 @@ def deaf_template(folder: Path) -> None:
     [
         (nan_weights, "NaN or infinite logits"),
         (few_weights, r"lacks \d weights"),
-        (broken_weights, "cannot be loaded|failed"),
-        (pickled_weights, "cannot be loaded|failed"),
+        (broken_weights, "model.safetensors is cut"),
+        (half_weights, r"model.safetensors is cut, \d+ of \d+ bytes"),
+        (pointer, "git lfs pull"),
+        (missing_shard, "model-00001-of-00002.safetensors is missing"),
+        (changed(model_type="new_vlm"), "does not know its type `new_vlm`: pip install -U"),
+        (changed(model_type="own", auto_map={"AutoModel": "own.M"}), "its own code"),
+        (changed(quantization_config={"quant_method": "fp8"}), "fp8"),
+        (pickled_weights, "pickled weights .pytorch_model.bin"),
         (no_weights, "cannot be loaded|failed"),
         (broken_config, "cannot be loaded|failed"),
         (no_config, "has no config.json"),
         (text_model, "cannot be loaded|failed"),
         (no_images, "cannot be loaded|failed"),
-        (no_tokenizer, "distinguished|cannot be loaded"),
+        (no_tokenizer, "tokenizer.json is missing"),
         (no_template, "chat.template"),
         (deaf_template, "does not take pictures"),
     ],

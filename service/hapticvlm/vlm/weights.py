@@ -20,6 +20,7 @@ from hapticvlm.vision.encoders.networks import (
     HUB_NAME,
     HUB_S,
     PACKAGES,
+    fault_of,
     quieten_libraries,
 )
 from hapticvlm.vlm.chat import Chat
@@ -28,6 +29,7 @@ from hapticvlm.vlm.limits import LEAST_TOKENS
 from hapticvlm.vlm.network import CURE_MEMORY, Network, guarded
 
 FILES = ("*.json", "*.safetensors", "*.txt", "*.jinja", "*.model")
+TOKENIZERS = ("tokenizer.json", "tokenizer.model", "vocab.json", "vocab.txt", "spiece.model")
 Precision = Literal["bfloat16", "float32"]
 BYTES: dict[Precision, int] = {"bfloat16": 2, "float32": 4}
 TRIALS = 8
@@ -42,6 +44,8 @@ def load(settings: VlmSettings, precision: Precision) -> tuple[Network, Chat]:
     _require_sense(settings)
     _quieten(settings)
     folder = find(settings.model)
+    if fault := fault_of(folder) or _without_tokenizer(folder):
+        raise _unloadable(settings, fault)
     _require_device(settings)
     if settings.device == "cpu":
         _require_memory(folder, settings, precision)
@@ -133,6 +137,11 @@ def _from_hub(name: str) -> Path:
     except Exception as error:  # noqa: BLE001 - no network, no such name, no access, offline mode
         problem = f"model `{name}` is not a folder and cannot be downloaded ({short_line(error)})"
         raise VlmError(f"{problem}; {FOLDER}") from None
+
+
+def _without_tokenizer(folder: Path) -> str | None:
+    is_there = any((folder / name).is_file() for name in TOKENIZERS)
+    return None if is_there else f"{TOKENIZERS[0]} is missing: copy it from the model's page"
 
 
 def _require_sense(settings: VlmSettings) -> None:

@@ -27,6 +27,7 @@ from hapticvlm.vision.encoders.preprocessing import PREPROCESSING
 CONFIG = "config.json"
 WEIGHTS = ".safetensors"
 PICKLED = (".bin", ".pt", ".pth", ".ckpt", ".pkl", ".h5", ".msgpack")
+LFS = b"version https://git-lfs"
 CLASSIFIER = "ForImageClassification"
 HUB_S = 10.0  # until the hub must have answered whether it has a network
 HUB_NAME = re.compile(r"[\w.-]+(/[\w.-]+)?")
@@ -70,7 +71,9 @@ class Network:
 
 def read(source: Path | str) -> Network:
     """Read the network that `find` returned, with its preprocessing. Raises EncoderError."""
-    _require_safe(source)
+    fault = fault_of(source) if isinstance(source, Path) else None
+    if fault is not None:
+        raise EncoderError(f"encoder `{source}` cannot be loaded ({fault}); {FOLDER}")
     try:
         network, missing = _load(source)
     except Exception as error:  # noqa: BLE001 - whatever a foreign file causes
@@ -120,26 +123,62 @@ def _require_reachable(name: str) -> None:
         raise EncoderError(f"{problem}; {FOLDER}") from None
 
 
-def _require_safe(source: Path | str) -> None:
-    """Refuse a folder whose weights are all pickled, or that needs its own code."""
-    if not isinstance(source, Path):
-        return
-    names = sorted(path.name for path in source.iterdir())
+def fault_of(folder: Path) -> str | None:
+    """Return what is wrong with a network's folder, and its cure, in words; None: nothing seen.
+
+    Files are looked at before a library reads them, whose errors name another cause. Needs
+    transformers.
+    """
+    files = sorted(path for path in folder.iterdir() if path.is_file())
+    names = [path.name for path in files]
     pickled = [name for name in names if name.endswith(PICKLED)]
     if pickled and not any(name.endswith(WEIGHTS) for name in names):
-        problem = f"encoder `{source}` has pickled weights ({pickled[0]}), which can run any code"
-        raise EncoderError(f"{problem} when they are read; save them as safetensors")
-    with suppress(OSError, ValueError):
-        config = documents.read_json(source / CONFIG, dict[str, Any])
-        if config.get("auto_map") and not _is_known(config):
-            problem = f"encoder `{source}` cannot be loaded: it needs its own code (auto_map)"
-            raise EncoderError(f"{problem}, which is never run; {FOLDER}")
+        problem = f"it has pickled weights ({pickled[0]}), which can run any code"
+        return f"{problem} when they are read; save them as safetensors"
+    # Of files of another content than their name says: the library names them.
+    with suppress(OSError, ValueError, LookupError, TypeError, AttributeError):
+        for file in files:
+            with documents.open_file(file) as opened:
+                head = opened.read(len(LFS))
+            if head == LFS:
+                return f"{file.name} is a pointer of git-LFS: run `git lfs pull` there"
+            if file.suffix == WEIGHTS and (size := file.stat().st_size) < (whole := _size(file)):
+                return f"{file.name} is cut, {size} of {whole} bytes: download it again"
+            if file.name.endswith(f"{WEIGHTS}.index.json"):
+                shards = documents.read_json(file, dict[str, Any])["weight_map"].values()
+                if missing := sorted(set(shards) - set(names)):
+                    return f"{missing[0]} is missing: download it again"
+        return _fault_of_config(documents.read_json(folder / CONFIG, dict[str, Any]))
+    return None
 
 
-def _is_known(config: Mapping[str, Any]) -> bool:
-    from transformers import CONFIG_MAPPING
+def _size(file: Path) -> int:
+    """Return how many bytes a file of safetensors should have, by its head. Raises ValueError."""
+    with documents.open_file(file) as opened:
+        length = 8 + int.from_bytes(opened.read(8), "little")
+        if length > file.stat().st_size:
+            return length
+        tensors = documents.parse_json(opened.read(length - 8))
+    ends = [tensor["data_offsets"][1] for tensor in tensors.values() if "data_offsets" in tensor]
+    return length + max(ends, default=0)
 
-    return config.get("model_type") in CONFIG_MAPPING
+
+def _fault_of_config(config: Mapping[str, Any]) -> str | None:
+    import transformers
+
+    quantised = config.get("quantization_config") or {}
+    if quantised.get("quant_method") == "fp8":
+        return (
+            "its weights are of 8-bit floats (fp8), which only some GPUs read: name the plain one"
+        )
+    if config.get("model_type", "") in ("", *transformers.CONFIG_MAPPING):
+        return None
+    if config.get("auto_map"):
+        return "it needs its own code (auto_map), which is never run"
+    kind = f"its type `{config['model_type']}`"
+    return (
+        f"transformers {transformers.__version__} does not know {kind}: pip install -U transformers"
+    )
 
 
 def _load(source: Path | str) -> tuple[Network, Iterable[str]]:
