@@ -20,7 +20,7 @@ import msgspec
 from hapticvlm.errors import HapticVLMError, UsageError
 from hapticvlm.processes import priority
 from hapticvlm.vision.encoders import living
-from hapticvlm.vision.encoders.loading import load_encoder
+from hapticvlm.vision.loading import load_encoder
 from hapticvlm.vision.pictures import Crop
 from hapticvlm.vision.remote import contract
 from hapticvlm_recogniser_app import replies

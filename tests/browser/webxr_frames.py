@@ -34,11 +34,11 @@ from hapticvlm.rendering.heat.contact import contact_temperature_c, thermal_cont
 from hapticvlm.session.decisions import choose_rendition
 from hapticvlm.vision import pictures
 from hapticvlm.vision.encoders.encoder import Encoder
-from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.flatness import is_flat
 from hapticvlm.vision.galleries.calibration import FEW, calibrate
 from hapticvlm.vision.galleries.gallery import Gallery
 from hapticvlm.vision.galleries.storage import load_gallery
+from hapticvlm.vision.loading import load_encoder
 
 CHOOSING, HELD = 101, 202
 FOUR = ("wood", "glass", "fabric", "metal")

@@ -11,7 +11,6 @@ from PIL import Image
 from tiny_encoders import Graph, write_onnx
 
 from hapticvlm.commands.main import main
-from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.galleries.calibration import find_confusable_pairs, leave_one_out
 from hapticvlm.vision.galleries.enrol import (
     CLOSER,
@@ -24,6 +23,7 @@ from hapticvlm.vision.galleries.enrol import (
 from hapticvlm.vision.galleries.gallery import Calibration, Gallery
 from hapticvlm.vision.galleries.storage import SHIPPED, load_gallery, read_gallery, save_gallery
 from hapticvlm.vision.galleries.user_materials import read_material
+from hapticvlm.vision.loading import load_encoder
 
 COLOURS = {
     "wood": (150, 90, 40),

@@ -19,9 +19,9 @@ from hapticvlm import materials, messages
 from hapticvlm.commands.main import main
 from hapticvlm.demo import CAPTURE
 from hapticvlm.evidence.ladder import decide
-from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.frame_recogniser import FrameRecogniser
 from hapticvlm.vision.galleries.storage import load_gallery
+from hapticvlm.vision.loading import load_encoder
 
 SIDE = 160
 COMMAND = [sys.executable, "-m", "hapticvlm", "recognise"]

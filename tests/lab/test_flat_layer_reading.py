@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hapticvlm.vision.encoders.loading import load_encoder
+from hapticvlm.vision.loading import load_encoder
 from hapticvlm_lab.training import flat_layer
 
 

@@ -9,8 +9,8 @@ import pytest
 from each_case import each
 from tiny_capture import SIDE, drawn, write_capture
 
-from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.galleries.storage import load_gallery
+from hapticvlm.vision.loading import load_encoder
 from hapticvlm.vision.pictures import crop
 from hapticvlm_lab.bench.material import stability
 from hapticvlm_lab.bench.material.data import FOUR, Source, Where

@@ -4,7 +4,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from hapticvlm.vision.encoders.loading import load_encoder
+from hapticvlm.vision.loading import load_encoder
 from hapticvlm.vision.pictures import Crop, central_mask
 from hapticvlm.vision.remote import contract
 from hapticvlm_recogniser_app import replies

@@ -13,10 +13,10 @@ from hapticvlm.scenes import texture_reader
 from hapticvlm.scenes.scan import scan
 from hapticvlm.scenes.scene import SceneError, SceneNode, Surface, Texture
 from hapticvlm.scenes.texture_reader import TextureReader
-from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.files import read_frame
 from hapticvlm.vision.frame_recogniser import FrameRecogniser
 from hapticvlm.vision.galleries.storage import load_gallery
+from hapticvlm.vision.loading import load_encoder
 
 SIDE = 96
 

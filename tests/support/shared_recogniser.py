@@ -13,7 +13,7 @@ from pathlib import Path
 import msgspec
 
 from hapticvlm.vision.encoders import living
-from hapticvlm.vision.encoders.loading import load_encoder
+from hapticvlm.vision.loading import load_encoder
 from hapticvlm.vision.remote import contract
 from hapticvlm_recogniser_app import replies
 from hapticvlm_recogniser_app.replies import Embedded, Refusal, load_galleries

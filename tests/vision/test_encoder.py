@@ -13,8 +13,8 @@ from hapticvlm.evidence.ladder import KNOWN, SURE, Evidence, decide
 from hapticvlm.vision.encoders import encoder as encoders
 from hapticvlm.vision.encoders import living, loading
 from hapticvlm.vision.encoders.encoder import EncoderError
-from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.galleries.storage import load_gallery
+from hapticvlm.vision.loading import load_encoder
 from hapticvlm.vision.picture_recogniser import recognise
 from hapticvlm.vision.pictures import Crop, central_mask
 

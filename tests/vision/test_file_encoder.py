@@ -18,7 +18,7 @@ from hapticvlm import materials
 from hapticvlm.vision.encoders import joint_embedding
 from hapticvlm.vision.encoders.encoder import BATCH, EncoderError, NetworkEncoder
 from hapticvlm.vision.encoders.file_encoder import load_file_encoder
-from hapticvlm.vision.encoders.loading import load_encoder
+from hapticvlm.vision.loading import load_encoder
 from hapticvlm.vision.pictures import Crop
 
 SIDE = 32

@@ -11,9 +11,9 @@ from tiny_encoders import picture, write_onnx
 from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.messages import Frame, Region
 from hapticvlm.vision.encoders.encoder import Encoder
-from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.frame_recogniser import FrameRecogniser
 from hapticvlm.vision.galleries.gallery import Calibration, Gallery
+from hapticvlm.vision.loading import load_encoder
 from hapticvlm.vision.pictures import Crop, PictureError
 from hapticvlm.vision.recognition import SceneContext
 

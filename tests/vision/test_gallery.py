@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from hapticvlm import materials
 from hapticvlm.evidence.ladder import FLOOR, KNOWN, decide
-from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.galleries.calibration import FEW, calibrate, is_enough
 from hapticvlm.vision.galleries.gallery import Calibration, Gallery, LinearLayer, log_softmax
 from hapticvlm.vision.galleries.storage import (
@@ -23,6 +22,7 @@ from hapticvlm.vision.galleries.user_materials import (
     UserMaterial,
     write_material,
 )
+from hapticvlm.vision.loading import load_encoder
 
 Floats = NDArray[np.float32]
 

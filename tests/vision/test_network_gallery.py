@@ -12,10 +12,10 @@ from hapticvlm import materials
 from hapticvlm.vision.encoders import joint_embedding
 from hapticvlm.vision.encoders.encoder import NetworkEncoder
 from hapticvlm.vision.encoders.file_encoder import USUAL, FileEncoder, load_file_encoder
-from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.galleries import network_gallery
 from hapticvlm.vision.galleries.network_gallery import NAMES, read_references
 from hapticvlm.vision.galleries.storage import GalleryError, load_gallery
+from hapticvlm.vision.loading import load_encoder
 
 
 @pytest.fixture

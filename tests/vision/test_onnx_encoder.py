@@ -11,8 +11,8 @@ import pytest
 from tiny_encoders import Graph, crop, picture, write_onnx
 
 from hapticvlm.vision.encoders.encoder import BATCH, EncoderError
-from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.encoders.onnx_encoder import OnnxEncoder, load_onnx_encoder
+from hapticvlm.vision.loading import load_encoder
 from hapticvlm.vision.pictures import Crop, central_mask
 
 SIDE = 32
@@ -173,7 +173,7 @@ def test_a_gpu_is_refused(folder: Path) -> None:
 
 def test_it_imports_no_torch_and_prints_nothing(folder: Path) -> None:
     code = (
-        "import sys; from hapticvlm.vision.encoders.loading import load_encoder\n"
+        "import sys; from hapticvlm.vision.loading import load_encoder\n"
         "load_encoder(sys.argv[1])\n"
         "assert 'onnxruntime' in sys.modules\n"
         "assert not {'torch', 'transformers', 'huggingface_hub'} & set(sys.modules)"

@@ -13,10 +13,10 @@ from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.messages import Region
 from hapticvlm.vision import texture_verdicts, textures
 from hapticvlm.vision.encoders.encoder import Encoder
-from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.frame_recogniser import FrameRecogniser
 from hapticvlm.vision.galleries.gallery import Gallery
 from hapticvlm.vision.galleries.storage import load_gallery
+from hapticvlm.vision.loading import load_encoder
 from hapticvlm.vision.pictures import PictureError, Pixels
 from hapticvlm.vision.texture_verdicts import TextureVerdicts
 

@@ -18,9 +18,9 @@ from hapticvlm.messages import Frame
 from hapticvlm.vision import pictures
 from hapticvlm.vision.encoders import joint_embedding
 from hapticvlm.vision.encoders.encoder import BATCH, Encoder, EncoderError
-from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.galleries.gallery import Calibration, Gallery
 from hapticvlm.vision.galleries.storage import save_gallery
+from hapticvlm.vision.loading import load_encoder
 from hapticvlm.vision.pictures import Crop
 
 pytestmark = pytest.mark.torch

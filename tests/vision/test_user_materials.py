@@ -28,7 +28,6 @@ from hapticvlm.rendering.vibration.voices import Command, Voices
 from hapticvlm.session.actions import PlayVibration, Reply
 from hapticvlm.session.session import SceneSession
 from hapticvlm.session.settings import SessionSettings
-from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.galleries.enrol import enrol, list_pictures
 from hapticvlm.vision.galleries.user_materials import (
     MAX_USER_MATERIALS,
@@ -38,6 +37,7 @@ from hapticvlm.vision.galleries.user_materials import (
     table_with,
 )
 from hapticvlm.vision.galleries.user_materials import write_material as write
+from hapticvlm.vision.loading import load_encoder
 
 pytestmark = pytest.mark.process
 

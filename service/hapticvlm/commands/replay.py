@@ -131,9 +131,9 @@ def _view(options: argparse.Namespace) -> int:
 def _recogniser(options: argparse.Namespace) -> Recognise:
     """Load an encoder and a gallery; return a function that recognises pictures with them."""
     from hapticvlm.recordings.session_log import SessionLogError
-    from hapticvlm.vision.encoders.loading import load_encoder
     from hapticvlm.vision.frame_recogniser import FrameRecogniser
     from hapticvlm.vision.galleries.storage import load_gallery
+    from hapticvlm.vision.loading import load_encoder
 
     encoder = load_encoder(options.encoder)
     recogniser = FrameRecogniser(encoder, load_gallery(options.gallery, encoder=encoder))

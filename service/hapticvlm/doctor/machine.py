@@ -147,8 +147,8 @@ def priority(options: ServeOptions) -> Finding:
 def encoder(options: ServeOptions) -> Finding:
     """Load the encoder and gallery and recognise once; slow transformers encoders are skipped."""
     from hapticvlm.vision.encoders.encoder import EncoderError
-    from hapticvlm.vision.encoders.loading import is_quick
     from hapticvlm.vision.galleries.storage import GalleryError
+    from hapticvlm.vision.loading import is_quick
 
     about = "encoder"
     if not is_quick(options.encoder):
@@ -169,8 +169,8 @@ def _inference(options: ServeOptions) -> tuple[str, float]:
     """Return the encoder's name and the median time of an inference in ms."""
     import numpy as np
 
-    from hapticvlm.vision.encoders.loading import load_encoder
     from hapticvlm.vision.galleries.storage import load_gallery
+    from hapticvlm.vision.loading import load_encoder
     from hapticvlm.vision.pictures import Crop
 
     encoder = load_encoder(options.encoder, threads=options.threads)

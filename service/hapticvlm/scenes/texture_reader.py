@@ -10,10 +10,10 @@ from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.scenes.scene import SceneError, Texture
 from hapticvlm.vision import texture_verdicts
 from hapticvlm.vision.encoders.encoder import EncoderError
-from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.files import FileError, decode_frame
 from hapticvlm.vision.frame_recogniser import FrameRecogniser
 from hapticvlm.vision.galleries.storage import load_gallery
+from hapticvlm.vision.loading import load_encoder
 from hapticvlm.vision.pictures import PictureError
 from hapticvlm.vision.texture_verdicts import TextureVerdicts
 

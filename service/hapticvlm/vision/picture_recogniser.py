@@ -20,12 +20,12 @@ from hapticvlm.evidence.shader import from_shader
 from hapticvlm.materials import LIVING, Material, MaterialError
 from hapticvlm.messages import Region
 from hapticvlm.rendering.felt_error import least_felt_error
-from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.files import Source, read_frame
 from hapticvlm.vision.frame_recogniser import FrameRecogniser
 from hapticvlm.vision.galleries.gallery import Gallery
 from hapticvlm.vision.galleries.storage import load_gallery
 from hapticvlm.vision.galleries.user_materials import read_folder, table_with
+from hapticvlm.vision.loading import load_encoder
 from hapticvlm.vision.plain_ground import views
 
 SHOWN = 5  # materials in a notebook

@@ -185,10 +185,10 @@ def _load(
 ) -> tuple[FrameRecogniser, str, RemoteRecogniser | None]:
     # In this process alone: the gateway, which imports this file to start it, loads no model.
     from hapticvlm.cache_folder import cache_folder
-    from hapticvlm.vision.encoders.loading import load_encoder
     from hapticvlm.vision.frame_recogniser import FrameRecogniser
     from hapticvlm.vision.galleries.storage import load_gallery
     from hapticvlm.vision.galleries.user_materials import table_with
+    from hapticvlm.vision.loading import load_encoder
     from hapticvlm.vision.texture_verdicts import TextureVerdicts, file_name
 
     remote = None

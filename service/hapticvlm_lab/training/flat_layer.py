@@ -28,11 +28,11 @@ from torch.nn import functional
 from hapticvlm.materials import MATERIALS
 from hapticvlm.vision.encoders import joint_embedding
 from hapticvlm.vision.encoders.encoder import Encoder
-from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.flatness import is_flat
 from hapticvlm.vision.galleries.gallery import Gallery, LinearLayer
 from hapticvlm.vision.galleries.network_gallery import EXPONENT
 from hapticvlm.vision.galleries.storage import FILE_NAME, load_gallery, save_gallery
+from hapticvlm.vision.loading import load_encoder
 from hapticvlm.vision.pictures import Crop
 from hapticvlm_lab.training import describing, head, making, sources
 from hapticvlm_lab.training.describing import NAMES, Labelled

@@ -28,11 +28,11 @@ from hapticvlm.materials import UNKNOWN
 from hapticvlm.messages import Frame
 from hapticvlm.vision import textures
 from hapticvlm.vision.encoders.encoder import Encoder
-from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.files import read_frame
 from hapticvlm.vision.galleries.gallery import Gallery, LinearLayer, agreement, softmax
 from hapticvlm.vision.galleries.network_gallery import fit_layer
 from hapticvlm.vision.galleries.storage import FILE_NAME, load_gallery, save_gallery
+from hapticvlm.vision.loading import load_encoder
 from hapticvlm.vision.pictures import Crop
 from hapticvlm_lab.training import sources
 from hapticvlm_lab.training.describing import NAMES

@@ -16,7 +16,6 @@ from hapticvlm.errors import shell_word
 from hapticvlm.evidence.ladder import decide
 from hapticvlm.materials import UNKNOWN, Material, MaterialError, derive
 from hapticvlm.vision.encoders.encoder import Encoder
-from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.galleries import calibration
 from hapticvlm.vision.galleries.calibration import (
     LeaveOneOut,
@@ -48,6 +47,7 @@ from hapticvlm.vision.galleries.user_materials import (
     table_with,
     write_material,
 )
+from hapticvlm.vision.loading import load_encoder
 
 
 def build(options: argparse.Namespace) -> int:

@@ -21,7 +21,6 @@ from hapticvlm.materials import UNKNOWN
 from hapticvlm.statistics import wilson
 from hapticvlm.vision import pictures
 from hapticvlm.vision.encoders.encoder import Encoder
-from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.flatness import is_flat
 from hapticvlm.vision.galleries.enrol import (
     EnrolError,
@@ -33,6 +32,7 @@ from hapticvlm.vision.galleries.enrol import (
 from hapticvlm.vision.galleries.gallery import Gallery
 from hapticvlm.vision.galleries.storage import SHIPPED, file_of, load_gallery, read_gallery
 from hapticvlm.vision.galleries.user_materials import UserMaterial, read_folder, table_with
+from hapticvlm.vision.loading import load_encoder
 from hapticvlm.vision.pictures import PictureError
 
 SAME = 0.9999  # similarity from which a picture is a reference itself; rounding explains the rest

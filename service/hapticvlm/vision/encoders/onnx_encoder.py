@@ -21,7 +21,15 @@ from typing import Any
 import numpy as np
 
 from hapticvlm import documents
-from hapticvlm.vision.encoders.encoder import CARD, SHIPPED, EncoderError, Floats, Pixels, embed_all
+from hapticvlm.vision.encoders.encoder import (
+    CARD,
+    DEFAULT,
+    SHIPPED,
+    EncoderError,
+    Floats,
+    Pixels,
+    embed_all,
+)
 from hapticvlm.vision.pictures import Crop
 
 GRAPH = "encoder.onnx"
@@ -129,6 +137,14 @@ def _read_graph(folder: Path, card: Card) -> bytes:
         problem = f"{path} is not the file that {CARD} describes: its SHA-256 differs"
         raise EncoderError(f"{problem}; {_cure(folder)}")
     return data
+
+
+def shipped_folder(name: str | None) -> Path | None:
+    """Return the folder of a shipped encoder, by its short or full name; None for any other."""
+    for folder in sorted(path.parent for path in SHIPPED.glob(f"*/{CARD}")):
+        if (name or DEFAULT) in (folder.name, read_card(folder).name):
+            return folder
+    return None
 
 
 def open_session(graph: bytes, threads: int, folder: Path | None = None) -> Any:  # noqa: ANN401

@@ -27,7 +27,7 @@ from hapticvlm.materials import UNKNOWN
 from hapticvlm.vision.encoders import encoder as encoders
 from hapticvlm.vision.encoders.encoder import Encoder, NetworkEncoder
 from hapticvlm.vision.encoders.file_encoder import USUAL, FileEncoder
-from hapticvlm.vision.encoders.loading import shipped_folder
+from hapticvlm.vision.encoders.onnx_encoder import shipped_folder
 from hapticvlm.vision.encoders.preprocessing import PREPROCESSING
 from hapticvlm.vision.galleries.calibration import calibrate
 from hapticvlm.vision.galleries.gallery import (

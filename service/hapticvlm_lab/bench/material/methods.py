@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 from hapticvlm import messages
 from hapticvlm.vision.encoders.encoder import Encoder, EncoderError
-from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.galleries.gallery import Gallery
 from hapticvlm.vision.galleries.storage import GalleryError, load_gallery
+from hapticvlm.vision.loading import load_encoder
 from hapticvlm_lab.bench.material.data import Cut, Source
 
 Floats = NDArray[np.float32]

@@ -26,10 +26,10 @@ from hapticvlm.commands.progress import track
 from hapticvlm.evidence.ladder import KNOWN, SURE
 from hapticvlm.palette import BLUE, GREEN, SOFT, VERMILION
 from hapticvlm.vision.encoders.encoder import Encoder
-from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.flatness import is_flat
 from hapticvlm.vision.galleries.gallery import Gallery
 from hapticvlm.vision.galleries.storage import load_gallery
+from hapticvlm.vision.loading import load_encoder
 from hapticvlm.vision.pictures import crop
 from hapticvlm_lab.bench import figures
 from hapticvlm_lab.bench.material.data import FOUR, Source, Where, thin

@@ -19,10 +19,10 @@ import numpy as np
 from hapticvlm import messages
 from hapticvlm.evidence.ladder import Evidence, decide
 from hapticvlm.vision import textures
-from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.flatness import is_flat
 from hapticvlm.vision.galleries.gallery import Gallery
 from hapticvlm.vision.galleries.storage import load_gallery
+from hapticvlm.vision.loading import load_encoder
 from hapticvlm.vision.pictures import crop
 from hapticvlm.vision.scene_references import SceneReferences
 from hapticvlm_lab.bench.material.answers import evidence_of, object_evidence

@@ -18,9 +18,9 @@ from hapticvlm.materials import MATERIALS, UNKNOWN
 from hapticvlm.session.decisions import Rendition, choose_rendition
 from hapticvlm.vision import textures
 from hapticvlm.vision.encoders.encoder import Encoder
-from hapticvlm.vision.encoders.loading import load_encoder
 from hapticvlm.vision.galleries.gallery import Gallery
 from hapticvlm.vision.galleries.storage import load_gallery
+from hapticvlm.vision.loading import load_encoder
 from hapticvlm.vision.scene_references import SceneReferences
 from hapticvlm_lab.bench.material.answers import encoder_evidence, flat_views, object_evidence
 from hapticvlm_lab.bench.material.data import Source, shuffled

@@ -6,10 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from hapticvlm.vision.encoders.encoder import CARD, DEFAULT, SHIPPED, Encoder, EncoderError
+from hapticvlm.vision.encoders.encoder import CARD, Encoder, EncoderError
 from hapticvlm.vision.encoders.file_encoder import FileEncoder, load_file_encoder
 from hapticvlm.vision.encoders.foreign_files import require_no_foreign_file
-from hapticvlm.vision.encoders.onnx_encoder import load_onnx_encoder, read_card
+from hapticvlm.vision.encoders.onnx_encoder import load_onnx_encoder, shipped_folder
+from hapticvlm.vision.galleries.storage import best_prepared
 from hapticvlm.vision.pictures import Crop, central_mask
 
 FILE = ".onnx"
@@ -37,8 +38,6 @@ def load_encoder(
         raise EncoderError(f"{threads} threads are too few; an inference needs 1 or more")
     encoder = _find(name, device, threads)
     if isinstance(encoder, FileEncoder) and encoder.preparations:
-        from hapticvlm.vision.galleries.storage import best_prepared
-
         encoder = best_prepared(encoder)
     if on_use and shipped_folder(name) is not None:
         return encoder
@@ -73,14 +72,6 @@ def _find(name: str | None, device: str, threads: int) -> Encoder:
     if is_file:
         return load_file_encoder(folder, threads)
     return load_onnx_encoder(folder, threads)
-
-
-def shipped_folder(name: str | None) -> Path | None:
-    """Return the folder of a shipped encoder, by its short or full name; None for any other."""
-    for folder in sorted(path.parent for path in SHIPPED.glob(f"*/{CARD}")):
-        if (name or DEFAULT) in (folder.name, read_card(folder).name):
-            return folder
-    return None
 
 
 def is_quick(name: str | None) -> bool:
