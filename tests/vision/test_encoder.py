@@ -11,7 +11,7 @@ from tiny_encoders import crop, write_onnx
 
 from hapticvlm.evidence.ladder import KNOWN, SURE, Evidence, decide
 from hapticvlm.vision.encoders import encoder as encoders
-from hapticvlm.vision.encoders import living, loading
+from hapticvlm.vision.encoders import living, onnx_encoder
 from hapticvlm.vision.encoders.encoder import EncoderError
 from hapticvlm.vision.galleries.storage import load_gallery
 from hapticvlm.vision.loading import load_encoder
@@ -92,7 +92,7 @@ def test_an_encoder_in_the_shipped_folder_is_found_by_its_short_and_its_full_nam
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     write_onnx(tmp_path / "shipped" / encoders.DEFAULT)
-    monkeypatch.setattr(loading, "SHIPPED", tmp_path / "shipped")
+    monkeypatch.setattr(onnx_encoder, "SHIPPED", tmp_path / "shipped")
     assert load_encoder().name == "tiny-1"
     assert load_encoder("tiny-1").dimension == load_encoder(encoders.DEFAULT).dimension == 128
 
