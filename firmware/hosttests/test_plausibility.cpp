@@ -198,12 +198,3 @@ TEST_CASE("a good sink that warms by half a degree is believed") {
     }
     CHECK(faults == 0);
 }
-
-TEST_CASE("an unknown reading is not judged") {
-    Plausibility state;
-    start_judging(state);
-    Sensors sensors{};
-    const uint16_t sums[PLACES] = {0, sum_at(20), sum_at(25)};
-    take_readings(sensors, sums);
-    CHECK(judge(state, sensors, true, -2.0f, -5.0f) == 0);
-}

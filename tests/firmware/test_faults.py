@@ -136,26 +136,6 @@ def test_clearing_again_and_again_does_not_talk_a_guard_away(host: RawHost) -> N
     assert "SINK_SHORT" in answers[2]
 
 
-def test_a_fault_is_cleared_by_its_number_alone_and_only_without_its_cause(host: RawHost) -> None:
-    sound = host.board.sensors[0]
-    host.hold(38.0, 1.0)
-    host.board.sensors[0] = lambda _: 5000.0
-    host.hold(38.0, 0.3)
-
-    assert host.ask(5, bytes([1])) == "persists"
-    host.board.sensors[0] = sound
-    host.advance(1.0)
-    assert host.ask(5, bytes([2])) == "not_latched"
-    for number in range(1, 26):
-        host.ask(5, bytes([number]))
-    assert host.state().state == "off"
-    assert not host.board.is_driven, "clearing switches nothing on"
-    host.board.press_start()
-    host.advance(0.6)
-    host.hold(38.0, 1.0)
-    assert host.state().state == "holding"
-
-
 @pytest.mark.parametrize("interrupts", [True, False])
 def test_a_hung_program_is_reset_once_and_stays_off(host: RawHost, interrupts: bool) -> None:
     host.hold(38.0, 1.0)

@@ -22,7 +22,6 @@ class Tracking:
     ambient_c: float
     approached: bool
     limited_rms_c: float  # against the setpoint that was sent, from 1 s after contact
-    unlimited_rms_c: float  # against the target from physics, from 1 s after contact
     first_rms_c: float  # against the target from physics, in the first second
     first_skin_rms_c: float  # modelled skin against the target from physics, in the first second
     limited_by: tuple[str, ...]
@@ -61,7 +60,6 @@ def touch(
         ambient_c,
         approached,
         scenes.rms(later, lambda moment: moment.plate_c - moment.setpoint_c),
-        scenes.rms(later, lambda moment: moment.plate_c - moment.wanted_c),
         scenes.rms(first, lambda moment: moment.plate_c - moment.wanted_c),
         scenes.rms(first, lambda moment: moment.skin_c - moment.wanted_c),
         tuple(sorted(limits)),
