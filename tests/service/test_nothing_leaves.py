@@ -25,7 +25,8 @@ LISTED = SECURITY.partition("## What each command opens")[2].partition("\n## ")[
 PICTURE = str(ROOT / "tests" / "browser" / "wooden_box.jpg")
 CAPTURE = str(ROOT / "service" / "hapticvlm" / "demo" / "capture")
 REPORTS_S = 45.0  # until those begin that begin last
-DEPENDS = ("pulse", "nscd", "fc-list", "::", "listen this machine")  # on the machine
+# What is done on some machines only.
+DEPENDS = ("pulse", "nscd", "fc-list", "::", "listen this machine", "pactl", "wpctl", "osascript")
 TOKEN = re.compile("`([^`]+)`")
 NO_REPORTS = {
     "ORT_DISABLE_TELEMETRY": "1",
