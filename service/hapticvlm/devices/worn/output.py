@@ -97,7 +97,7 @@ class WornOutput(ABC):
         touch = Touch(command, command if command.onset else None, now)
         if old is not None and not command.onset:
             touch = replace(old, command=command)
-        self._want(touches={**self._wanted.touches, hand: touch}, latest=hand)
+        self._want(touches={**self._wanted.touches, hand: touch}, latest=hand, soon=command.onset)
 
     def release(self, hand: int) -> None:
         """Rest one hand."""
@@ -111,7 +111,7 @@ class WornOutput(ABC):
     def warm(self, setpoint_c: float, ttl_s: float) -> None:
         """Warm or cool the hand of the latest touch to `setpoint_c` for `ttl_s`."""
         self._warm_until = time.monotonic() + ttl_s
-        self._want(setpoint_c=setpoint_c)
+        self._want(setpoint_c=setpoint_c, soon=False)
 
     def rest_heat(self) -> None:
         """Return to the neutral temperature."""
@@ -127,13 +127,15 @@ class WornOutput(ABC):
         if self._thread.is_alive():
             self._thread.join(CLOSE_S)
 
-    def _want(self, **changes: object) -> None:
+    def _want(self, *, soon: bool = True, **changes: object) -> None:
         # The values are immutable and replaced as a whole, so the thread never sees one half set,
-        # and holds the lock only to wait, never to send.
+        # and holds the lock only to wait, never to send. What only goes on is left to its next
+        # tick: a thread that wakes takes the interpreter from the loop before the touch's reply.
         with self._changed:
             if not self._wanted.is_closed:
                 self._wanted = replace(self._wanted, **changes)  # type: ignore[arg-type]
-            self._changed.notify()
+            if soon:
+                self._changed.notify()
 
     def _next(self) -> Wanted:
         """Wait for a change, a tick at most; return what is to be felt now."""
