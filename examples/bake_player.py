@@ -137,7 +137,7 @@ class Player:
         level = np.minimum(np.sqrt(felt if form == "amplitude" else drive), 1.0)
         amplitude = self._on_pad(level, form)
         if begun:
-            first = amplitude[: round(pad["min_impact_s"] / period_s)]
+            first = amplitude[: int(pad["min_impact_s"] / period_s + SOON)]
             first[:] = np.maximum(first, pad["min_impact"])
         count = max(1, math.floor(min(pad["horizon_s"], hand.lease_until - at) / period_s + SOON))
         amplitude = amplitude[:count] * self._within("gain", self.gain, 1.0)
