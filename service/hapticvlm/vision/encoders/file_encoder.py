@@ -124,7 +124,7 @@ class FileEncoder:
             outputs = self.session.run(self.outputs, {self.layout.name: images})
         except Exception as error:  # noqa: BLE001 - onnxruntime's errors share no base of their own
             raise EncoderError(f"encoder `{self.name}` failed ({short_line(error)})") from None
-        features = _pool(np.asarray(outputs[0], np.float32), masks)
+        features = pool(np.asarray(outputs[0], np.float32), masks)
         if not self.beliefs:
             return joint_embedding.join(features, None)
         scores = np.asarray(outputs[1], np.float32).reshape(len(features), -1)
@@ -340,7 +340,7 @@ def _prepare(
     return np.ascontiguousarray(ordered, layout.dtype), masks
 
 
-def _pool(features: Floats, masks: Floats) -> Floats:
+def pool(features: Floats, masks: Floats) -> Floats:
     """Average a map (N, D, h, w) or (N, h, w, D) under the masks: (N, D); flatten the rest.
 
     Of tokens (N, T, D) the last ones that form a square are a map; those before it are of the whole

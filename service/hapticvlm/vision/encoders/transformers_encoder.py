@@ -13,8 +13,9 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import isqrt
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from hapticvlm import documents
 from hapticvlm.errors import installing, short_line
@@ -27,6 +28,7 @@ from hapticvlm.vision.encoders.encoder import (
     Pixels,
     embed_all,
 )
+from hapticvlm.vision.encoders.file_encoder import pool
 from hapticvlm.vision.encoders.networks import Network
 from hapticvlm.vision.encoders.preprocessing import Preprocessing, read_preprocessing
 from hapticvlm.vision.pictures import Crop
@@ -98,29 +100,25 @@ def describe(network: Network, images: Tensor, masks: Tensor) -> Floats:
         beliefs = joint_embedding.material_beliefs(scores.float().cpu().numpy())
     else:
         outputs = inner(pixel_values=images)
-    return joint_embedding.join(pool(inner, outputs, masks).float().cpu().numpy(), beliefs)
+    return joint_embedding.join(_features(inner, outputs, masks), beliefs)
 
 
-def pool(network: Any, outputs: Any, masks: Tensor) -> Tensor:  # noqa: ANN401 - any network
+def _features(network: Any, outputs: Any, masks: Tensor) -> Floats:  # noqa: ANN401 - any network
     """Average the last map of a network's outputs under masks (N, I, I) 0..1: (N, D).
 
-    An empty mask counts as a full one. Without a spatial map the network's own pooled vector is
-    returned.
+    Without a spatial map the network's own pooled vector is returned.
     """
-    from torch.nn import functional
+    import torch
 
     maps = getattr(outputs, "feature_maps", None)
     last = maps[-1] if maps else outputs.last_hidden_state
-    cells = _cells(last)
-    if cells is None:
-        return cast("Tensor", outputs.pooler_output).flatten(1)
-    weights = functional.adaptive_avg_pool2d(masks[:, None], (cells.shape[2], cells.shape[3]))
-    weights = weights + (weights.sum(dim=(2, 3), keepdim=True) <= 0)
-    pooled = (cells * weights).sum(dim=(2, 3)) / weights.sum(dim=(2, 3))
+    if last.ndim not in (3, 4):
+        last = outputs.pooler_output
+    features = pool(last.float().cpu().numpy(), masks.cpu().numpy())
     final = getattr(network, "layernorm", None)
-    if final is not None and last.ndim == 4:  # tokens have been through it
-        pooled = final(pooled)
-    return pooled
+    if final is None or last.ndim != 4:  # tokens have been through it
+        return features
+    return np.asarray(final(torch.from_numpy(features).to(last.device)).float().cpu(), np.float32)
 
 
 def _with_base(model: Any, images: Tensor) -> tuple[Any, Tensor]:  # noqa: ANN401
@@ -134,16 +132,6 @@ def _with_base(model: Any, images: Tensor) -> tuple[Any, Tensor]:  # noqa: ANN40
     finally:
         handle.remove()
     return outputs[0], scores
-
-
-def _cells(features: Tensor) -> Tensor | None:
-    """Return a spatial map (N, D, h, w) of a map, or of tokens whose last ones form a square."""
-    if features.ndim == 4:
-        return features
-    if features.ndim != 3:
-        return None
-    side = isqrt(features.shape[1])
-    return features[:, -side * side :].transpose(1, 2).reshape(len(features), -1, side, side)
 
 
 def _set_up(name: str, device: str, threads: int) -> str:
