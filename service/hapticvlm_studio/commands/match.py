@@ -103,6 +103,7 @@ async def _ask(options: argparse.Namespace) -> tuple[list[float], bool]:
     steel = {"object_id": STEEL, "material": "metal", "temperature_c": options.room}
     try:
         async with connect(options.url, name="study match") as client:
+            await client.set(ownership="take")  # of a scene that touches nothing
             await client.scene([steel], ambient_c=options.room)
             found = [await _one(client, number, start) for number, start in enumerate(STARTS, 1)]
             await client.set(thermal_gain=statistics.geometric_mean(found))
