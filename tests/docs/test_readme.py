@@ -59,7 +59,7 @@ def test_every_command_for_a_study_runs_in_the_environment_that_the_demo_makes(
     text = "\n".join((ROOT / "docs" / page).read_text(encoding="utf-8") for page in pages)
     commands = re.findall(r"^ *hapticvlm (.+)$|`hapticvlm ([^`]+)`", text, re.MULTILINE)
     # The others wait for people or their answers, which tests/studio has, or take minutes.
-    others = r"(?:serve|study (?:run|report (?!--paper)|report$|predict))"
+    others = r"(?:serve|study (?:run|match|report (?!--paper)|report$))"
     every = ["".join(command) for command in commands]
     shown = [command for command in every if not re.match(others, command)]
     assert len(shown) >= 5

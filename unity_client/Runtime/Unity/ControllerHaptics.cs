@@ -34,6 +34,7 @@ namespace HapticVLM
         IHapticPlanOutput planOutput;
         HapticClient client;
         bool isPlaying;
+        bool isSpeakerFelt; // read once a frame: the thread of the connection may change it meanwhile
         float trialEndsAt;
 
         public HandSide Side { get { return hand == HandSide.Left ? HandSide.Left : HandSide.Right; } }
@@ -141,6 +142,9 @@ namespace HapticVLM
         {
             if (client != HapticClient.Active) Follow(HapticClient.Active);
             if (Time.unscaledTime < trialEndsAt) return;
+            bool wasSpeakerFelt = isSpeakerFelt;
+            isSpeakerFelt = client != null && IsSpeakerFelt;
+            if (wasSpeakerFelt && !isSpeakerFelt) plan.Silence(); // it was the speaker's: a lost link must not make it felt here
             float frame = Time.unscaledDeltaTime;
             double now = Clock.Now, hz, amplitude = plan.Strongest(now, frame, out hz);
             float seconds = Mathf.Min(FramesPerPulse * frame, (float)plan.RemainingS(now));
@@ -153,7 +157,7 @@ namespace HapticVLM
 
         bool IsWanted
         {
-            get { return client != null && client.IsFelt(Side) && !IsSpeakerFelt; }
+            get { return client != null && client.IsFelt(Side) && !isSpeakerFelt; }
         }
 
         bool IsSpeakerFelt
