@@ -107,6 +107,38 @@ def crowded() -> Json:
     return {"name": "drumming on glass", "events": events}
 
 
+def swung_and_struck() -> Json:
+    """Return blows between which the hand goes on swinging, so that more ring than may."""
+    events = []
+    for number in range(16):
+        at_s = BEGIN_S + 0.003 * number
+        events.append(_touch(at_s, "contact", "glass", speed_mps=0.5 + 0.1 * number))
+        events += [_planned(at_s)] if number % 3 == 0 else []
+        events.append(_touch(at_s + 0.001, "approach", "glass", interaction="swing"))
+    return {"name": "blows of a hand that swings on", "events": events}
+
+
+def many_textures() -> Json:
+    """Return a slide over one material after the other, faster than they fade."""
+    events = []
+    for after_s, surface in ((0, "wood"), (0.1, "stone"), (0.106, "rubber"), (0.109, "metal")):
+        events.append(_touch(BEGIN_S + after_s, "slide", surface, speed_mps=0.6))
+    events += [_planned(BEGIN_S + after_s) for after_s in (0.109, 0.114, 0.15)]
+    return {"name": "a slide over four materials", "events": events}
+
+
+def kneaded() -> Json:
+    """Return a press on rubber whose force goes and comes."""
+    events = []
+    for number in range(30):
+        at_s = BEGIN_S + RENEW_S * number
+        force_n = 1.0 + 0.8 * abs(number % 10 - 5)
+        fields: Json = {"speed_mps": 0.0, "force_n": force_n, "interaction": "press"}
+        events.append(_touch(at_s, "contact", "rubber", **fields))
+        events += [_planned(at_s)] if number % 4 == 0 else []
+    return {"name": "a press whose force goes and comes", "events": events}
+
+
 def _is_planned(at_s: float) -> bool:
     return any(abs(at_s - BEGIN_S - planned_s) < 1e-6 for planned_s in PLANS_S)
 

@@ -74,6 +74,9 @@ def plans() -> Iterator[Json]:
     yield planned(feel_vectors.stopped())
     yield planned(feel_vectors.both_hands())
     yield planned(feel_vectors.crowded())
+    yield planned(feel_vectors.swung_and_struck())
+    yield planned(feel_vectors.many_textures())
+    yield planned(feel_vectors.kneaded())
     yield planned(_humming())
 
 
