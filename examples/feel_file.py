@@ -27,9 +27,10 @@ SILENCE = {"peak": 0.0, "bytes": "/w=="}
 def opened(file: Any) -> Json:  # noqa: ANN401
     """Check a parsed feel file and decode its clips. Raises ValueError, which names the field."""
     _check(file, SCHEMA, "")
-    for axis in ("speeds_mps", "forces_n"):
-        if sorted(set(file[axis])) != file[axis]:
-            raise ValueError(f"{axis}: does not rise; bake it again")
+    axes = {name: file[name] for name in ("speeds_mps", "forces_n")}
+    for name, axis in (axes | {"rules.pad.hum_hz": file["rules"]["pad"]["hum_hz"]}).items():
+        if sorted(set(axis)) != axis:
+            raise ValueError(f"{name}: does not rise; bake it again")
     _check_names(file)
     feel: Json = {**file}
     for kind in ("clips", "loops"):
@@ -47,8 +48,8 @@ def _check(value: Any, schema: Json, name: str) -> None:  # noqa: ANN401
         raise ValueError(f"{name or 'the file'}: {problem}; bake it again")
     parts: Any = ()
     if schema["type"] == "object":
-        others = schema.get("additionalProperties")
-        parts = schema.get("properties") or dict.fromkeys(value, others)
+        keys, others = [*schema.get("required", ()), *value], schema.get("additionalProperties")
+        parts = schema.get("properties") or dict.fromkeys(keys, others)
     elif schema["type"] == "array":
         parts = dict(enumerate(schema.get("prefixItems") or [schema["items"]] * len(value)))
     for key in parts:
@@ -85,6 +86,8 @@ def _problem(value: Any, schema: Json) -> str | None:  # noqa: ANN401
 
 def _check_names(file: Json) -> None:
     for name, facts in file["materials"].items():
+        if facts["swing"]["thickness_m"] is None:
+            raise ValueError(f"materials.{name}.swing.thickness_m: is null; bake it again")
         names = [("clips", facts["grain"])]
         names += [("clips", clip) for kind in IMPACTS for clip in facts[kind]["clips"]]
         for layer in (layer for kind in TEXTURES for layer in facts[kind]["layers"]):

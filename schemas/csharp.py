@@ -123,7 +123,8 @@ def _read(schema: Json) -> tuple[str, str]:
         return kind, f"Read.Part(part => new {kind}(part))"
     if schema["type"] == "object":
         kind, read = _read(schema["additionalProperties"])
-        return f"Dictionary<string, {kind}>", f"Read.Map({read})"
+        names = "".join(f', "{name}"' for name in schema.get("required", ()))
+        return f"Dictionary<string, {kind}>", f"Read.Map({read}{names})"
     if schema["type"] == "array":
         kind, read = _read(schema.get("prefixItems", [schema["items"]])[0])
         least, most = schema.get("minItems", 0), schema.get("maxItems", "int.MaxValue")

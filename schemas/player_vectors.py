@@ -346,6 +346,7 @@ def _broken() -> Iterator[Json]:
     for path, value in numbers:
         field = ".".join(str(step) for step in path)
         yield {"name": f"{field} {json.dumps(value)}", "path": path, "value": value, "field": field}
+    sound = file_of("sound")["rules"]["sound"]
     others: tuple[tuple[list[Any], Any, str], ...] = (
         (["speeds_mps", 3], 0.01, "speeds_mps"),
         (["clips", "wood grain", "wave"], "", "clips.wood grain.wave"),
@@ -357,6 +358,17 @@ def _broken() -> Iterator[Json]:
         (["materials", "wood", "slide", "layers", 0, "level"], "rough", "materials.wood"),
         (["levels", "slide", 2], [], "levels.slide.2"),
         (["words", "phase"], "contact", "words.phase"),
+        (["words"], {}, "words.phase"),
+        (["words", "hand"], [], "words.hand"),
+        (["ranges"], {}, "ranges.speed_mps"),
+        (["impacts"], {}, "impacts.tap"),
+        (["rules", "pad", "period_s"], {}, "rules.pad.period_s.amplitude"),
+        (["rules", "pad", "scale"], {}, "rules.pad.scale.amplitude"),
+        (["rules", "pad", "hum_hz"], [50.0], "rules.pad.hum_hz"),
+        (["rules", "pad", "hum_hz", 3], 40.0, "rules.pad.hum_hz"),
+        (["rules", "pad", "hum_felt"], [1.0], "rules.pad.hum_felt"),
+        (["rules", "sound"], {**sound, "hum_weight": [1.0]}, "rules.sound.hum_weight"),
+        (["materials", "wood", "swing", "thickness_m"], None, "materials.wood.swing.thickness_m"),
     )
     for path, value, field in others:
         yield {"name": f"{field} {json.dumps(value)}", "path": path, "value": value, "field": field}

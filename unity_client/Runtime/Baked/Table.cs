@@ -132,11 +132,14 @@ namespace HapticVLM.Baked
             };
         }
 
-        public static Reader<Dictionary<string, T>> Map<T>(Reader<T> read)
+        /// <summary>Returns the reader of a map, which must have these names.</summary>
+        public static Reader<Dictionary<string, T>> Map<T>(Reader<T> read, params string[] names)
         {
             return (field, value) =>
             {
                 var map = new Dictionary<string, T>();
+                var table = new Table(field, value);
+                foreach (string name in names) table.Get(name, Read.As<object>);
                 foreach (KeyValuePair<string, object> each in As<Dictionary<string, object>>(field, value)) map[each.Key] = read(field + "." + each.Key, each.Value);
                 return map;
             };

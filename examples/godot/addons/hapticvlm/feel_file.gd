@@ -4,14 +4,7 @@ extends RefCounted
 const SCHEMA := "res://addons/hapticvlm/feel_clips.schema.json"
 const IMPACTS: Array[String] = ["tap", "strike", "press"]
 const TEXTURES: Array[String] = ["slide", "carve", "swing"]
-const FORMS: Array[String] = ["amplitude", "parametric"]
 const KINDS := {"object": TYPE_DICTIONARY, "array": TYPE_ARRAY, "string": TYPE_STRING}
-## Names that a player looks up in tables of any names.
-const NAMES := {
-	"ranges": ["speed_mps", "force_n", "thickness_m", "gain", "impact_gain", "hum.level", "hum.frequency_hz"],
-	"words": ["phase", "hand", "interaction"],
-	"impacts": IMPACTS,
-}
 
 static var _schema := {}
 
@@ -64,22 +57,16 @@ static func _unpack_clips(file: Dictionary) -> String:
 
 ## Checks what a schema cannot say.
 static func _unfit(file: Dictionary) -> String:
-	for part: String in NAMES:
-		if not file[part].has_all(NAMES[part]):
-			return "%s: lacks one of %s" % [part, NAMES[part]]
-	var pad: Dictionary = file.rules.pad
-	for axis: Array in [["speeds_mps", file.speeds_mps], ["forces_n", file.forces_n], ["rules.pad.hum_hz", pad.hum_hz]]:
+	for axis: Array in [["speeds_mps", file.speeds_mps], ["forces_n", file.forces_n], ["rules.pad.hum_hz", file.rules.pad.hum_hz]]:
 		for at in range(1, axis[1].size()):
 			if axis[1][at] <= axis[1][at - 1]:
 				return "%s: does not rise" % axis[0]
-	if pad.hum_hz.size() < 2 or pad.hum_hz.size() != pad.hum_felt.size():
-		return "rules.pad.hum_felt: has not the size of hum_hz"
-	if not pad.period_s.has_all(FORMS) or not pad.scale.has_all(FORMS):
-		return "rules.pad: lacks one of %s" % [FORMS]
 	if file.voice != "true":
 		return "voice: is `%s`; the addon plays feel.true.json" % file.voice
 	for name: String in file.materials:
 		var facts: Dictionary = file.materials[name]
+		if facts.swing.thickness_m == null:
+			return "materials.%s.swing.thickness_m: is null" % name
 		var named := [["clips", facts.grain]]
 		for kind in IMPACTS:
 			named += facts[kind].clips.map(func(clip: String) -> Array: return ["clips", clip])
@@ -118,7 +105,7 @@ static func _misfit(value: Variant, described: Dictionary) -> String:
 		return "" if is_word and value.length() >= schema.get("minLength", 0) else ": `%s` is not as the schema has it" % value
 	var others: Variant = schema.get("items", schema.get("additionalProperties"))
 	var parts: Dictionary = schema.get("properties", {})
-	var keys: Array = parts.keys() if parts else value.keys() if kind == "object" else range(value.size())
+	var keys: Array = parts.keys() if parts else schema.get("required", []) + value.keys() if kind == "object" else range(value.size())
 	if kind == "array":
 		if value.size() < schema.get("minItems", 0) or value.size() > schema.get("maxItems", INF):
 			return ": has %d entries" % value.size()

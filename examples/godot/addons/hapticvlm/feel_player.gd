@@ -215,8 +215,7 @@ func _feel(hand: Hand, fields: Dictionary, kind: String, onset: bool) -> void:
 		_strike(hand, facts, kind if kind in FeelFile.IMPACTS else "tap", speed, force, strength if kind in FeelFile.IMPACTS else 1.0)
 	if not kind in FeelFile.TEXTURES:
 		return
-	var usual_m: Variant = facts.swing.thickness_m
-	var thin: float = usual_m / thickness_m if kind == "swing" and usual_m != null and thickness_m != null else 1.0
+	var thin: float = facts.swing.thickness_m / thickness_m if kind == "swing" and thickness_m != null else 1.0
 	var wish := hand.wish("%s %s %s" % [name, kind, thin], 1.0, _texture.bind(facts[kind], facts.grain, speed * thin))
 	wish.is_texture = true
 	wish.speed = speed

@@ -72,6 +72,8 @@ _ABOVE_DB = {"true": -36.0, "sound": -27.0}  # energy that may lie above it
 _SILENT = {"true": 1.0 / 200.0, "sound": 1.0 / 60.0}
 _FLOOR = 255  # the byte of silence in a track
 FIGURES = 4
+HUM_HZ = (20.0, 30.0, 40.0, 60.0, 80.0, 120.0, 160.0, 200.0, 250.0, 320.0, 400.0)
+SHARES = ("gain", "impact_gain", "hum.level")
 _THINNEST_M = 1e-3  # the wire wants more than 0
 _CENTRES_HZ = np.geomspace(textures.LOWEST_HZ, textures.HIGHEST_HZ, 8)  # where loops are heard
 _JOIN = 8  # periods over which the end of a loop fades into its beginning
@@ -92,12 +94,22 @@ Period = Annotated[float, Meta(ge=0.001, le=0.1)]
 Hertz = Annotated[float, Meta(ge=1.0, le=1e4)]
 Count = Annotated[int, Meta(ge=1, le=1000)]
 Rate = Annotated[int, Meta(ge=100, le=96_000)]
-Values = Annotated[tuple[Factor, ...], Meta(min_length=1)]
+Names = Annotated[tuple[str, ...], Meta(min_length=1)]
+ByHum = Annotated[tuple[Factor, ...], Meta(min_length=len(HUM_HZ), max_length=len(HUM_HZ))]
 BySpeed = Annotated[
     tuple[Factor, ...], Meta(min_length=len(SPEEDS_MPS), max_length=len(SPEEDS_MPS))
 ]
 ByForce = Annotated[tuple[Factor, ...], Meta(min_length=len(FORCES_N), max_length=len(FORCES_N))]
 Grid = Annotated[tuple[ByForce, ...], Meta(min_length=len(SPEEDS_MPS), max_length=len(SPEEDS_MPS))]
+
+
+def _with(*names: str) -> Meta:
+    """Return the rule that a table has an entry of each name: a player looks them up."""
+    return Meta(extra_json_schema={"required": list(names)})
+
+
+_BY_FORM = _with(*vibration_plan.PERIOD_S)
+_RANGES = _with("speed_mps", "force_n", "thickness_m", *SHARES, "hum.frequency_hz")
 
 
 class Track(msgspec.Struct, frozen=True):
@@ -171,7 +183,7 @@ class Texture(msgspec.Struct, frozen=True):
 class Impact(msgspec.Struct, frozen=True):
     """An impact: its clips, and its level on a palm and a pad."""
 
-    clips: Annotated[tuple[str, ...], Meta(min_length=1)]
+    clips: Names
     palm: Factor
     pad: Factor
 
@@ -203,15 +215,15 @@ class PadRules(msgspec.Struct, frozen=True):
     """The rules of pads: of a level they play scale[form] * level^exponent, 0 below `min_level`."""
 
     horizon_s: Annotated[float, Meta(ge=0.01, le=1.0)]
-    period_s: dict[str, Period]
-    scale: dict[str, Annotated[float, Meta(ge=0.0, le=100.0)]]
+    period_s: Annotated[dict[str, Period], _BY_FORM]
+    scale: Annotated[dict[str, Annotated[float, Meta(ge=0.0, le=100.0)]], _BY_FORM]
     exponent: Positive
     min_level: Share
     min_impact: Share
     min_impact_s: Share
     min_amplitude: Share
-    hum_hz: Values
-    hum_felt: Values
+    hum_hz: ByHum
+    hum_felt: ByHum
 
 
 class SoundRules(msgspec.Struct, frozen=True):
@@ -223,7 +235,7 @@ class SoundRules(msgspec.Struct, frozen=True):
     fall_per_s: Factor
     times: Positive
     shift_hz: Factor
-    hum_weight: Values  # at `pad.hum_hz`
+    hum_weight: ByHum  # at `pad.hum_hz`
 
 
 class Rules(msgspec.Struct, frozen=True):
@@ -251,12 +263,12 @@ class Feel(msgspec.Struct, frozen=True):
 
     version: Annotated[int, Meta(ge=VERSION, le=VERSION)]
     voice: Annotated[str, Meta(pattern="^(true|sound)$")]
-    ranges: dict[str, tuple[float, float]]
-    words: dict[str, tuple[str, ...]]
+    ranges: Annotated[dict[str, tuple[float, float]], _RANGES]
+    words: Annotated[dict[str, Names], _with("phase", "hand", "interaction")]
     rules: Rules
     speeds_mps: BySpeed
     forces_n: ByForce
-    impacts: dict[str, ImpactTable]
+    impacts: Annotated[dict[str, ImpactTable], _with(*IMPACTS)]
     levels: dict[str, Grid]
     materials: dict[str, MaterialFeel]
     clips: dict[str, Clip]
@@ -320,12 +332,10 @@ def _ranges() -> dict[str, tuple[float, float]]:
         name: (float(part.get("minimum", _THINNEST_M)), float(part["maximum"]))
         for name, part in wire.items()
     }
-    shares = dict.fromkeys(("gain", "impact_gain", "hum.level"), (0.0, 1.0))
-    return ranges | shares | {"hum.frequency_hz": (1.0, 1000.0)}
+    return ranges | dict.fromkeys(SHARES, (0.0, 1.0)) | {"hum.frequency_hz": (1.0, 1000.0)}
 
 
 def _rules(voice: str) -> Rules:
-    hertz = tuple(float(hz) for hz in (20, 30, 40, 60, 80, 120, 160, 200, 250, 320, 400))
     edges, weights = sound_voice.EDGES_HZ, sound_voice.WEIGHTS
     sound = SoundRules(
         level=sound_voice.LEVEL,
@@ -334,7 +344,7 @@ def _rules(voice: str) -> Rules:
         fall_per_s=sound_voice.FALL_PER_S,
         times=sound_voice.TIMES,
         shift_hz=sound_voice.SHIFT_HZ,
-        hum_weight=tuple(weights[np.searchsorted(edges, hz, "right") - 1] for hz in hertz),
+        hum_weight=tuple(weights[np.searchsorted(edges, hz, "right") - 1] for hz in HUM_HZ),
     )
     carrier_db = drive_threshold_db(np.array([controller_scale.CARRIER_HZ]))
     pad = PadRules(
@@ -346,8 +356,8 @@ def _rules(voice: str) -> Rules:
         min_impact=controller_scale.MIN_IMPACT,
         min_impact_s=vibration_plan.MIN_IMPACT_S,
         min_amplitude=vibration_plan.MIN_AMPLITUDE,
-        hum_hz=hertz,
-        hum_felt=_rounded(10.0 ** ((carrier_db - drive_threshold_db(np.array(hertz))) / 20.0)),
+        hum_hz=HUM_HZ,
+        hum_felt=_rounded(10.0 ** ((carrier_db - drive_threshold_db(np.array(HUM_HZ))) / 20.0)),
     )
     return Rules(
         lease_s=messages.LEASE_MS / 1000.0,

@@ -23,12 +23,12 @@ namespace HapticVLM.Baked.Format
         {
             Version = table.Get("version", Read.Whole(2, 2));
             Voice = table.Get("voice", Read.Text);
-            Ranges = table.Get("ranges", Read.Map(Read.List(Read.Number(-1000000000.0, 1000000000.0), 2, 2)));
-            Words = table.Get("words", Read.Map(Read.List(Read.Text, 0, int.MaxValue)));
+            Ranges = table.Get("ranges", Read.Map(Read.List(Read.Number(-1000000000.0, 1000000000.0), 2, 2), "speed_mps", "force_n", "thickness_m", "gain", "impact_gain", "hum.level", "hum.frequency_hz"));
+            Words = table.Get("words", Read.Map(Read.List(Read.Text, 1, int.MaxValue), "phase", "hand", "interaction"));
             Rules = table.Get("rules", Read.Part(part => new Rules(part)));
             SpeedsMps = table.Get("speeds_mps", Read.List(Read.Number(0.0, 10000.0), 20, 20));
             ForcesN = table.Get("forces_n", Read.List(Read.Number(0.0, 10000.0), 9, 9));
-            Impacts = table.Get("impacts", Read.Map(Read.Part(part => new ImpactTable(part))));
+            Impacts = table.Get("impacts", Read.Map(Read.Part(part => new ImpactTable(part)), "tap", "strike", "press"));
             Levels = table.Get("levels", Read.Map(Read.List(Read.List(Read.Number(0.0, 10000.0), 9, 9), 20, 20)));
             Materials = table.Get("materials", Read.Map(Read.Part(part => new MaterialFeel(part))));
             Clips = table.Get("clips", Read.Map(Read.Part(part => new Clip(part))));
@@ -92,15 +92,15 @@ namespace HapticVLM.Baked.Format
         public PadRules(Table table)
         {
             HorizonS = table.Get("horizon_s", Read.Number(0.01, 1.0));
-            PeriodS = table.Get("period_s", Read.Map(Read.Number(0.001, 0.1)));
-            Scale = table.Get("scale", Read.Map(Read.Number(0.0, 100.0)));
+            PeriodS = table.Get("period_s", Read.Map(Read.Number(0.001, 0.1), "amplitude", "parametric"));
+            Scale = table.Get("scale", Read.Map(Read.Number(0.0, 100.0), "amplitude", "parametric"));
             Exponent = table.Get("exponent", Read.Number(0.0001, 1000000.0));
             MinLevel = table.Get("min_level", Read.Number(0.0, 1.0));
             MinImpact = table.Get("min_impact", Read.Number(0.0, 1.0));
             MinImpactS = table.Get("min_impact_s", Read.Number(0.0, 1.0));
             MinAmplitude = table.Get("min_amplitude", Read.Number(0.0, 1.0));
-            HumHz = table.Get("hum_hz", Read.List(Read.Number(0.0, 10000.0), 1, int.MaxValue));
-            HumFelt = table.Get("hum_felt", Read.List(Read.Number(0.0, 10000.0), 1, int.MaxValue));
+            HumHz = table.Get("hum_hz", Read.List(Read.Number(0.0, 10000.0), 11, 11));
+            HumFelt = table.Get("hum_felt", Read.List(Read.Number(0.0, 10000.0), 11, 11));
         }
     }
 
@@ -123,7 +123,7 @@ namespace HapticVLM.Baked.Format
             FallPerS = table.Get("fall_per_s", Read.Number(0.0, 10000.0));
             Times = table.Get("times", Read.Number(0.0001, 1000000.0));
             ShiftHz = table.Get("shift_hz", Read.Number(0.0, 10000.0));
-            HumWeight = table.Get("hum_weight", Read.List(Read.Number(0.0, 10000.0), 1, int.MaxValue));
+            HumWeight = table.Get("hum_weight", Read.List(Read.Number(0.0, 10000.0), 11, 11));
         }
     }
 
