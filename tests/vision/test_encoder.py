@@ -127,7 +127,7 @@ def test_a_name_of_the_hub_is_not_a_folder_and_needs_a_connection(
     ("make", "complaint"),
     [
         ((), "is not a folder"),
-        (("here/",), "neither encoder.json nor config.json"),
+        (("here/",), "has no config.json"),
         (("here",), "is a JSON file, not a network"),
         (("here/a/config.json", "here/b/encoder.json"), "give one of a, b"),
     ],

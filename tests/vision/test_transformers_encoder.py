@@ -200,7 +200,7 @@ def test_a_gpu_is_refused_where_there_is_none(folder: Path) -> None:
     if torch.cuda.is_available():
         assert np.isfinite(load_encoder(str(folder), device="cuda").embed([crop(1, SIDE)])).all()
         return
-    with pytest.raises(EncoderError, match="no CUDA device here; use --encoder-device cpu"):
+    with pytest.raises(EncoderError, match="no CUDA device here; use cpu"):
         load_encoder(str(folder), device="cuda")
     assert load_encoder(str(folder), device="auto").embed([crop(1, SIDE)]).shape == (1, 32)
 
@@ -250,7 +250,7 @@ def spoil_config(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("spoil", "complaint"),
     [
-        (drop_preprocessing, "has no preprocessor_config.json"),
+        (drop_preprocessing, "preprocessor_config.json is missing"),
         (truncate_weights, "cannot be loaded"),
         (drop_weights, "cannot be loaded"),
         (ask_for_more_layers, "lacks .* weights"),

@@ -9,8 +9,6 @@ Knows no session and no ladder.
 from __future__ import annotations
 
 import gc
-import os
-import sys
 import time
 from collections.abc import Callable, Sequence
 
@@ -34,13 +32,10 @@ from hapticvlm.vlm.numbers import (
 )
 from hapticvlm.vlm.weights import Precision
 
-# OpenMP threads that spin while they wait take the cores from the gateway and from each other: with
-# a third busy process on two cores a pass took eight times as long.
-PASSIVE = {"OMP_WAIT_POLICY": "PASSIVE", "GOMP_SPINCOUNT": "0"}
 CHECK_SIDE = 56  # px, the grey picture of the check at loading
 # Largest total variation distance (half the sum of absolute differences over the vocabulary)
 # between a packed pass and a plain one. Rounding stays below it, a wrong mask or position does not.
-AGREEMENT: dict[Precision, float] = {"bfloat16": 0.1, "float32": 1e-3}
+AGREEMENT = {"torch.bfloat16": 0.1, "torch.float32": 1e-3}
 
 
 class LocalVlm:
@@ -101,20 +96,18 @@ def load_local(settings: VlmSettings, precision: Precision | None = None) -> Loc
 
     precision: of the weights; None for the faster one here that fits into memory.
     """
-    weights.find_here(settings.model)  # reports a wrong path before torch is imported
-    precision = precision or weights.faster_precision(settings)
     vlm = LocalVlm(*weights.load(settings, precision), settings.model)
-    _require_agreement(vlm, precision)
+    _require_agreement(vlm)
     return vlm
 
 
-def _require_agreement(vlm: LocalVlm, precision: Precision) -> None:
+def _require_agreement(vlm: LocalVlm) -> None:
     grey = np.full((CHECK_SIDE, CHECK_SIDE, 3), 127, np.uint8)
     prompt = vlm.chat.prompt(contract.about_ambient(), [grey])
     plain = vlm.network.following(prompt)
     packed = vlm.network.readout(prompt, vlm.numbers)[0, 0]
     distance = float(np.abs(np.exp(plain) - np.exp(packed)).sum()) / 2
-    if not distance <= AGREEMENT[precision]:
+    if not distance <= AGREEMENT[str(vlm.network.model.dtype)]:
         problem = (
             f"model `{vlm.name}` cannot be read in one pass (results differ by {distance:.2f})"
         )
@@ -135,22 +128,10 @@ def _tree(build: Callable[[], ChoiceTree]) -> ChoiceTree:
         raise VlmError(f"the answers cannot be distinguished ({error})") from None
 
 
-def prepare_process(threads: int) -> bool:
-    """Make OpenMP threads sleep while they wait; False if torch was imported before, too late.
-
-    OpenMP reads these variables when torch is imported, so a process that loads a model calls this,
-    or load_vlm, first.
-    """
-    for name, value in {**PASSIVE, "OMP_NUM_THREADS": str(threads)}.items():
-        os.environ.setdefault(name, value)
-    return "torch" not in sys.modules
-
-
 def load_vlm(settings: VlmSettings) -> Vlm:
     """Load a model, or use the endpoint at `url`. Raises VlmError."""
     if settings.url is not None:
         from hapticvlm.vlm.remote import RemoteVlm
 
         return RemoteVlm(settings)
-    prepare_process(settings.threads)
     return load_local(settings)

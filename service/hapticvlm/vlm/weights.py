@@ -1,52 +1,41 @@
-"""Finds a vision-language model by folder or name and loads it; refuses one that cannot work.
+"""Loads a vision-language model by folder or name; refuses one that cannot work.
 
-A folder is read without any connection. A name is looked up in this machine's cache; only if it is
-not there, the hub is asked once, and then a download starts. Code that comes with a model is never
-run. A model that lacks weights is refused, and so is one that does not fit the free memory, because
-the system would kill the process without a message. Asks no questions.
+Folders and names are found as those of encoders (`networks`). A model that lacks weights is
+refused, and so is one that does not fit the free memory, because the system would kill the process
+without a message. Asks no questions.
 """
 
 from __future__ import annotations
 
-import logging
-import time
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, Literal
 
-from hapticvlm.errors import installing, short_line
-from hapticvlm.vision.encoders.networks import (
-    CONFIG,
-    HUB_NAME,
-    HUB_S,
-    PACKAGES,
-    fault_of,
-    quieten_libraries,
-)
+from hapticvlm.errors import short_line
+from hapticvlm.vision.encoders import networks
+from hapticvlm.vision.encoders.encoder import EncoderError
 from hapticvlm.vlm.chat import Chat
 from hapticvlm.vlm.contract import VlmError, VlmSettings
 from hapticvlm.vlm.limits import LEAST_TOKENS
 from hapticvlm.vlm.network import CURE_MEMORY, Network, guarded
 
-FILES = ("*.json", "*.safetensors", "*.txt", "*.jinja", "*.model")
 TOKENIZERS = ("tokenizer.json", "tokenizer.model", "vocab.json", "vocab.txt", "spiece.model")
 Precision = Literal["bfloat16", "float32"]
 BYTES: dict[Precision, int] = {"bfloat16": 2, "float32": 4}
-TRIALS = 8
 MEMINFO = Path("/proc/meminfo")
-FOLDER = "give a folder that save_pretrained wrote, with network, tokenizer and image processor"
-
-logger = logging.getLogger(__name__)
+CPUINFO = Path("/proc/cpuinfo")
 
 
-def load(settings: VlmSettings, precision: Precision) -> tuple[Network, Chat]:
-    """Load a model with its tokenizer and image processor. Raises VlmError."""
+def load(settings: VlmSettings, precision: Precision | None) -> tuple[Network, Chat]:
+    """Load a model with its tokenizer and image processor. Raises VlmError.
+
+    precision: of the weights; None for the faster one here that fits the memory.
+    """
     _require_sense(settings)
-    _quieten(settings)
-    folder = find(settings.model)
-    if fault := fault_of(folder) or _without_tokenizer(folder):
+    folder = _ready(settings)
+    if fault := networks.fault_of(folder) or _without_tokenizer(folder):
         raise _unloadable(settings, fault)
-    _require_device(settings)
+    precision = precision or _faster_precision(folder, settings)
     if settings.device == "cpu":
         _require_memory(folder, settings, precision)
     try:
@@ -63,50 +52,25 @@ def load(settings: VlmSettings, precision: Precision) -> tuple[Network, Chat]:
     return Network(model), Chat(*chat_parts, image_id)
 
 
-def faster_precision(settings: VlmSettings) -> Precision:
-    """Choose the faster precision of the weights that fits the memory. Raises VlmError.
+def _ready(settings: VlmSettings) -> Path:
+    """Set up the libraries; return the model's folder, downloaded if necessary."""
+    what = f"model `{settings.model}`"
+    try:
+        own = networks.find(what, settings.model)
+        networks.set_up(what, settings.device, settings.threads)
+        return own or networks.from_hub(what, settings.model)
+    except EncoderError as error:
+        raise VlmError(str(error)) from None
 
-    Processors without bfloat16 arithmetic emulate it, at a quarter of the speed of float32.
-    """
-    _quieten(settings)
-    if settings.device == "cpu" and _is_float32_faster():
+
+def _faster_precision(folder: Path, settings: VlmSettings) -> Precision:
+    # Processors without bfloat16 arithmetic emulate it, at a quarter of the speed of float32.
+    is_native = CPUINFO.is_file() and "bf16" in CPUINFO.read_text()
+    if settings.device == "cpu" and not is_native:
         with suppress(VlmError):
-            _require_memory(find(settings.model), settings, "float32")
+            _require_memory(folder, settings, "float32")
             return "float32"
     return "bfloat16"
-
-
-def _is_float32_faster() -> bool:
-    import torch
-
-    def seconds(kind: torch.dtype) -> float:
-        left = torch.ones(64, 1024, dtype=kind)
-        right = torch.ones(1024, 1024, dtype=kind)
-        times = []
-        for _ in range(TRIALS):
-            start = time.perf_counter()
-            torch.mm(left, right)
-            times.append(time.perf_counter() - start)
-        return min(times)
-
-    return seconds(torch.float32) < seconds(torch.bfloat16)
-
-
-def find(name: str) -> Path:
-    """Return a model's folder, by folder or name; downloads it if necessary. Raises VlmError."""
-    return find_here(name) or _from_hub(name)
-
-
-def find_here(name: str) -> Path | None:
-    """Return a model's folder; None for a name of the hub. Raises VlmError; imports no library."""
-    path = Path(name).expanduser()
-    if path.is_dir():
-        if not (path / CONFIG).is_file():
-            raise VlmError(f"model `{name}` has no {CONFIG}; {FOLDER}")
-        return path
-    if path.exists() or not HUB_NAME.fullmatch(name):
-        raise VlmError(f"model `{name}` is not a folder; {FOLDER}, or a name of the hub")
-    return None
 
 
 def free_bytes() -> int | None:
@@ -116,27 +80,6 @@ def free_bytes() -> int | None:
     memory = dict(row.split(":", 1) for row in MEMINFO.read_text().splitlines() if ":" in row)
     free = memory.get("MemAvailable")
     return None if free is None else 1024 * int(free.split()[0])
-
-
-def _from_hub(name: str) -> Path:
-    import huggingface_hub
-
-    try:
-        # The same patterns as below, or a copy of just these files would count as incomplete.
-        return Path(
-            huggingface_hub.snapshot_download(
-                name, allow_patterns=list(FILES), local_files_only=True
-            )
-        )
-    except Exception:  # noqa: BLE001 - not in the cache; the library has several errors for it
-        logger.info("model `%s` is not on this machine", name)
-    try:
-        huggingface_hub.model_info(name, timeout=HUB_S)
-        logger.warning("model `%s` is not on this machine: downloading it", name)
-        return Path(huggingface_hub.snapshot_download(name, allow_patterns=list(FILES)))
-    except Exception as error:  # noqa: BLE001 - no network, no such name, no access, offline mode
-        problem = f"model `{name}` is not a folder and cannot be downloaded ({short_line(error)})"
-        raise VlmError(f"{problem}; {FOLDER}") from None
 
 
 def _without_tokenizer(folder: Path) -> str | None:
@@ -149,27 +92,10 @@ def _require_sense(settings: VlmSettings) -> None:
         raise VlmError(
             f"{settings.image_tokens} image tokens are too few; a picture needs {LEAST_TOKENS}"
         )
-    if settings.threads < 1:
-        raise VlmError(f"{settings.threads} threads are too few; a model needs 1 or more")
-
-
-def _quieten(settings: VlmSettings) -> None:
-    try:
-        quieten_libraries(settings.threads)
-    except ImportError as error:
-        problem = f"a model in process needs torch and transformers ({error})"
-        raise VlmError(f"{problem}: {installing(PACKAGES)}") from None
-
-
-def _require_device(settings: VlmSettings) -> None:
-    import torch
-
     if settings.device not in ("cpu", "cuda"):
         raise VlmError(f"`{settings.device}` is not a device; it must be cpu or cuda")
-    if settings.device == "cuda" and not torch.cuda.is_available():
-        raise VlmError(
-            "torch finds no CUDA device; use cpu, or install the torch that fits the GPU"
-        )
+    if settings.threads < 1:
+        raise VlmError(f"{settings.threads} threads are too few; a model needs 1 or more")
 
 
 def _require_memory(folder: Path, settings: VlmSettings, precision: Precision) -> None:
@@ -230,4 +156,4 @@ def _image_id(config: Any) -> int | None:  # noqa: ANN401 - a config of any kind
 
 
 def _unloadable(settings: VlmSettings, why: str) -> VlmError:
-    return VlmError(f"model `{settings.model}` cannot be loaded ({why}); {FOLDER}")
+    return VlmError(f"model `{settings.model}` cannot be loaded ({why}); {networks.FOLDER}")

@@ -1,9 +1,9 @@
 """Finds networks of transformers by folder or name, and reads them.
 
 A folder is read without any connection. A name is looked up in this machine's cache; only if it is
-not there, the hub is asked once, before torch is imported or a download starts. Code that comes
-with a network is never run. Weights are read from safetensors alone, and a network that lacks some
-is refused, because transformers would fill in random ones.
+not there, the hub is asked once, before a download starts. Code that comes with a network is never
+run. Weights are read from safetensors alone, and a network that lacks some is refused, because
+transformers would fill in random ones.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import re
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -32,95 +33,113 @@ CLASSIFIER = "ForImageClassification"
 HUB_S = 10.0  # until the hub must have answered whether it has a network
 HUB_NAME = re.compile(r"[\w.-]+(/[\w.-]+)?")
 PACKAGES = "torch transformers safetensors"
-FOLDER = "give a folder that save_pretrained wrote, with network and image processor"
+FILES = ("*.json", f"*{WEIGHTS}", "*.txt", "*.jinja", "*.model")  # what is taken from the hub
+FOLDER = "give a whole folder that save_pretrained wrote"
+# OpenMP threads that spin while they wait take the cores from the gateway and from each other: with
+# a third busy process on two cores a pass of a vision-language model took eight times as long.
+PASSIVE = {"OMP_WAIT_POLICY": "PASSIVE", "GOMP_SPINCOUNT": "0"}
 logger = logging.getLogger(__name__)
 
 
-def find(name: str) -> Path | str:
-    """Return the folder of that name, or the name of a network of the hub. Raises EncoderError."""
+def find(what: str, name: str) -> Path | None:
+    """Return a network's folder; None for a name of the hub. Imports no library.
+
+    what: the network in the words of an error. Raises EncoderError.
+    """
     path = Path(name).expanduser()
-    if not path.exists() and HUB_NAME.fullmatch(name):
-        _require_reachable(name)
-        return name
-    if path.is_file():
-        raise EncoderError(f"encoder `{name}` is a file; give the folder that holds it")
-    if not path.is_dir():
-        raise EncoderError(f"encoder `{name}` is not a folder; give one, or a name of the hub")
     if (path / CONFIG).is_file():
-        return _require_preprocessing(path)
+        return path
     inner = {file.parent.name for mark in (CONFIG, CARD) for file in path.glob(f"*/{mark}")}
     if inner:
-        problem = f"encoder `{name}` is a folder of several networks"
+        problem = f"{what} is a folder of several networks"
         raise EncoderError(f"{problem}; give one of {', '.join(sorted(inner))}")
-    problem = f"encoder `{name}` holds neither {CARD} nor {CONFIG}"
-    raise EncoderError(f"{problem}; give the folder of one network")
+    if path.is_dir():
+        raise EncoderError(f"{what} has no {CONFIG}; {FOLDER}")
+    if path.exists() or not HUB_NAME.fullmatch(name):
+        raise EncoderError(f"{what} is not a folder; {FOLDER}, or a name of the hub")
+    return None
+
+
+def from_hub(what: str, name: str) -> Path:
+    """Return the folder of a network of the hub, whose name is its commit. Raises EncoderError."""
+    import huggingface_hub
+
+    # The same patterns twice, or a copy of just these files would count as incomplete.
+    download = partial(huggingface_hub.snapshot_download, name, allow_patterns=list(FILES))
+    with suppress(Exception):  # not in the cache; the library has several errors for it
+        folder = Path(download(local_files_only=True))
+        if any(folder.glob(f"*{WEIGHTS}")):
+            return folder
+    try:
+        huggingface_hub.model_info(name, timeout=HUB_S)  # a download would retry for minutes
+        logger.warning("%s is not on this machine: downloading it", what)
+        return Path(download())
+    except Exception as error:  # noqa: BLE001 - no network, no such name, no access, offline mode
+        problem = f"{what} is not a folder and cannot be downloaded ({short_line(error)})"
+        raise EncoderError(f"{problem}; {FOLDER}") from None
+
+
+def set_up(what: str, device: str, threads: int) -> str:
+    """Import torch and transformers, silence them, set torch's threads; return the device to use.
+
+    Raises EncoderError.
+    """
+    os.environ.setdefault("DISABLE_SAFETENSORS_CONVERSION", "1")  # asks the hub for one otherwise
+    for name, value in {**PASSIVE, "OMP_NUM_THREADS": str(threads)}.items():
+        os.environ.setdefault(name, value)  # read by OpenMP when torch is imported
+    try:
+        import torch
+        from huggingface_hub.utils import logging as hub_logging
+        from transformers.utils import logging as network_logging
+    except ImportError as error:
+        problem = f"{what} needs torch and transformers ({error})"
+        raise EncoderError(f"{problem}: {installing(PACKAGES)}") from None
+    for log in (network_logging, hub_logging):
+        log.set_verbosity_error()
+    network_logging.disable_progress_bar()
+    torch.set_num_threads(threads)
+    has_cuda = torch.cuda.is_available()
+    if device == "cuda" and not has_cuda:
+        problem = f"{what}: torch finds no CUDA device here"
+        raise EncoderError(f"{problem}; use cpu, or install the torch that fits the GPU")
+    return "cuda" if has_cuda and device != "cpu" else "cpu"
 
 
 @dataclass(frozen=True, slots=True)
 class Network:
     """A network of transformers with its preprocessing.
 
-    is_classifier: it has the classes of ImageNet. revision: of the hub, "" for a folder.
+    is_classifier: it has the classes of ImageNet.
     """
 
     model: Any
     is_classifier: bool
     preprocessor: Mapping[str, Any]
-    revision: str
 
 
-def read(source: Path | str) -> Network:
-    """Read the network that `find` returned, with its preprocessing. Raises EncoderError."""
-    fault = fault_of(source) if isinstance(source, Path) else None
-    if fault is not None:
-        raise EncoderError(f"encoder `{source}` cannot be loaded ({fault}); {FOLDER}")
+def read(what: str, folder: Path) -> Network:
+    """Read the network of a folder, with its preprocessing. Raises EncoderError."""
+    if fault := fault_of(folder):
+        raise EncoderError(f"{what} cannot be loaded ({fault}); {FOLDER}")
     try:
-        network, missing = _load(source)
+        network, missing = _load(folder)
     except Exception as error:  # noqa: BLE001 - whatever a foreign file causes
-        problem = f"encoder `{source}` cannot be loaded ({short_line(error)})"
-        raise EncoderError(f"{problem}; {FOLDER}") from None
+        raise EncoderError(f"{what} cannot be loaded ({short_line(error)}); {FOLDER}") from None
     lacking = sorted(key for key in missing if not key.startswith("pooler."))
     if lacking:
-        problem = (
-            f"encoder `{source}` lacks {len(lacking)} weights of its network, {lacking[0]} first"
-        )
+        problem = f"{what} lacks {len(lacking)} weights of its network, {lacking[0]} first"
         raise EncoderError(f"{problem}; {FOLDER}")
     return network
 
 
-def label(source: Path | str) -> str:
-    """Return the name that galleries store; a folder's has a digest of its weights."""
-    if isinstance(source, str):
-        return source
+def label(folder: Path) -> str:
+    """Return the name under which galleries store a folder's network, with a digest of weights."""
     digest = hashlib.sha256()
-    for path in sorted(source.iterdir()):
+    for path in sorted(folder.iterdir()):
         if path.suffix == WEIGHTS:
             with documents.open_file(path) as file:
                 digest.update(hashlib.file_digest(file, "sha256").digest())
-    return f"{source.resolve().name}-{digest.hexdigest()[:FINGERPRINT]}"
-
-
-def _require_preprocessing(folder: Path) -> Path:
-    if not any((folder / name).is_file() for name in PREPROCESSING):
-        problem = f"encoder `{folder}` has no {PREPROCESSING[0]}"
-        raise EncoderError(f"{problem}; copy it there from the network it was trained from")
-    return folder
-
-
-def _require_reachable(name: str) -> None:
-    """Ask the hub once for a network that is not cached; a download would retry for minutes."""
-    try:
-        import huggingface_hub
-    except ImportError as error:
-        problem = f"encoder `{name}` needs transformers ({error})"
-        raise EncoderError(f"{problem}: {installing(PACKAGES)}") from None
-    try:
-        if not isinstance(huggingface_hub.try_to_load_from_cache(name, CONFIG), str):
-            huggingface_hub.model_info(name, timeout=HUB_S)
-            logger.warning("encoder `%s` is not on this machine: downloading it", name)
-    except Exception as error:  # noqa: BLE001 - no network, no such name, no access, offline mode
-        problem = f"encoder `{name}` is not a folder and cannot be downloaded ({short_line(error)})"
-        raise EncoderError(f"{problem}; {FOLDER}") from None
+    return f"{folder.resolve().name}-{digest.hexdigest()[:FINGERPRINT]}"
 
 
 def fault_of(folder: Path) -> str | None:
@@ -131,6 +150,8 @@ def fault_of(folder: Path) -> str | None:
     """
     files = sorted(path for path in folder.iterdir() if path.is_file())
     names = [path.name for path in files]
+    if not set(PREPROCESSING) & set(names):
+        return f"{PREPROCESSING[0]} is missing: copy it from the network it was trained from"
     pickled = [name for name in names if name.endswith(PICKLED)]
     if pickled and not any(name.endswith(WEIGHTS) for name in names):
         problem = f"it has pickled weights ({pickled[0]}), which can run any code"
@@ -181,35 +202,27 @@ def _fault_of_config(config: Mapping[str, Any]) -> str | None:
     )
 
 
-def _load(source: Path | str) -> tuple[Network, Iterable[str]]:
+def _load(folder: Path) -> tuple[Network, Iterable[str]]:
     """Read the network; also return the names of weights that it lacks."""
-    if isinstance(source, Path):
-        return _load_from(source, is_local=True)
-    with suppress(OSError):
-        return _load_from(source, is_local=True)
-    return _load_from(source, is_local=False)
-
-
-def _load_from(source: Path | str, *, is_local: bool) -> tuple[Network, Iterable[str]]:
     import torch
     from transformers import AutoConfig, BaseImageProcessor
 
-    config = AutoConfig.from_pretrained(source, local_files_only=is_local, trust_remote_code=False)
-    preprocessor, _ = BaseImageProcessor.get_image_processor_dict(source, local_files_only=is_local)
+    here = {"local_files_only": True}
+    config = AutoConfig.from_pretrained(folder, **here, trust_remote_code=False)
+    preprocessor, _ = BaseImageProcessor.get_image_processor_dict(folder, **here)
     is_classifier = _is_classifier(config)
     model, info = _loader(config, is_classifier=is_classifier).from_pretrained(
-        source,
+        folder,
         config=config,
         dtype=torch.float32,
-        local_files_only=is_local,
         use_safetensors=True,
         output_loading_info=True,
         trust_remote_code=False,
+        **here,
     )
     # Of a network of pictures and text (CLIP, SigLIP) only the half that sees is of use.
     model = getattr(model, "vision_model", model)
-    revision = getattr(config, "_commit_hash", None) or ""
-    return Network(model.eval(), is_classifier, preprocessor, revision), info["missing_keys"]
+    return Network(model.eval(), is_classifier, preprocessor), info["missing_keys"]
 
 
 def _is_classifier(config: Any) -> bool:  # noqa: ANN401 - transformers is untyped
@@ -225,16 +238,3 @@ def _loader(config: Any, *, is_classifier: bool) -> Any:  # noqa: ANN401
     if is_classifier:
         return AutoModelForImageClassification
     return AutoModel if type(config) in MODEL_MAPPING else AutoBackbone
-
-
-def quieten_libraries(threads: int) -> None:
-    """Import torch and transformers, silence them, set torch's threads. Raises ImportError."""
-    os.environ.setdefault("DISABLE_SAFETENSORS_CONVERSION", "1")  # asks the hub for one otherwise
-    import torch
-    from huggingface_hub.utils import logging as hub_logging
-    from transformers.utils import logging as network_logging
-
-    for log in (network_logging, hub_logging):
-        log.set_verbosity_error()
-    network_logging.disable_progress_bar()
-    torch.set_num_threads(threads)

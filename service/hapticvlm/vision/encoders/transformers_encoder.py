@@ -10,7 +10,6 @@ gallery; `networks` finds and reads the files.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -18,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hapticvlm import documents
-from hapticvlm.errors import installing, short_line
+from hapticvlm.errors import short_line
 from hapticvlm.vision.encoders import joint_embedding, networks
 from hapticvlm.vision.encoders.encoder import (
     BATCH,
@@ -75,19 +74,22 @@ def load_transformers_encoder(name: str, device: str, threads: int) -> Transform
 
     A folder is read without any connection; a name is looked up in this machine's cache first.
     """
-    source = networks.find(name)
-    place = _set_up(name, device, threads)
-    network = networks.read(source)
+    what = f"encoder `{name}`"
+    own = networks.find(what, name)
+    place = networks.set_up(what, device, threads)
+    folder = own or networks.from_hub(what, name)
+    network = networks.read(what, folder)
     try:
         preprocessing = read_preprocessing(network.preprocessor)
     except ValueError as error:
-        problem = f"encoder `{name}`, preprocessor_config.json: {documents.reason(error)}"
+        problem = f"{what}, preprocessor_config.json: {documents.reason(error)}"
         raise EncoderError(f"{problem}; correct the file in a copy of the folder") from None
     network.model.to(place)
     dimension = _try(name, network, preprocessing.input_side, place)
     kind = ", classes" if network.is_classifier else ""
-    label = f"{networks.label(source)} (transformers{kind})"
-    revision = f"{network.revision} {preprocessing}"  # prepared otherwise, it is another network
+    label = f"{networks.label(own) if own else name} (transformers{kind})"
+    # Prepared otherwise, it is another network.
+    revision = f"{'' if own else folder.name} {preprocessing}"
     return TransformersEncoder(label, revision, dimension, preprocessing, network, place)
 
 
@@ -132,26 +134,6 @@ def _with_base(model: Any, images: Tensor) -> tuple[Any, Tensor]:  # noqa: ANN40
     finally:
         handle.remove()
     return outputs[0], scores
-
-
-def _set_up(name: str, device: str, threads: int) -> str:
-    """Import torch and transformers; return the device to run on. Raises EncoderError."""
-    if threads > 1:  # threads that spin while they wait starve the gateway and each other
-        os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
-    try:
-        networks.quieten_libraries(threads)
-    except ImportError as error:
-        problem = f"encoder `{name}` needs torch and transformers ({error})"
-        raise EncoderError(f"{problem}: {installing(networks.PACKAGES)}") from None
-    import torch
-
-    has_cuda = torch.cuda.is_available()
-    if device == "cuda" and not has_cuda:
-        problem = "--encoder-device cuda: torch finds no CUDA device here"
-        raise EncoderError(
-            f"{problem}; use --encoder-device cpu, or install the torch that fits the GPU"
-        )
-    return "cuda" if has_cuda and device != "cpu" else "cpu"
 
 
 def _try(name: str, network: Network, side: int, device: str) -> int:
