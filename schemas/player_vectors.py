@@ -325,7 +325,11 @@ def _broken() -> Iterator[Json]:
     numbers: tuple[tuple[list[Any], Any], ...] = (
         (["rules", "lease_s"], 1e9),
         (["rules", "lease_s"], "x"),
+        (["ranges", "impact_gain", 1], -1),
         (["rules", "step_s"], 0),
+        (["rules", "step_s"], 0.1),
+        (["rules", "pad", "period_s", "parametric"], 0.001),
+        (["rules", "pad", "horizon_s"], 0.01),
         (["rules", "step_s"], nan),
         (["rules", "fade_s"], -1),
         (["rules", "ceiling"], 1000),

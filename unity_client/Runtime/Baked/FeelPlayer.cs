@@ -126,7 +126,7 @@ namespace HapticVLM.Baked
             Run(hand, now);
             ahead.Take(hand);
             uint before = drawn;
-            int size = Math.Max(1, (int)Math.Round(periodS / rules.StepS)), periods = (int)Math.Round(pad.HorizonS / periodS);
+            int size = (int)Math.Round(periodS / rules.StepS), periods = (int)Math.Round(pad.HorizonS / periodS);
             int count = Math.Min(periods, Math.Max(1, (int)Math.Floor(Math.Min(pad.HorizonS, hand.LeaseUntil.Value - now) / periodS + Soon)));
             var amplitude = new double[count];
             var hertz = new double[form == "parametric" ? count : 0];

@@ -215,7 +215,7 @@ func _feel(hand: Hand, fields: Dictionary, kind: String, onset: bool) -> void:
 		_strike(hand, facts, kind if kind in FeelFile.IMPACTS else "tap", speed, force, strength if kind in FeelFile.IMPACTS else 1.0)
 	if not kind in FeelFile.TEXTURES:
 		return
-	var thin: float = facts.swing.thickness_m / thickness_m if kind == "swing" and thickness_m != null else 1.0
+	var thin: float = facts.swing.thickness_m / thickness_m if kind == "swing" and thickness_m else 1.0
 	var wish := hand.wish("%s %s %s" % [name, kind, thin], 1.0, _texture.bind(facts[kind], facts.grain, speed * thin))
 	wish.is_texture = true
 	wish.speed = speed
@@ -324,7 +324,7 @@ func _ahead(hand: Hand, period_s: float, periods: int) -> Array:
 	var voices := hand.voices.duplicate()
 	var memories := voices.map(func(voice: FeelVoices.Voice) -> Array: return voice.memory())
 	var drawn := _drawn
-	var size := maxi(1, roundi(period_s / step_s))
+	var size := roundi(period_s / step_s)
 	var powers := []
 	for period in periods:
 		var power := Vector3.ZERO

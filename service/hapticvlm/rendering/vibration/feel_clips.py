@@ -90,7 +90,8 @@ Share = Annotated[float, Meta(ge=0.0, le=1.0)]
 Factor = Annotated[float, Meta(ge=0.0, le=1e4)]
 Positive = Annotated[float, Meta(ge=1e-4, le=1e6)]
 Seconds = Annotated[float, Meta(ge=0.001, le=10.0)]
-Period = Annotated[float, Meta(ge=0.001, le=0.1)]
+Step = Annotated[float, Meta(ge=0.001, le=0.005)]
+Period = Annotated[float, Meta(ge=0.005, le=0.1)]  # of a plan: a step at least
 Hertz = Annotated[float, Meta(ge=1.0, le=1e4)]
 Count = Annotated[int, Meta(ge=1, le=1000)]
 Rate = Annotated[int, Meta(ge=100, le=96_000)]
@@ -214,7 +215,7 @@ class ImpactTable(msgspec.Struct, frozen=True):
 class PadRules(msgspec.Struct, frozen=True):
     """The rules of pads: of a level they play scale[form] * level^exponent, 0 below `min_level`."""
 
-    horizon_s: Annotated[float, Meta(ge=0.01, le=1.0)]
+    horizon_s: Annotated[float, Meta(ge=0.1, le=1.0)]  # a period at least
     period_s: Annotated[dict[str, Period], _BY_FORM]
     scale: Annotated[dict[str, Annotated[float, Meta(ge=0.0, le=100.0)]], _BY_FORM]
     exponent: Positive
@@ -242,7 +243,7 @@ class Rules(msgspec.Struct, frozen=True):
     """The figures of a player that no table holds; docs/player.md says what each is for."""
 
     lease_s: Seconds
-    step_s: Period
+    step_s: Step
     fade_s: Seconds
     smooth_s: Seconds
     ceiling: Annotated[float, Meta(ge=0.01, le=1.0)]
@@ -263,7 +264,7 @@ class Feel(msgspec.Struct, frozen=True):
 
     version: Annotated[int, Meta(ge=VERSION, le=VERSION)]
     voice: Annotated[str, Meta(pattern="^(true|sound)$")]
-    ranges: Annotated[dict[str, tuple[float, float]], _RANGES]
+    ranges: Annotated[dict[str, tuple[Factor, Factor]], _RANGES]
     words: Annotated[dict[str, Names], _with("phase", "hand", "interaction")]
     rules: Rules
     speeds_mps: BySpeed

@@ -23,7 +23,7 @@ namespace HapticVLM.Baked.Format
         {
             Version = table.Get("version", Read.Whole(2, 2));
             Voice = table.Get("voice", Read.Text);
-            Ranges = table.Get("ranges", Read.Map(Read.List(Read.Number(-1000000000.0, 1000000000.0), 2, 2), "speed_mps", "force_n", "thickness_m", "gain", "impact_gain", "hum.level", "hum.frequency_hz"));
+            Ranges = table.Get("ranges", Read.Map(Read.List(Read.Number(0.0, 10000.0), 2, 2), "speed_mps", "force_n", "thickness_m", "gain", "impact_gain", "hum.level", "hum.frequency_hz"));
             Words = table.Get("words", Read.Map(Read.List(Read.Text, 1, int.MaxValue), "phase", "hand", "interaction"));
             Rules = table.Get("rules", Read.Part(part => new Rules(part)));
             SpeedsMps = table.Get("speeds_mps", Read.List(Read.Number(0.0, 10000.0), 20, 20));
@@ -58,7 +58,7 @@ namespace HapticVLM.Baked.Format
         public Rules(Table table)
         {
             LeaseS = table.Get("lease_s", Read.Number(0.001, 10.0));
-            StepS = table.Get("step_s", Read.Number(0.001, 0.1));
+            StepS = table.Get("step_s", Read.Number(0.001, 0.005));
             FadeS = table.Get("fade_s", Read.Number(0.001, 10.0));
             SmoothS = table.Get("smooth_s", Read.Number(0.001, 10.0));
             Ceiling = table.Get("ceiling", Read.Number(0.01, 1.0));
@@ -91,8 +91,8 @@ namespace HapticVLM.Baked.Format
 
         public PadRules(Table table)
         {
-            HorizonS = table.Get("horizon_s", Read.Number(0.01, 1.0));
-            PeriodS = table.Get("period_s", Read.Map(Read.Number(0.001, 0.1), "amplitude", "parametric"));
+            HorizonS = table.Get("horizon_s", Read.Number(0.1, 1.0));
+            PeriodS = table.Get("period_s", Read.Map(Read.Number(0.005, 0.1), "amplitude", "parametric"));
             Scale = table.Get("scale", Read.Map(Read.Number(0.0, 100.0), "amplitude", "parametric"));
             Exponent = table.Get("exponent", Read.Number(0.0001, 1000000.0));
             MinLevel = table.Get("min_level", Read.Number(0.0, 1.0));
