@@ -149,14 +149,6 @@ def test_a_reading_has_interval_deviation_and_share(vlm: LocalVlm) -> None:
     assert reading.seconds > 0.0
 
 
-def test_an_interval_holds_the_answers_of_both_wordings(vlm: LocalVlm) -> None:
-    with planting(vlm, "-10", "30"):
-        reading = vlm.ambient(picture())
-    assert reading.value_c == pytest.approx(10.0, abs=1e-3)
-    assert reading.low_c == pytest.approx(-10.5 + 0.2, abs=1e-2)
-    assert reading.high_c == pytest.approx(30.5 - 0.2, abs=1e-2)
-
-
 def test_what_a_sentence_leaves_to_numbers_is_not_read(vlm: LocalVlm) -> None:
     with (
         planting(vlm, "22", share=0.4),
@@ -239,20 +231,6 @@ def few_weights(folder: Path) -> None:
     rewrite(folder, lambda name, tensor: None if "layers.1.mlp" in name else tensor)
 
 
-def broken_weights(folder: Path) -> None:
-    file = folder / "model.safetensors"
-    file.write_bytes(file.read_bytes()[:1000])
-
-
-def pickled_weights(folder: Path) -> None:
-    import torch
-    from safetensors.torch import load_file
-
-    file = folder / "model.safetensors"
-    torch.save(load_file(file), folder / "pytorch_model.bin")
-    file.unlink()
-
-
 def pointer(folder: Path) -> None:
     (folder / "model.safetensors").write_text("version https://git-lfs.github.com/spec/v1\noid 0\n")
 
@@ -292,10 +270,6 @@ def text_model(folder: Path) -> None:
     (folder / "config.json").write_text(json.dumps({**told, "model_type": "qwen2"}))
 
 
-def no_images(folder: Path) -> None:
-    (folder / "preprocessor_config.json").unlink()
-
-
 def no_tokenizer(folder: Path) -> None:
     for file in folder.glob("tokenizer*"):
         file.unlink()
@@ -314,19 +288,15 @@ def deaf_template(folder: Path) -> None:
     [
         (nan_weights, "NaN or infinite logits"),
         (few_weights, r"lacks \d weights"),
-        (broken_weights, "model.safetensors is cut"),
         (half_weights, r"model.safetensors is cut, \d+ of \d+ bytes"),
         (pointer, "git lfs pull"),
         (missing_shard, "model-00001-of-00002.safetensors is missing"),
         (changed(model_type="new_vlm"), "does not know its type `new_vlm`: pip install -U"),
-        (changed(model_type="own", auto_map={"AutoModel": "own.M"}), "its own code"),
         (changed(quantization_config={"quant_method": "fp8"}), "fp8"),
-        (pickled_weights, "pickled weights .pytorch_model.bin"),
         (no_weights, "cannot be loaded|failed"),
         (broken_config, "cannot be loaded|failed"),
         (no_config, "has no config.json"),
         (text_model, "cannot be loaded|failed"),
-        (no_images, "preprocessor_config.json is missing"),
         (no_tokenizer, "tokenizer.json is missing"),
         (no_template, "chat.template"),
         (deaf_template, "does not take pictures"),
@@ -348,7 +318,6 @@ def test_an_encoder_is_not_a_vision_language_model(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "complaint"),
     [
-        ({"device": "cuda"}, "no CUDA device"),
         ({"device": "tpu"}, "`tpu`.*cpu or cuda"),
         ({"threads": 0}, "0 threads.*1 or more"),
         ({"image_tokens": 3}, "3 image tokens.*needs 4"),
@@ -359,10 +328,6 @@ def test_an_encoder_is_not_a_vision_language_model(tmp_path: Path) -> None:
 def test_settings_that_do_not_fit_are_refused(
     folder: Path, options: dict[str, Any], complaint: str
 ) -> None:
-    import torch
-
-    if options.get("device") == "cuda" and torch.cuda.is_available():
-        pytest.skip("there is a CUDA device here")
     with pytest.raises(VlmError, match=complaint):
         load(folder, **options)
 

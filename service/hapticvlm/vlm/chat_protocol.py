@@ -12,6 +12,7 @@ import base64
 import math
 import re
 from collections.abc import Collection, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -190,11 +191,10 @@ def ambient(choices: Sequence[Json], stated: Sequence[Stated], seconds: float) -
     ]
     known = [reply for reply in replies if reply is not None]
     if len(known) == len(replies):
-        value = spread([reply.seen for reply in known])
+        value = spread([reply.seen for reply in known], "logprobs", seconds)
         ends = spread([reply.seen + reply.unseen for reply in known])
         low_c, high_c = widened(value.value_c, ends.low_c, ends.high_c)
-        deviation = value.prompt_sd_c
-        return Reading(value.value_c, low_c, high_c, deviation, "logprobs", seconds, value.share)
+        return replace(value, low_c=low_c, high_c=high_c)
     values = [one.value_c for one in stated]
     deviation = float(np.std(values, ddof=1)) if len(values) > 1 else None
     intervals = [widened(one.value_c, one.low_c, one.high_c) for one in stated]

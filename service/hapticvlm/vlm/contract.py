@@ -83,6 +83,13 @@ AMBIENT_QUESTIONS = (
 )
 
 
+def box(picture: Picture, region: messages.Region) -> tuple[int, int, int, int]:
+    """Return top, left, bottom and right of a region in a picture (H, W, 3), in whole px."""
+    height, width = picture.shape[:2]
+    bottom, right = (region.y + region.h) * height, (region.x + region.w) * width
+    return int(region.y * height), int(region.x * width), ceil(bottom), ceil(right)
+
+
 def highlight(picture: Picture, region: messages.Region) -> Picture:
     """Return a copy of a picture (H, W, 3) uint8 with an outline around a region.
 
@@ -90,9 +97,7 @@ def highlight(picture: Picture, region: messages.Region) -> Picture:
     """
     height, width = picture.shape[:2]
     by = max(2, round(THICKNESS * min(height, width)))
-    top, left = int(region.y * height), int(region.x * width)
-    bottom = ceil((region.y + region.h) * height)
-    right = ceil((region.x + region.w) * width)
+    top, left, bottom, right = box(picture, region)
     outlined = picture.copy()
     if bottom <= top or right <= left:
         return outlined

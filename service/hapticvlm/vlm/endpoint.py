@@ -114,7 +114,7 @@ def _decoded(data: bytes) -> str:
 
 
 def read_address(url: str) -> Address:
-    """Parse an endpoint's URL. Raises VlmError.
+    """Parse an endpoint's URL. Raises VlmError or HttpError.
 
     It is taken as written, with or without /chat/completions at its end. Only where it has no
     version, /v1 is added. The one query it may have is Azure's api-version.
@@ -124,28 +124,10 @@ def read_address(url: str) -> Address:
         problem = f"{FLAG}: only ?api-version= may follow ?, and no #"
         raise VlmError(f"{problem}; a key is given in HAPTICVLM_VLM_TOKEN")
     base = written.rstrip("/").removesuffix(CHAT)
-    try:
-        address = http_client.read_address(base, FLAG)
-    except HttpError as error:
-        raise VlmError(str(error)) from None
+    address = http_client.read_address(base, FLAG)
     path = urlsplit(base).path.rstrip("/")
     has_version = bool(mark) or _VERSION.search(path) is not None
     return replace(address, path=path if has_version else f"{path}/v1", query=mark + query)
-
-
-def check_header(name: str | None) -> str | None:
-    """Return the name of a header that may carry the token. Raises VlmError."""
-    if name is not None and not _HEADER.fullmatch(name):
-        raise VlmError("--vlm-header is the name of a header, like api-key; letters, digits and -")
-    return name
-
-
-def check_token(token: str | None, address: Address) -> str | None:
-    """Return a token if it may be sent there. Raises VlmError, whose message does not repeat it."""
-    try:
-        return http_client.check_token(token, address, FLAG)
-    except HttpError as error:
-        raise VlmError(str(error)) from None
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,3 +161,14 @@ class Endpoint:
         if cure := next(cures, ""):
             text += "; " + cure.format(url=url, token="another" if self.token else "no")
         raise EndpointError(text, problem.status, problem.wait_s)
+
+
+def endpoint_at(url: str, token: str | None, header: str | None) -> Endpoint:
+    """Return the endpoint of a URL. Raises VlmError, whose message does not repeat the token."""
+    if header is not None and not _HEADER.fullmatch(header):
+        raise VlmError("--vlm-header is the name of a header, like api-key; letters, digits and -")
+    try:
+        address = read_address(url)
+        return Endpoint(address, http_client.check_token(token, address, FLAG), header)
+    except HttpError as error:
+        raise VlmError(str(error)) from None

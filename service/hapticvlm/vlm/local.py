@@ -11,6 +11,7 @@ from __future__ import annotations
 import gc
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -62,17 +63,10 @@ class LocalVlm:
         start = time.monotonic()
         prompt = self.chat.prompt(contract.about_ambient(), [picture])
         log_probs = self.network.readout(prompt, self.numbers)
-        temperature = spread([number_beliefs(self.numbers, row) for row in log_probs])
-        low_c, high_c = contract.widened(temperature.value_c, temperature.low_c, temperature.high_c)
-        return Reading(
-            value_c=temperature.value_c,
-            low_c=low_c,
-            high_c=high_c,
-            prompt_sd_c=temperature.prompt_sd_c,
-            method="readout",
-            seconds=time.monotonic() - start,
-            share=temperature.share,
-        )
+        wordings = [number_beliefs(self.numbers, row) for row in log_probs]
+        reading = spread(wordings, "readout", time.monotonic() - start)
+        low_c, high_c = contract.widened(reading.value_c, reading.low_c, reading.high_c)
+        return replace(reading, low_c=low_c, high_c=high_c)
 
     def material(self, context: Picture, crop: Picture, names: Sequence[str]) -> Evidence:
         """Ask for the material of the outlined object, in one pass. Raises VlmError.

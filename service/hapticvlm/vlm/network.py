@@ -168,11 +168,10 @@ def guarded(doing: str) -> Iterator[None]:
     try:
         with torch.inference_mode():
             yield
-    except (MemoryError, torch.OutOfMemoryError) as error:
-        raise VlmError(f"{doing} ran out of memory ({short_line(error)}): {CURE_MEMORY}") from None
-    except (RuntimeError, ValueError, TypeError, LookupError, AttributeError) as error:
-        if "alloc" in str(error):  # how torch reports a lack of memory on the cpu
-            raise VlmError(
-                f"{doing} ran out of memory ({short_line(error)}): {CURE_MEMORY}"
-            ) from None
+    except (MemoryError, RuntimeError, ValueError, TypeError, LookupError, AttributeError) as error:
+        # Torch reports a lack of memory of a GPU by an error of its own, of the cpu in words alone.
+        is_memory = isinstance(error, MemoryError | torch.OutOfMemoryError)
+        if is_memory or "alloc" in str(error):
+            problem = f"{doing} ran out of memory ({short_line(error)})"
+            raise VlmError(f"{problem}: {CURE_MEMORY}") from None
         raise VlmError(f"{doing} failed ({type(error).__name__}: {short_line(error)})") from error

@@ -34,7 +34,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.evidence.reading import COVERAGE
+from hapticvlm.evidence.reading import COVERAGE, Method, Reading
 from hapticvlm.vlm.contract import VlmError
 from hapticvlm.vlm.limits import LEAST_C, LEAST_SHARE, MOST_C
 
@@ -147,21 +147,6 @@ def _leading_on(tree: ChoiceTree, text: Text) -> list[int]:
     return sorted(longer)
 
 
-@dataclass(frozen=True, slots=True)
-class Spread:
-    """A temperature and the interval that holds COVERAGE of the belief, degC.
-
-    prompt_sd_c: standard deviation of the value over the wordings; None with one. share: the
-    probability that the answer is a candidate at all, averaged over the wordings.
-    """
-
-    value_c: float
-    low_c: float
-    high_c: float
-    prompt_sd_c: float | None
-    share: float
-
-
 def number_tree(encode: Encode) -> ChoiceTree:
     """Build the tree of all candidate numbers, for any tokenizer. Raises ValueError.
 
@@ -179,7 +164,9 @@ def number_beliefs(tree: ChoiceTree, log_probs: NDArray[np.float32]) -> Beliefs:
     return beliefs(tree, log_probs)[: len(CANDIDATES_C)]
 
 
-def spread(wordings: Sequence[Beliefs]) -> Spread:
+def spread(
+    wordings: Sequence[Beliefs], method: Method = "readout", seconds: float = 0.0
+) -> Reading:
     """Average beliefs in CANDIDATES_C, each (91,) summing to at most 1, over the wordings.
 
     Each wording counts equally, whatever its share. Raises VlmError if most of an answer's
@@ -194,13 +181,14 @@ def spread(wordings: Sequence[Beliefs]) -> Spread:
     mixed: Beliefs = np.mean(normal, axis=0)
     tail = (1.0 - COVERAGE) / 2
     value_c = float(np.mean(means))
-    return Spread(
+    return Reading(
         value_c=value_c,
-        low_c=min(
-            quantile(mixed, tail), value_c
-        ),  # a second mode far away may draw the mean outside
+        # A second mode far away may draw the mean outside.
+        low_c=min(quantile(mixed, tail), value_c),
         high_c=max(quantile(mixed, 1.0 - tail), value_c),
         prompt_sd_c=float(np.std(means, ddof=1)) if len(means) > 1 else None,
+        method=method,
+        seconds=seconds,
         share=float(np.mean(shares)),
     )
 

@@ -27,16 +27,7 @@ from hapticvlm.vlm.contract import (
     about_ambient,
     about_material,
 )
-from hapticvlm.vlm.endpoint import (
-    CHAT,
-    MODELS,
-    Endpoint,
-    EndpointError,
-    Json,
-    check_header,
-    check_token,
-    read_address,
-)
+from hapticvlm.vlm.endpoint import CHAT, MODELS, EndpointError, Json, endpoint_at
 
 Answer = TypeVar("Answer")
 
@@ -56,12 +47,9 @@ class RemoteVlm:
         """Check URL and token; sends nothing. Raises VlmError."""
         if settings.url is None:
             raise VlmError("the URL of the endpoint is missing; give --vlm-url")
-        address = read_address(settings.url)
         self._settings = settings
         self._now = now
-        self._endpoint = Endpoint(
-            address, check_token(settings.token, address), check_header(settings.header)
-        )
+        self._endpoint = endpoint_at(settings.url, settings.token, settings.header)
         self._model = None if settings.model == DEFAULT_MODEL else settings.model
         self._refused: frozenset[str] = frozenset()
         self._suspected = self._refused

@@ -12,7 +12,6 @@ import time
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
-from math import ceil
 from multiprocessing.connection import Connection
 
 import msgspec
@@ -20,7 +19,7 @@ import msgspec
 from hapticvlm.errors import out_of_memory
 from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.evidence.reading import Reading
-from hapticvlm.messages import Frame, Region
+from hapticvlm.messages import Frame
 from hapticvlm.processes.model_worker import (
     ModelWorker,
     Serve,
@@ -31,7 +30,7 @@ from hapticvlm.processes.model_worker import (
 )
 from hapticvlm.processes.priority import lower_priority
 from hapticvlm.processes.supervised import Started
-from hapticvlm.vlm.contract import Picture, Vlm, VlmError, VlmSettings
+from hapticvlm.vlm.contract import Vlm, VlmError, VlmSettings
 from hapticvlm.vlm.limits import GRACE_S, LOAD_S, LOADS, NICE, SIDE
 
 
@@ -134,27 +133,18 @@ def reply(vlm: Vlm, question: Question) -> VlmReply:
     """Ask the model; an error of any kind is a reply."""
     from hapticvlm.vision import pictures
     from hapticvlm.vision.pictures import PictureError
-    from hapticvlm.vlm.contract import highlight
+    from hapticvlm.vlm.contract import box, highlight
 
     started = time.monotonic()
     try:
         picture, region = pictures.whole(question.frame, SIDE)
         if not question.names:
             return VlmReply(reading=vlm.ambient(picture))
-        context = highlight(picture, region)
-        crop = _within(picture, region)
-        return VlmReply(evidence=vlm.material(context, crop, question.names))
+        top, left, bottom, right = box(picture, region)
+        crop = picture[top:bottom, left:right]
+        return VlmReply(evidence=vlm.material(highlight(picture, region), crop, question.names))
     except (VlmError, PictureError) as error:
         return VlmReply(error=str(error))
     except Exception as error:  # noqa: BLE001 - a model's exception must not end the process
         seconds = time.monotonic() - started
         return VlmReply(error=f"{type(error).__name__} after {seconds:.1f} s: {error}")
-
-
-def _within(picture: Picture, region: Region) -> Picture:
-    height, width = picture.shape[:2]
-    top = int(region.y * height)
-    left = int(region.x * width)
-    bottom = ceil((region.y + region.h) * height)
-    right = ceil((region.x + region.w) * width)
-    return picture[top:bottom, left:right]

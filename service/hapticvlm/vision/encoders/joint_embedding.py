@@ -24,11 +24,10 @@ from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hapticvlm import materials
+from hapticvlm.vision.encoders.encoder import Floats
 
-Floats = NDArray[np.float32]
 CLASSES = 1000
 WITH_BACKGROUND = 1001  # some networks have a class "background" before the others
 TABLE = Path(__file__).with_name("imagenet.csv")

@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from hapticvlm import documents
+from hapticvlm.errors import short_line
 from hapticvlm.vision.encoders.encoder import (
     CARD,
     DEFAULT,
@@ -178,7 +179,7 @@ def _open(graph: bytes, folder: Path, threads: int) -> Any:  # noqa: ANN401
         return open_session(graph, threads)
     except Exception as error:  # noqa: BLE001 - onnxruntime's errors share no base of their own
         problem = f"{folder / GRAPH}: onnxruntime {onnxruntime.__version__} cannot load it"
-        raise EncoderError(f"{problem} ({_line(error)}); {_cure(folder)}") from None
+        raise EncoderError(f"{problem} ({short_line(error)}); {_cure(folder)}") from None
 
 
 def _require_fit(session: Any, card: Card, folder: Path) -> None:  # noqa: ANN401
@@ -214,7 +215,3 @@ def _cure(folder: Path) -> str:
         if folder.parent == SHIPPED
         else "export or copy the folder again, whole"
     )
-
-
-def _line(error: Exception) -> str:
-    return " ".join(str(error).split())[:200]
