@@ -6,10 +6,11 @@ from functools import cache
 
 import numpy as np
 import pytest
+from drawn_textures import frame_of
 from numpy.typing import NDArray
 from PIL import Image, ImageFilter
 
-from hapticvlm.messages import WHOLE, Frame
+from hapticvlm.messages import WHOLE
 from hapticvlm.vision.focus import evened, is_uneven
 from hapticvlm.vision.pictures import central_mask, crop
 
@@ -60,18 +61,7 @@ def steps(pixels: Pixels) -> float:
 
 def test_the_sharp_middle_of_a_foveated_picture_is_blurred_towards_the_rest() -> None:
     shown = foveated(leaves())
-    frame = Frame(
-        id=1,
-        captured_at=0.0,
-        format="rgb8",
-        width=SIDE,
-        height=SIDE,
-        image=shown.tobytes(),
-        origin="top",
-        region=WHOLE,
-    )
-
-    seen = crop(frame, SIDE).image
+    seen = crop(frame_of(shown, WHOLE), SIDE).image
 
     assert steps(seen) < 0.7 * steps(shown)
     assert np.abs(seen.mean(axis=(0, 1)) - shown.mean(axis=(0, 1))).max() < 1.0

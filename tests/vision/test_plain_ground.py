@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import simplejpeg
+from drawn_textures import frame_of
 from each_case import each
 from grounds import GROUNDS, HEIGHT, WIDTH, drawn
 from numpy.typing import NDArray
@@ -72,14 +73,4 @@ def test_a_frame_gets_the_outline_as_its_mask_the_right_way_up(origin: str) -> N
 
 
 def test_a_frame_without_a_thing_has_no_outline() -> None:
-    pixels, _ = drawn("empty")
-    frame = Frame(
-        id=1,
-        captured_at=0.0,
-        format="rgb8",
-        width=WIDTH,
-        height=HEIGHT,
-        image=pixels.tobytes(),
-        origin="top",
-    )
-    assert outlined(frame) is None
+    assert outlined(frame_of(drawn("empty")[0])) is None

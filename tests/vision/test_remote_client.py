@@ -7,6 +7,7 @@ from typing import NoReturn
 import numpy as np
 import pytest
 from drawn_textures import frame_of, planks
+from msgspec import structs
 from pace import PACE
 from shared_recogniser import KNOWING_NOTHING, Shared, shared_recogniser
 
@@ -42,15 +43,7 @@ def crop(seed: int = 0) -> Crop:
 
 def view(seed: int) -> Frame:
     """Return the same pixels as a frame."""
-    return Frame(
-        id=1,
-        captured_at=0.0,
-        format="rgb8",
-        width=SIDE,
-        height=SIDE,
-        origin="top",
-        image=crop(seed).image.tobytes(),
-    )
+    return structs.replace(frame_of(crop(seed).image), purpose="live")
 
 
 def remote(served: Shared, **settings: object) -> RemoteRecogniser:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from drawn_textures import frame_of
 from numpy.typing import NDArray
 
-from hapticvlm.messages import WHOLE, Frame
+from hapticvlm.messages import WHOLE
 from hapticvlm.vision import tones
 from hapticvlm.vision.pictures import crop
 
@@ -20,17 +21,7 @@ def scene(lowest: int, highest: int) -> NDArray[np.uint8]:
 
 
 def seen(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    frame = Frame(
-        id=1,
-        captured_at=0.0,
-        format="rgb8",
-        width=SIDE,
-        height=SIDE,
-        image=pixels.tobytes(),
-        origin="top",
-        region=WHOLE,
-    )
-    return crop(frame, SIDE).image
+    return crop(frame_of(pixels, WHOLE), SIDE).image
 
 
 def test_a_picture_in_fog_is_seen_as_without_it() -> None:
