@@ -56,6 +56,7 @@ NOT_RUN = (
     (r"hapticvlm serve .*--tls-cert", "has a test with certificates: tests/server/test_wss.py"),
     (r"hapticvlm bake SESSION", "needs a record; tests/scenes/test_bake_command.py makes one"),
     (r"hapticvlm study run", "waits for a participant; tests/browser/test_study_page.py"),
+    (r"hapticvlm study match", "asks a person; tests/studio/test_study_match.py"),
     (r"hapticvlm (?:chart|stability|measure)", "takes minutes; tests/lab"),
     (r"hapticvlm study report (?!--paper)", "needs answers; tests/studio/test_study_report.py"),
     (r"hapticvlm calibrate plate --out", "needs a palm; tests/studio/test_calibrate_plate.py"),
