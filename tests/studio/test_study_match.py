@@ -4,6 +4,7 @@ import asyncio
 import io
 import json
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -39,10 +40,10 @@ def test_people_match_the_plate_to_steel_and_the_service_takes_their_median(
     kept = tmp_path / "cold.json"
     whole_c = asyncio.run(fall_c(service.url))
 
-    def asked(code: str, percent: int) -> int:
+    def asked(code: str, percent: int, file: Path = kept) -> int:
         one = f"\nmuch less\n\n{percent}\n\n\n"  # two presentations and an answer nobody can use
         monkeypatch.setattr(sys, "stdin", io.StringIO(one * len(match.STARTS)))
-        return main(["study", "match", str(kept), "--participant", code, "--url", service.url])
+        return main(["study", "match", str(file), "--participant", code, "--url", service.url])
 
     assert asked("P-01", 80) == 0
     assert asyncio.run(fall_c(service.url)) == pytest.approx(0.8 * whole_c, abs=0.01)
@@ -56,6 +57,8 @@ def test_people_match_the_plate_to_steel_and_the_service_takes_their_median(
     assert thermal_strength(str(kept)) == 0.6
     assert asked("P-02", 50) == 2
     assert "has P-02 already" in capsys.readouterr().err
+    assert asked("P-04", 70, tmp_path / "gone" / "cold.json") != 0
+    assert "P-04: 70 %, 70 %, 70 %, 70 %" in capsys.readouterr().out  # no answer is lost
 
 
 def test_another_file_and_no_service_are_told_and_nothing_is_kept(

@@ -517,7 +517,7 @@ class FeelPlayer {
     for (let n = 0; n < part.length; n++) part[n] *= 1 - this.#turnedDown;
   }
 
-  /** Returns a quantity within its range; `missing` for what is no number. */
+  /** Returns a quantity within its range; `missing` for what is not a number. */
   #within(name, value, missing) {
     if (value == null) return missing;
     const [low, high] = this.#feel.ranges[name];

@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hapticvlm import documents
 from hapticvlm.commands.parsing import number_within
 from hapticvlm.commands.service_address import DEFAULT_URL
 from hapticvlm.errors import UsageError, shell_word
@@ -66,8 +67,9 @@ def _match(options: argparse.Namespace) -> int:
     kept["simulated"] |= simulated
     people = [statistics.geometric_mean(each) for each in kept["matches"].values()]
     kept["thermal_strength"] = round(statistics.median(people), 3)
-    options.file.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
+    # Shown first, so that a disk that refuses the file does not lose what the person said.
     print(f"{options.participant}: {', '.join(f'{100 * each:.0f} %' for each in strengths)}")
+    documents.replace_file(options.file, (json.dumps(kept, indent=1) + "\n").encode())
     print(f"{len(people)} people, median {100 * kept['thermal_strength']:.0f} %")
     if kept["simulated"]:
         print("simulated: nobody felt the plate, do not use it")
@@ -77,8 +79,6 @@ def _match(options: argparse.Namespace) -> int:
 
 def _kept(path: Path) -> dict[str, Any]:
     """Return what FILE holds. Raises UsageError for another file."""
-    from hapticvlm import documents
-
     new = {"calibrate": "cold", "simulated": False, "matches": {}, "thermal_strength": 1.0}
     if not path.exists():
         return new

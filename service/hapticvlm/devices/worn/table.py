@@ -24,7 +24,7 @@ def place(option: str) -> tuple[str, str, int]:
         raise ValueError(f"hand: {name[:60]} is none of {', '.join(WORN)}")
     host, _, port = (address or f"{HOST}:{WORN[name].port}").rpartition(":")
     if not host or not port.isdecimal() or not 0 < int(port) < 65_536:
-        raise ValueError(f"hand: {address[:60]} is no HOST:PORT; leave it out, or give both")
+        raise ValueError(f"hand: {address[:60]} is not HOST:PORT; leave it out, or give both")
     return name, host, int(port)
 
 
