@@ -137,7 +137,7 @@ namespace HapticVLM.Baked
                 for (int step = 0; step < size; step++) Step(ahead, rules.StepS, 0);
                 double power = (form == "amplitude" ? sums.Felt : sums.Drive) / size;
                 amplitude[at] = OnPad(Math.Min(Math.Sqrt(power), 1.0), form);
-                if (begun.Length > 0 && at < (int)Math.Round(pad.MinImpactS / periodS)) amplitude[at] = Math.Max(amplitude[at], pad.MinImpact);
+                if (begun.Length > 0 && at < (int)Math.Floor(pad.MinImpactS / periodS + Soon)) amplitude[at] = Math.Max(amplitude[at], pad.MinImpact);
                 amplitude[at] = Math.Round(gain * amplitude[at], 4);
                 if (hertz.Length > 0) hertz[at] = Math.Round(Math.Min(Math.Max(Math.Sqrt(sums.Turned / Math.Max(sums.Drive, size * 1e-12)), 20.0), 1000.0), 1);
                 most = Math.Max(most, amplitude[at]);
