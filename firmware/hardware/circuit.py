@@ -1,6 +1,6 @@
 """Draws the circuit of parts.py as circuit.svg and lists it in wiring.md: `python circuit.py`.
 
-The plate of one resistor is listed, with prices, in one-resistor.md.
+The plate of one resistor is listed in one-resistor.md.
 
 Sheets side by side; wires end in the name of their net, so that no line crosses another.
 `--check` writes nothing and exits with 1 when a file is not current.
@@ -9,7 +9,7 @@ Sheets side by side; wires end in the name of their net, so that no line crosses
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from parts import BY_NAME, KIT_STEPS, ON_KIT, ONE_RESISTOR, PARTS, SINK_EUR, Part, price_eur
@@ -69,9 +69,7 @@ def wiring() -> str:
         "Generated from parts.py by `python firmware/hardware/circuit.py`, which also draws the",
         "[drawing](circuit.svg).",
         "",
-        "| part | value | |",
-        "|---|---|---|",
-        *(f"| {part.name} | {readable(part)} | {part.what} |" for part in PARTS),
+        *_priced(PARTS),
         "",
         *_pins(PARTS),
         "",
@@ -90,25 +88,34 @@ def wiring() -> str:
 
 def one_resistor() -> str:
     """Return parts, prices and nets of the plate of one resistor as tables."""
-    prices = [price_eur(part.name) for part in ONE_RESISTOR]
     lines = [
         "# Parts and wiring of the plate of one resistor",
         "",
-        "Generated from parts.py by `python firmware/hardware/circuit.py`. Prices are estimates of",
-        "November 2026; no shop was asked.",
+        "Generated from parts.py by `python firmware/hardware/circuit.py`.",
+        "",
+        *_priced(ONE_RESISTOR),
+        "",
+        *_pins(ONE_RESISTOR),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _priced(parts: Sequence[Part]) -> list[str]:
+    one = parts is ONE_RESISTOR
+    eur = [price_eur(part.name, has_one_resistor=one) for part in parts]
+    return [
+        "Prices are estimates of November 2026; no shop was asked.",
         "",
         "| part | value | | euro |",
         "|---|---|---|---|",
         *(
             f"| {part.name} | {readable(part)} | {part.what} | {price:.2f} |"
-            for part, price in zip(ONE_RESISTOR, prices, strict=True)
+            for part, price in zip(parts, eur, strict=True)
         ),
         f"| sink | | 1 to 3 K/W, with a fan | {SINK_EUR:.2f} |",
-        f"| {len(prices)} parts and a sink | | | {sum(prices) + SINK_EUR:.2f} |",
-        "",
-        *_pins(ONE_RESISTOR),
+        f"| {len({part.name.rstrip('AB') for part in parts})} parts and a sink"
+        f" | | | {sum(eur) + SINK_EUR:.2f} |",
     ]
-    return "\n".join(lines) + "\n"
 
 
 def _pins(parts: Iterable[Part]) -> list[str]:

@@ -182,23 +182,12 @@ ONE_RESISTOR = (
     BY_NAME["K1"],
 )
 SINK_EUR = 12.0  # 1 to 3 K/W, with a fan
-# Estimates of November 2026; no shop was asked. Pieces of one kind cost the same.
-ONE_RESISTOR_EUR = {
-    "U1": 12.0,
-    "U3": 4.0,
-    "TEC1": 10.0,
-    "R13": 3.0,
-    "J2": 8.0,
-    "F1": 1.5,
-    "RT4": 1.5,
-    "Q2": 1.0,
-    "K1": 12.0,
-    "S1": 0.5,
-    "RT": 1.0,
-    "R": 0.4,
-    "C": 0.1,
-    "D": 0.1,
-}
+# Estimates of November 2026; no shop was asked. Pieces of one kind cost the same. U3 of the full
+# plate is its kit (no price was found: 100 to 150 is a guess), with L1, L2 and RS. U2B and U4B come
+# with U2A and U4A, and R13 with the plate of aluminium under it.
+_KINDS = "U1 12 TEC1 10 F1 1.5 RT4 1.5 K1 12 Q 1 S .5 RT 1 R .4 C .1 D .1 "
+_ONE_RESISTOR = _KINDS + "U3 4 R13 3 J2 8"
+_FULL = _KINDS + "U3 125 R13 10 R14 5 D1 .5 J1 2 J2 15 U2A 1 U4A 1.5 U2B 0 U4B 0 L 0 RS 0"
 
 # The driver is bought as its evaluation kit, because the chip needs a compensated loop and short
 # power traces. These pins of the chip are wired on the kit alone. Its pins are from a public symbol
@@ -235,10 +224,11 @@ TOUCHABLE_C = 70.0  # bare metal for a second (docs/physics.md 3.1)
 BEAD_BETA_K = 4267.0
 
 
-def price_eur(name: str) -> float:
-    """Return the price of a part of the plate of one resistor."""
-    kind = name.rstrip("0123456789")
-    return ONE_RESISTOR_EUR.get(name) or ONE_RESISTOR_EUR[kind]
+def price_eur(name: str, *, has_one_resistor: bool) -> float:
+    """Return the price of a part of one of the two plates."""
+    words = (_ONE_RESISTOR if has_one_resistor else _FULL).split()
+    prices = dict(zip(words[::2], map(float, words[1::2]), strict=True))
+    return prices[name if name in prices else name.rstrip("0123456789")]
 
 
 def number(name: str) -> float:

@@ -187,11 +187,14 @@ def test_one_resistor_alone_is_between_bridge_and_module() -> None:
     assert (bridge["VM"], bridge["EEP"]) == ("SW", by_name["U1"].pins["D8"])
 
 
-def test_the_plate_of_one_resistor_is_small_and_cheap() -> None:
-    prices = [parts.price_eur(part.name) for part in parts.ONE_RESISTOR]
+@pytest.mark.parametrize(("most_parts", "most_eur"), [(25, 75.0), (57, 250.0)])
+def test_a_plate_is_small_and_cheap(most_parts: int, most_eur: float) -> None:
+    one = most_parts == 25
+    names = [part.name for part in (parts.ONE_RESISTOR if one else parts.PARTS)]
 
-    assert len(prices) <= 25
-    assert sum(prices) + parts.SINK_EUR <= 75.0
+    assert len({name.rstrip("AB") for name in names}) <= most_parts
+    eur = sum(parts.price_eur(name, has_one_resistor=one) for name in names)
+    assert eur + parts.SINK_EUR <= most_eur
 
 
 def test_the_relay_of_one_resistor_holds_only_while_the_board_lets_it() -> None:
@@ -223,10 +226,6 @@ def test_the_board_reads_the_bead_of_the_cut_out_and_cannot_move_it() -> None:
     assert not board & {*parts.BY_NAME["R15"].pins.values(), *parts.BY_NAME["RT4"].pins.values()}
     follower = parts.BY_NAME["U2B"].pins
     assert (follower["+"], follower["out"]) == ("BEAD", parts.BY_NAME["U1"].pins["A3"])
-
-
-def test_a_maker_solders_at_most_57_parts() -> None:
-    assert len({name.rstrip("AB") for name in parts.BY_NAME}) <= 57
 
 
 def test_the_resistors_on_the_module_limit_a_shorted_driver() -> None:
