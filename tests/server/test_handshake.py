@@ -14,6 +14,7 @@ from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.materials import MATERIALS
 from hapticvlm.messages import (
     PROTOCOL_MAJOR,
+    PROTOCOL_MINOR,
     Device,
     Devices,
     Error,
@@ -53,6 +54,7 @@ PICTURE = Frame(
     object_id="blob",
 )
 SIMULATED = Device(name="simulated", simulated=True)
+VERSIONS = f"speaks protocol 99.3, this service 1.{PROTOCOL_MINOR}"
 TOKEN = "long enough to be given off this machine"
 OFFER: dict[str, Any] = {
     "devices": Devices(SIMULATED, SIMULATED),
@@ -117,16 +119,16 @@ async def test_a_client_that_speaks_json_is_answered_in_json(gateway):
     peer = Peer(json.dumps(hello()))
     connection = await at_the_door(gateway).welcome(peer)
     assert connection is not None
-    assert peer.sent[0]["type"] == "welcome"
+    assert (peer.sent[0]["type"], peer.is_text) == ("welcome", True)
     connection.send(Error(id=2, code="message", text="no"))
-    assert peer.sent[1]["text"] == "no"
+    assert (peer.sent[1]["text"], peer.is_text) == ("no", True)
 
 
 @pytest.mark.parametrize(
     ("message", "path", "text"),
     [
         ({"type": "stop", "id": 7, "scope": "all"}, "$.type", "send hello first"),
-        (hello(id=7, protocol={"major": 99, "minor": 3}), "$.protocol.major", "speaks protocol 99"),
+        (hello(id=7, protocol={"major": 99, "minor": 3}), "$.protocol.major", VERSIONS),
         (hello(id=7, role="king"), "$.role", "before hello"),
         (hello(id=7, client={"name": "x" * 20_000, "version": ""}), None, "at most"),
     ],

@@ -48,7 +48,7 @@ class Peer:
     def __init__(self, *said: bytes | str, address: str = "127.0.0.1", gone: bool = False) -> None:
         self.remote_address = (address, 50_000)
         self.sent: list[dict[str, Any]] = []
-        self.is_greeted = False
+        self.is_greeted = self.is_text = False
         self.state = State.CLOSED if gone else State.OPEN
         self.closed: tuple[int, str] | None = None
         self._said = list(said)
@@ -63,6 +63,7 @@ class Peer:
         return self._said.pop(0)
 
     def write(self, data: bytes | str) -> None:
+        self.is_text = isinstance(data, str)
         self.sent.append(json.loads(data) if isinstance(data, str) else msgpack.unpackb(data))
 
     def post_from(self, next_posted: Callable[[], bytes | str | None]) -> None:
