@@ -125,7 +125,8 @@ def test_a_file_that_is_not_a_network_is_refused_in_one_line(tmp_path: Path) -> 
     with pytest.raises(EncoderError, match="no such file"):
         load_encoder(str(tmp_path / "absent.onnx"))
     whole = write_classifier(tmp_path / "whole.onnx").read_bytes()
-    for data in (b"", b"no network at all" * 9, whole[:-9], whole[: len(whole) // 2], b"\xff" * 40):
+    xml = '\n <?xml version="1.0"?><net name="x" version="11"/>'.encode("utf-16")
+    for data in (b"", b"no network at all" * 9, whole[:-9], whole[: len(whole) // 2], xml):
         (tmp_path / "broken.onnx").write_bytes(data)
         with pytest.raises(EncoderError, match=r"broken\.onnx` cannot be read") as caught:
             load_encoder(str(tmp_path / "broken.onnx"))
@@ -199,14 +200,6 @@ def test_weights_that_were_left_behind_are_named(tmp_path: Path) -> None:
     (tmp_path / "tiny.onnx.data").unlink()
     with pytest.raises(EncoderError, match=r"weights in tiny\.onnx\.data, which is missing; copy"):
         load_encoder(str(tmp_path / "tiny.onnx"))
-
-
-@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
-def test_xml_is_refused_whatever_its_name(tmp_path: Path, encoding: str) -> None:
-    path = tmp_path / "disguised.onnx"
-    path.write_text('\n <?xml version="1.0"?><net name="x" version="11"/>', encoding=encoding)
-    with pytest.raises(EncoderError, match=r"disguised\.onnx` cannot be read"):
-        load_file_encoder(path)
 
 
 def test_a_file_that_leaves_its_size_open_is_run_at_224_px(tmp_path: Path) -> None:
@@ -290,7 +283,7 @@ SHAPES: dict[str, dict[str, Any]] = {
         "output": "shares",
     },
     "four pictures at once": {"sizes": [4, 3, SIDE, SIDE]},
-    "an oblong": {"sizes": [1, 3, SIDE, 2 * SIDE]},
+    "an oblong": {"sizes": ["n", 3, SIDE, 2 * SIDE]},
     "grey alone": {"sizes": [1, 1, SIDE, SIDE], "before": (TO_GREY,)},
 }
 REFUSED = {
@@ -407,26 +400,6 @@ def test_weights_are_read_from_the_folder_of_the_file_alone(tmp_path: Path) -> N
     (apart / "tiny.weights").rename(tmp_path / "tiny.weights")
     with pytest.raises(EncoderError, match=r"tiny\.onnx` cannot be read"):
         load_encoder(str(apart / "tiny.onnx"))
-
-
-@pytest.mark.parametrize(
-    ("shape", "kind", "reason"),
-    [
-        ([4, 3, SIDE, SIDE], 1, "4 pictures at once"),
-        (["n", 3, SIDE, 2 * SIDE], 1, "not a square"),
-        (["n", 5, SIDE, SIDE], 1, "its input is"),
-        (["n", 3, SIDE, SIDE], 3, "tensor.int8"),
-    ],
-)
-def test_an_input_that_is_not_a_picture_is_refused(
-    tmp_path: Path, shape: list[object], kind: int, reason: str
-) -> None:
-    from onnx import helper
-
-    nodes = [helper.make_node("Relu", ["pixels"], ["map"])]
-    path = write_graph(tmp_path / "odd.onnx", shape, nodes, ["map"], kind)
-    with pytest.raises(EncoderError, match=reason):
-        load_file_encoder(path)
 
 
 def test_a_joined_embedding_gives_back_both_parts() -> None:

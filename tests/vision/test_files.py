@@ -165,23 +165,20 @@ def test_a_large_picture_is_shrunk_with_its_mask(tmp_path: Path) -> None:
         assert crop.image[crop.mask > 0].mean() == pytest.approx(200, abs=5)
 
 
-@pytest.mark.parametrize(
-    "content",
-    [b"", b"text", b"\xff\xd8\xff", b"\x89PNG\r\n\x1a\n", b"GIF89a" + b"\0" * 20, b"BM" * 40],
-)
-def test_a_file_that_is_not_a_picture_is_refused_by_name(tmp_path: Path, content: bytes) -> None:
+def test_a_file_that_is_no_whole_picture_is_refused_by_name(tmp_path: Path) -> None:
     path = tmp_path / "one.png"
-    path.write_bytes(content)
-    with pytest.raises(FileError, match=r"one\.png: .*JPEG, PNG or WebP"):
+    with pytest.raises(FileError, match=r"one\.png: No such file"):
         read_frame(path)
-
-
-@pytest.mark.parametrize("suffix", ["png", "webp"])
-def test_a_torn_picture_is_refused_by_name(tmp_path: Path, suffix: str) -> None:
-    path = saved(tmp_path / f"one.{suffix}", picture())
-    path.write_bytes(path.read_bytes()[:-40])
-    with pytest.raises(FileError, match=rf"one\.{suffix}: "):
-        read_frame(path)
+    others = b"", b"text", b"\xff\xd8\xff", b"\x89PNG\r\n\x1a\n", b"GIF89a" + b"\0" * 20, b"BM" * 40
+    for content in others:
+        path.write_bytes(content)
+        with pytest.raises(FileError, match=r"one\.png: .*JPEG, PNG or WebP"):
+            read_frame(path)
+    for suffix in ("png", "webp"):
+        torn = saved(tmp_path / f"torn.{suffix}", picture())
+        torn.write_bytes(torn.read_bytes()[:-40])
+        with pytest.raises(FileError, match=rf"torn\.{suffix}: "):
+            read_frame(torn)
 
 
 @pytest.mark.parametrize("side", [10_000, 20_000])
@@ -189,11 +186,6 @@ def test_a_picture_that_unfolds_into_gigabytes_is_refused(tmp_path: Path, side: 
     path = saved(tmp_path / "bomb.png", Image.new("1", (side, side)))
     with pytest.raises(FileError, match="shrink"):
         read_frame(path)
-
-
-def test_a_missing_file_is_refused_by_name(tmp_path: Path) -> None:
-    with pytest.raises(FileError, match=r"one\.png: No such file"):
-        read_frame(tmp_path / "one.png")
 
 
 @pytest.mark.parametrize("mode", ["L", "1", "P", "LA", "RGB", "RGBA", "I;16"])
@@ -282,13 +274,6 @@ def test_an_empty_mask_is_refused_by_name(tmp_path: Path) -> None:
         read_frame(path, mask)
 
 
-def test_a_folder_stands_for_the_pictures_in_it_in_order_of_name(tmp_path: Path) -> None:
-    (tmp_path / "below").mkdir()
-    for name in ("b.png", "a.JPG", "c.webp", "notes.txt", ".hidden.png", "below/d.png"):
-        (tmp_path / name).write_bytes(b"")
-    assert [path.name for path in list_files(tmp_path)] == ["a.JPG", "b.png", "c.webp"]
-
-
 OTHERS = {
     "b.HEIC": b"\0\0\0\x18ftypheic\0\0\0\0",
     "c.heic": b"\0\0\0\x18ftypmif1\0\0\0\0",
@@ -301,8 +286,10 @@ OTHERS = {
 
 
 def test_a_folder_looks_at_first_bytes_and_tells_what_it_leaves_out(tmp_path: Path) -> None:
-    picture().save(tmp_path / "a.jfif", "JPEG")
+    (tmp_path / "below").mkdir()
+    picture().save(tmp_path / "below" / "d.png")
     picture().save(tmp_path / "f", "PNG")
+    picture().save(tmp_path / "a.jfif", "JPEG")
     assert left_out(tmp_path) is None
     for name, content in OTHERS.items():
         (tmp_path / name).write_bytes(content)

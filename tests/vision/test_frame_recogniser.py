@@ -14,7 +14,7 @@ from hapticvlm.vision.encoders.encoder import Encoder
 from hapticvlm.vision.frame_recogniser import FrameRecogniser
 from hapticvlm.vision.galleries.gallery import Calibration, Gallery
 from hapticvlm.vision.loading import load_encoder
-from hapticvlm.vision.pictures import Crop, PictureError
+from hapticvlm.vision.pictures import Crop
 from hapticvlm.vision.recognition import SceneContext
 
 REGIONS = [Region(x=x, y=y, w=0.25, h=0.25) for y in (0.0, 0.4, 0.7) for x in (0.1, 0.6)]
@@ -107,18 +107,6 @@ def test_a_picture_of_flat_colours_is_believed_less_wherever_it_is_recognised(
         assert (answers[1] < answers[0] - 0.02) == differs
 
 
-def test_regions_compared_together_decode_the_frame_once(
-    encoder: Encoder, gallery: Gallery, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    decoded = counted_decodes(monkeypatch)
-    recogniser = FrameRecogniser(encoder, gallery)
-    recogniser.compare(frame(), REGIONS)
-    assert len(decoded) == 1
-    for region in REGIONS:
-        recognise(recogniser, frame(region=region))
-    assert len(decoded) == 1 + len(REGIONS)
-
-
 def test_the_very_same_bytes_of_an_object_are_skipped_without_decoding_them(
     encoder: Encoder, gallery: Gallery, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -171,13 +159,6 @@ def test_the_references_of_16_scenes_are_remembered_and_no_more(
     for number in range(16):
         look(str(number))
     assert look("first") == plain, "a scene more, and the least recent is forgotten"
-
-
-def test_a_region_outside_the_frame_is_refused_by_field(encoder: Encoder, gallery: Gallery) -> None:
-    with pytest.raises(PictureError, match=r"\$\.region"):
-        FrameRecogniser(encoder, gallery).compare(
-            frame(), [REGIONS[0], Region(x=1.0, y=1.0, w=0.1, h=0.1)]
-        )
 
 
 def test_the_warm_up_picture_does_not_hide_the_first_one(

@@ -50,24 +50,18 @@ def test_a_named_network_is_fitted_once_and_kept(
     assert np.allclose(again.beliefs(shown), first.beliefs(shown), atol=1e-3)
 
 
-def test_other_weights_are_fitted_again(encoder: NetworkEncoder, tmp_path: Path) -> None:
-    (tmp_path / "other").mkdir()
-    other = load_file_encoder(write_classifier(tmp_path / "other" / "tiny.onnx", seed=5))
-    assert isinstance(other, NetworkEncoder)
-    kept = network_gallery.cached_gallery
-    assert kept(other) != kept(encoder)
-
-
-def test_other_colours_beside_the_same_file_are_fitted_again(
+def test_other_weights_or_other_colours_beside_the_same_file_are_fitted_again(
     encoder: NetworkEncoder, tmp_path: Path
 ) -> None:
-    colours = {"size": encoder.side, "image_mean": [0.4] * 3, "image_std": [0.3] * 3}
-    (tmp_path / "preprocessor_config.json").write_text(json.dumps(colours))
-    other = load_encoder(str(tmp_path / "tiny.onnx"))
-    assert isinstance(other, NetworkEncoder)
-    assert other.name == encoder.name
-    kept = network_gallery.cached_gallery
-    assert kept(other) != kept(encoder)
+    (tmp_path / "other").mkdir()
+    weights = load_file_encoder(write_classifier(tmp_path / "other" / "tiny.onnx", seed=5))
+    stated = {"size": encoder.side, "image_mean": [0.4] * 3, "image_std": [0.3] * 3}
+    (tmp_path / "preprocessor_config.json").write_text(json.dumps(stated))
+    colours = load_encoder(str(tmp_path / "tiny.onnx"))
+    assert colours.name == encoder.name
+    for other in (weights, colours):
+        assert isinstance(other, NetworkEncoder)
+        assert network_gallery.cached_gallery(other) != network_gallery.cached_gallery(encoder)
 
 
 def test_of_the_usual_preparations_the_one_that_the_network_sees_by_is_kept_and_named(
