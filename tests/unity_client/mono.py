@@ -107,6 +107,7 @@ STREAMS = (
         "UnityEngine.dll",
         "Packages.dll",
         "HapticVLM.Meta.dll",
+        "HapticVLM.OpenXR.dll",
     ),
 )
 ENGINE = (

@@ -7,7 +7,12 @@ import sys
 
 import engine_members
 import mono
+import numpy as np
 import pytest
+
+from hapticvlm.materials import MATERIALS
+from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
+from hapticvlm.rendering.vibration.voices import Command, Voices
 
 pytest_plugins = ("mono_build",)
 PACKAGE = mono.PACKAGE
@@ -40,7 +45,11 @@ def test_the_package_s_own_play_mode_tests_pass_in_the_stub_player(build):
 def optional(build):
     """The parts that need other packages, compiled against stand-ins of these."""
     for name, folders, using in (*mono.OPTIONAL, mono.STREAMS):
-        build.compile(name, mono.sources(*folders), mono.QUIET, using=using)
+        build.compile(name, mono.sources(*folders), mono.QUIET, "-d:UNITY_EDITOR", using=using)
+    runtime = mono.HERE / "optional_stubs" / "openxr_runtime.c"
+    library = build.folder / "libopenxr_runtime.so"
+    command = ["cc", "-shared", "-fPIC", "-Wall", "-Werror", "-o", str(library), str(runtime)]
+    subprocess.run(command, check=True, timeout=120)
     return build
 
 
@@ -64,6 +73,53 @@ def test_meta_s_parametric_haptics_are_streamed_as_its_page_asks(optional):
         assert (kind, int(begin), most) == ("2", ends + 5, "0.60")  # no gap and no overlap
         ends = int(end)
     assert (stop[0], stop[3]) == ("0", "0.00")
+
+
+@pytest.fixture(scope="module")
+def sampled(optional):
+    """What a stand-in of Quest's runtime took of touches of the bake."""
+    return optional.run("streams.exe", "samples", timeout=900.0)
+
+
+def test_a_runtime_that_takes_samples_receives_the_sound_of_the_service_s_palm(sampled):
+    waves = re.findall(r"^wave (\w+) (\w+) (.+)$", sampled, re.MULTILINE)
+    assert [(kind, material) for kind, material, _ in waves] == [
+        (kind, material) for material in ("wood", "glass") for kind in ("strike", "slide")
+    ]
+    for kind, material, samples in waves:
+        wave = np.array(samples.split(), float)
+        assert np.abs(wave).max() <= 1.0
+        own = [level_db(of_the_service(material, kind, seed), RATE_HZ, kind) for seed in range(4)]
+        assert min(own) - 1.0 < level_db(wave, 2000, kind) < max(own) + 1.0, (kind, material)
+
+
+def test_samples_end_at_a_stop_and_impulses_play_where_a_controller_takes_none(sampled):
+    for line in (
+        "impulses 0 appended True",
+        "bytes 0",  # of a frame that sends
+        "stopped at once True amplitude 0",
+        "after the stop 0",
+        "without samples amplitude True",
+    ):
+        assert line in sampled.splitlines()
+
+
+def of_the_service(material, kind, seed):
+    voices = Voices(1.0, MATERIALS, fills_caches=False)
+    wave = []
+    for block in range(100 if kind == "slide" else 30):
+        if kind == "slide" or block == 0:
+            motion, ends = Motion(0.3, 1.5), 0.01 * block + 0.25
+            voices.apply(Command(1, material, kind, block == 0, motion, seed, ends))
+        wave.append(voices.render(RATE_HZ // 100, 0.01 * block))
+    return np.concatenate(wave).astype(float)
+
+
+def level_db(wave, rate_hz, kind):
+    """Return the mean level of a slide after its first contact, or the energy of an impact, dB."""
+    if kind == "slide":
+        return 10.0 * np.log10(np.mean(wave[rate_hz // 5 : rate_hz] ** 2))
+    return 10.0 * np.log10(np.sum(wave**2) / rate_hz)
 
 
 def test_every_assembly_is_there_on_every_platform_of_those_that_refer_to_it():

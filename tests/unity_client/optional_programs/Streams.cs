@@ -5,8 +5,9 @@ using HapticVLM.Wire;
 
 public static class Streams
 {
-    public static int Main()
+    public static int Main(string[] arguments)
     {
+        if (arguments.Length > 0) return SampledTouches.Run();
         var output = new MetaOutput();
         var plan = new VibrationPlan();
         var slide = new Vibration { PeriodMs = 5.0 };

@@ -43,8 +43,11 @@ namespace UnityEngine.XR.OpenXR.Input
 {
     public static class OpenXRInput
     {
-        public static void SendHapticImpulse(InputSystem.InputAction action, float amplitude, float frequency, float duration, InputSystem.InputDevice inputDevice = null) { }
-        public static void StopHaptics(InputSystem.InputAction inputAction, InputSystem.InputDevice inputDevice = null) { }
+        public static int Impulses, Stops;
+
+        public static void SendHapticImpulse(InputSystem.InputAction action, float amplitude, float frequency, float duration, InputSystem.InputDevice inputDevice = null) { Impulses++; }
+        public static void StopHaptics(InputSystem.InputAction inputAction, InputSystem.InputDevice inputDevice = null) { Stops++; }
+        public static ulong GetActionHandle(InputSystem.InputAction inputAction, InputSystem.InputDevice inputDevice = null) { return StandInRuntime.Action; }
     }
 }
 

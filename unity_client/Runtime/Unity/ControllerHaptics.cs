@@ -32,6 +32,7 @@ namespace HapticVLM
         readonly VibrationPlan plan = new VibrationPlan();
         IHapticOutput output;
         IHapticPlanOutput planOutput;
+        ControllerWave wave; // null: the output plays no samples
         HapticClient client;
         bool isPlaying;
         bool isSpeakerFelt; // read once a frame: the thread of the connection may change it meanwhile
@@ -147,12 +148,23 @@ namespace HapticVLM
             if (wasSpeakerFelt && !isSpeakerFelt) plan.Silence(); // it was the speaker's: a lost link must not make it felt here
             float frame = Time.unscaledDeltaTime;
             double now = Clock.Now, hz, amplitude = plan.Strongest(now, frame, out hz);
+            if (wave != null && IsWanted && PlaysWave(now, frame)) return;
             float seconds = Mathf.Min(FramesPerPulse * frame, (float)plan.RemainingS(now));
             Amplitude = IsWanted && seconds > 0f ? (float)VibrationPlan.Played(amplitude, gain, threshold) : 0f;
             if (Amplitude <= 0f) Quieten();
             else if (planOutput != null) planOutput.Play(Side, plan, now, gain, threshold);
             else output.Play(Side, Amplitude, (float)hz, seconds);
             isPlaying = Amplitude > 0f;
+        }
+
+        /// <summary>Plays samples where the output takes them and the package has the touched material; returns false where it plays the plan.</summary>
+        bool PlaysWave(double now, float frame)
+        {
+            float largest = wave.Play(client.Felt, now, frame, gain * client.VibrationGain);
+            if (!wave.IsHeard(now)) return false;
+            Amplitude = largest;
+            isPlaying = true;
+            return true;
         }
 
         bool IsWanted
@@ -169,6 +181,8 @@ namespace HapticVLM
         {
             output = next;
             planOutput = next as IHapticPlanOutput;
+            var samples = next as IHapticWaveOutput;
+            wave = samples == null ? null : new ControllerWave(samples, Side, _ => IsWanted);
         }
 
         void Follow(HapticClient next)
@@ -186,13 +200,15 @@ namespace HapticVLM
         void Take(Vibration vibration)
         {
             if (vibration.Hand != (Side == HandSide.Left ? HandName.Left : HandName.Right)) return;
-            if (vibration.Amplitude.Count == 0) Rest();
-            else plan.Take(vibration, Clock.Now);
+            if (vibration.Amplitude.Count > 0) plan.Take(vibration, Clock.Now);
+            else if (wave == null || vibration.Stopped == true) Rest();
+            else plan.Silence(); // samples fade by themselves
         }
 
         void Rest()
         {
             plan.Silence();
+            if (wave != null) wave.Drop();
             Amplitude = 0f;
             Quieten();
         }

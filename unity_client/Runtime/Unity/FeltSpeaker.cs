@@ -1,7 +1,6 @@
 using HapticVLM.Baked;
 using HapticVLM.Wire;
 using UnityEngine;
-using Feel = HapticVLM.Baked.Feel;
 
 namespace HapticVLM
 {
@@ -22,11 +21,8 @@ namespace HapticVLM
         float volume = 1f;
 
         readonly SampleRing ring = new SampleRing();
-        Felt felt;
-        Feel feel;
-        FeelPlayer heard;
+        HeardTouches touches;
         float[] wave = new float[0];
-        int rate;
 
         /// <summary>The voice in which touches are heard.</summary>
         public HeardVoice Voice
@@ -42,73 +38,30 @@ namespace HapticVLM
             set { volume = Mathf.Min(1f, Mathf.Max(0f, value)); }
         }
 
+        void Awake()
+        {
+            touches = new HeardTouches(hand => touches.Felt.IsBaked(hand, Clock.Now), HandName.Left, HandName.Right);
+        }
+
         void OnDisable()
         {
-            Follow(null);
+            touches.Follow(null, voice, 0);
         }
 
         void Update()
         {
-            Felt next = HapticClient.Active == null ? null : HapticClient.Active.Felt;
-            bool isChanged = next != felt || next != null && (next.In(voice) != feel || AudioSettings.outputSampleRate != rate);
-            if (isChanged) Follow(next);
-            if (heard == null) return;
-            Mute(HandName.Left);
-            Mute(HandName.Right);
+            int rate = AudioSettings.outputSampleRate;
+            touches.Follow(HapticClient.Active == null ? null : HapticClient.Active.Felt, voice, rate);
             int missing = (int)(FrameS * rate) + ring.Block - ring.Count;
-            if (missing <= 0 || heard.IsSilent) return;
+            if (missing <= 0 || touches.IsSilent) return;
             if (wave.Length < missing) wave = new float[missing];
-            heard.Render(wave, missing, Clock.Now);
+            touches.Render(wave, missing);
             ring.Write(wave, missing, volume);
         }
 
         void OnAudioFilterRead(float[] data, int channels)
         {
             ring.AddTo(data, channels);
-        }
-
-        void Follow(Felt next)
-        {
-            if (felt != null)
-            {
-                felt.Touched -= Touch;
-                felt.Stopped -= Stop;
-            }
-            felt = next;
-            feel = next == null ? null : next.In(voice);
-            heard = null;
-            if (next == null) return;
-            felt.Touched += Touch;
-            felt.Stopped += Stop;
-            rate = AudioSettings.outputSampleRate;
-            if (feel == null) return;
-            heard = new FeelPlayer(feel, rate);
-            foreach (HandName hand in new[] { HandName.Left, HandName.Right })
-            {
-                if (felt.IsHeld(hand)) heard.Hold(Word(hand));
-            }
-        }
-
-        void Touch(HandName hand, FeltTouch touch)
-        {
-            if (heard == null) return;
-            Mute(hand);
-            heard.Touch(touch, Clock.Now);
-        }
-
-        void Stop()
-        {
-            if (heard != null) heard.Stop();
-        }
-
-        void Mute(HandName hand)
-        {
-            heard.Mute(Word(hand), !felt.IsBaked(hand, Clock.Now));
-        }
-
-        static string Word(HandName hand)
-        {
-            return hand == HandName.Left ? "left" : "right";
         }
     }
 }

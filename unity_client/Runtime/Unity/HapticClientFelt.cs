@@ -59,6 +59,8 @@ namespace HapticVLM
 
         internal Felt Felt { get { return felt; } }
 
+        internal float VibrationGain { get { return vibrationGain; } }
+
         /// <summary>The surfaces of the bake that is felt; null: none.</summary>
         internal BakedScene Baked { get { return surfaces.Baked; } }
 

@@ -25,4 +25,14 @@ namespace HapticVLM
         /// </summary>
         void Play(HandSide hand, VibrationPlan plan, double now, float gain, float threshold);
     }
+
+    /// <summary>An output that plays samples, as a voice coil does. It receives what a palm speaker would play.</summary>
+    public interface IHapticWaveOutput : IHapticOutput
+    {
+        /// <summary>Samples per second that this hand's device takes now, Hz; 0: none, and it receives impulses.</summary>
+        int RateHz(HandSide hand);
+
+        /// <summary>Plays the first `count` samples, -1..1, after what it still plays, or instead of it. Returns how many were taken.</summary>
+        int Play(HandSide hand, float[] wave, int count, bool replaces);
+    }
 }
