@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import simplejpeg
 from conftest import peer
+from small_hub import small_hub
 from tiny_encoders import crop, picture, write_network
 
 from hapticvlm.client.local_service import running
@@ -187,6 +188,29 @@ def test_a_name_in_this_machines_cache_needs_no_connection(
     assert cached.name == "me/tiny (transformers)"
     seen = [crop(1, SIDE)]
     assert np.allclose(cached.embed(seen), encoder.embed(seen), atol=1e-6)
+
+
+def test_a_network_of_the_hub_is_downloaded_once_and_without_its_other_copies(
+    folder: Path, encoder: Encoder, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import huggingface_hub
+    from huggingface_hub import constants
+
+    monkeypatch.setattr(constants, "HF_HUB_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr(constants, "HF_HUB_OFFLINE", False)
+    stored = shutil.copytree(folder, tmp_path / "stored")
+    for other in ("model.fp16.safetensors", "pytorch_model.bin", "tf_model.h5", "README.md"):
+        (stored / other).write_text(other)
+    with small_hub("me/tiny", stored) as (address, sent):
+        api = huggingface_hub.HfApi(endpoint=address)
+        monkeypatch.setattr(huggingface_hub, "model_info", api.model_info)
+        monkeypatch.setattr(huggingface_hub, "snapshot_download", api.snapshot_download)
+        network = load_encoder("me/tiny")
+        assert sorted(sent) == sorted(each.name for each in folder.iterdir())
+        load_encoder("me/tiny")
+        assert len(sent) == len({*sent})
+    seen = [crop(1, SIDE)]
+    assert np.allclose(network.embed(seen), encoder.embed(seen), atol=1e-6)
 
 
 def test_a_gpu_is_refused_where_there_is_none(folder: Path) -> None:

@@ -33,7 +33,8 @@ CLASSIFIER = "ForImageClassification"
 HUB_S = 10.0  # until the hub must have answered whether it has a network
 HUB_NAME = re.compile(r"[\w.-]+(/[\w.-]+)?")
 PACKAGES = "torch transformers safetensors"
-FILES = ("*.json", f"*{WEIGHTS}", "*.txt", "*.jinja", "*.model")  # what is taken from the hub
+# What is taken from the hub: not the copies of the weights in other precisions (model.fp16 ...).
+FILES = ("*.json", f"model{WEIGHTS}", f"model-*-of-*{WEIGHTS}", "*.txt", "*.jinja", "*.model")
 FOLDER = "give a whole folder that save_pretrained wrote"
 # OpenMP threads that spin while they wait take the cores from the gateway and from each other: with
 # a third busy process on two cores a pass of a vision-language model took eight times as long.
