@@ -17,39 +17,37 @@ COMMIT = "0123456789abcdef0123456789abcdef01234567"
 def small_hub(name: str, folder: Path) -> Iterator[tuple[str, list[str]]]:
     """Serve a folder as a repository; yield the hub's address and the files that it has sent."""
     sent: list[str] = []
+    files = {each.name: each.read_bytes() for each in folder.iterdir()}
+    tree = [
+        {"type": "file", "path": file, "size": len(content), "oid": "0"}
+        for file, content in files.items()
+    ]
+    about = json.dumps({"id": name, "sha": COMMIT}).encode()
+    bodies = {
+        f"/api/models/{name}": about,
+        f"/api/models/{name}/revision/main": about,
+        f"/api/models/{name}/tree/{COMMIT}": json.dumps(tree).encode(),
+    }
+    bodies |= {f"/{name}/resolve/{COMMIT}/{file}": content for file, content in files.items()}
 
     class Handler(BaseHTTPRequestHandler):
         def do_HEAD(self) -> None:
-            self.answer(with_body=False)
+            self.answer()
 
         def do_GET(self) -> None:
-            self.answer(with_body=True)
-
-        def answer(self, *, with_body: bool) -> None:
-            path = self.path.partition("?")[0]
-            file = folder / path.removeprefix(f"/{name}/resolve/{COMMIT}/")
-            if path.startswith(f"/api/models/{name}/tree/"):
-                tree = [
-                    {"type": "file", "path": each.name, "size": each.stat().st_size, "oid": "0"}
-                    for each in folder.iterdir()
-                ]
-                body = json.dumps(tree).encode()
-            elif path.startswith(f"/api/models/{name}"):
-                files = [{"rfilename": each.name} for each in folder.iterdir()]
-                body = json.dumps({"id": name, "sha": COMMIT, "siblings": files}).encode()
-            elif path.startswith(f"/{name}/resolve/{COMMIT}/") and file.is_file():
-                body = file.read_bytes()
-                sent.extend([file.name] * with_body)
-            else:
-                self.send_error(404)
-                return
-            self.send_response(200)
-            self.send_header("Content-Length", str(len(body)))
-            self.send_header("X-Repo-Commit", COMMIT)
-            self.send_header("ETag", f'"{hashlib.sha256(body).hexdigest()}"')
-            self.end_headers()
-            if with_body:
+            if body := self.answer():
                 self.wfile.write(body)
+            if "/resolve/" in self.path:
+                sent.append(Path(self.path).name)
+
+        def answer(self) -> bytes | None:
+            body = bodies.get(self.path.partition("?")[0])
+            self.send_response(404 if body is None else 200)
+            self.send_header("Content-Length", str(len(body or b"")))
+            self.send_header("X-Repo-Commit", COMMIT)
+            self.send_header("ETag", f'"{hashlib.sha256(body or b"").hexdigest()}"')
+            self.end_headers()
+            return body
 
         def log_message(self, *_: object) -> None:
             return
