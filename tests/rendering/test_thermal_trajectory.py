@@ -82,13 +82,9 @@ def test_many_slides_cost_no_more_and_stay_within_the_stated_error() -> None:
     assert len(trajectory.past) == RATES.size
 
 
-def test_a_slide_off_thin_metal_stays_within_the_stated_error() -> None:
+def test_a_slide_off_or_onto_thin_metal_stays_within_the_stated_error() -> None:
     sheet = thermal_contact(ALUMINIUM, 22.0, thickness_m=1e-3)
     assert largest_error_c([Stage(0.0, sheet), Stage(2.0, WOOD)], 6.0) < STATED_C
-
-
-def test_a_slide_onto_thin_metal_stays_within_the_stated_error() -> None:
-    sheet = thermal_contact(ALUMINIUM, 22.0, thickness_m=1e-3)
     assert largest_error_c([Stage(0.0, METAL), Stage(1.0, sheet)], 6.0) < STATED_C
 
 
@@ -121,21 +117,6 @@ def test_skin_does_not_jump_when_a_hand_slides_or_lets_go() -> None:
 
     assert metal.touch(WOOD, "handle", 1.0).skin_c(1.0) == pytest.approx(before_c, abs=1e-9)
     assert metal.release(1.0).skin_c(1.0) == pytest.approx(before_c, abs=1e-9)
-
-
-def test_skin_remembers_metal_on_wood_and_wood_alone_is_warmer() -> None:
-    slid = REAL.touch(METAL, "knife", 0.0).touch(WOOD, "handle", 1.0)
-    alone = REAL.touch(WOOD, "handle", 1.0)
-
-    assert slid.skin_c(1.3) < alone.skin_c(1.3) - 1.0
-    assert slid.skin_c(30.0) == pytest.approx(alone.skin_c(30.0), abs=0.6)
-
-
-def test_the_first_touch_is_the_plain_transient() -> None:
-    trajectory = REAL.touch(GLASS, "pane", 5.0)
-
-    for elapsed_s in (0.0, 0.01, 1.0, 10.0):
-        assert trajectory.skin_c(5.0 + elapsed_s) == pytest.approx(skin_surface_c(GLASS, elapsed_s))
 
 
 def test_an_approach_waits_where_contact_goes_on() -> None:

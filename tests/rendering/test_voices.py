@@ -78,14 +78,6 @@ def test_an_impact_rings_once_and_leaves_no_texture() -> None:
     assert not listen(voices, 0.2, now=0.2).any()
 
 
-def test_sliding_on_sustains_a_texture() -> None:
-    voices = Voices()
-    voices.apply(SLIDE)
-    listen(voices, 0.1)
-
-    assert rms(listen(voices, 1.0, now=0.1)) > 0.03
-
-
 def test_an_impact_that_is_held_does_not_rub() -> None:
     struck, held = Voices(), Voices()
     for voices in (struck, held):
@@ -284,16 +276,6 @@ def test_the_limiter_keeps_a_crowd_inside_the_range() -> None:
 
     assert 0.9 < np.abs(wave).max() <= 1.0
     assert np.abs(np.diff(wave)).max() < 0.5
-
-
-def test_the_limiter_leaves_what_fits_alone() -> None:
-    voices = Voices()
-    voices.apply(STRIKE)
-    wave = listen(voices, 0.02)
-    expected = impact(MATERIALS["wood"].vibration, "strike", STRIKE.motion, STRIKE.seed)
-
-    assert np.abs(wave).max() < 0.9
-    assert np.allclose(wave[DELAY:], expected[: wave.size - DELAY], atol=1e-6)
 
 
 def test_two_hands_at_full_level_keep_inside_the_band_at_every_moment() -> None:

@@ -91,12 +91,6 @@ def test_a_surface_names_the_finer_material():
     assert decided(name="BrickWall_02", surfaces=surfaces("mat3")).sub_material == "brick"
 
 
-def test_the_parents_in_a_name_choose_its_sense():
-    assert decided(name="Rifle/Magazine").material == "metal"
-    assert decided(name="Avatar/Hand/Nail").material == "unknown"
-    assert decided(object_id="Kitchen/SteelKettle").material == "metal"
-
-
 def test_the_parents_in_a_name_give_no_temperature_and_no_finer_material():
     assert decided(name="IceCube/Tray_Plastic").surface_source == "ambient"
     assert decided(name="BrickWall/Door_Oak").sub_material is None

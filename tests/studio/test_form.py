@@ -238,8 +238,8 @@ def test_the_time_left_is_the_pace_of_this_run_times_what_is_left() -> None:
     assert progress.seconds_left is None
 
 
-def test_the_form_is_kept_with_the_study(form: Form, tmp_path: Path) -> None:
-    made = designs.design(ours(), ["ann"], Plan(form=form))
+def test_order_and_form_are_kept_with_the_study(form: Form, tmp_path: Path) -> None:
+    made = designs.design(ours(), ["ann", "ben"], Plan(order="free", form=form))
     designs.write_design(tmp_path, made)
     assert designs.read_design(tmp_path) == made
     assert json.loads((tmp_path / designs.HEAD).read_text())["version"] == 2

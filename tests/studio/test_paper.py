@@ -29,16 +29,6 @@ def test_the_diagonal_rounds_to_the_printed_one():
     assert round(100 * right / 450, 2) == 84.67
 
 
-def test_people_mistook_the_vibration_more_often_than_the_temperature():
-    counts = paper.confusion().reshape(2, 5, 2, 5)
-    by_temperature = counts.sum(axis=(1, 3))
-    by_vibration = counts.sum(axis=(0, 2))
-
-    assert np.trace(by_temperature) == 431
-    assert np.trace(by_vibration) == 395
-    assert list(by_temperature.diagonal()) == [219, 212]
-
-
 def test_errors_are_50_of_the_material_14_of_the_temperature_and_5_of_both():
     counts = paper.confusion().reshape(2, 5, 2, 5)
     same_temperature = np.einsum("ivik->ivk", counts)
