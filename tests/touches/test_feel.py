@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 import wave
@@ -18,6 +19,7 @@ from hapticvlm.materials import MATERIALS
 from hapticvlm.rendering.heat.contact import skin_surface_c, thermal_contact
 from hapticvlm.rendering.heat.limits import COOL_SLEW_C_PER_S
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
+from hapticvlm.rendering.vibration.vibration_plan import amplitudes
 from hapticvlm.touches.heat import ThermalInputs, heat
 from hapticvlm.touches.sound import sound, spectrum
 
@@ -52,6 +54,47 @@ def test_the_setpoint_keeps_the_limits_and_says_which_shaped_it(capsys):
     assert thermal["limited_by"][0] == "slew"
     assert thermal["limited_by"][-1] == "setpoint"
     assert thermal["unlimited_c"][-1] < 1.0
+
+
+def test_a_pad_plays_one_tone_without_heat_whose_strength_is_that_of_a_plan():
+    felt = hapticvlm.feel("wood", "slide", object_c=5, seconds=2.0)
+    pad = felt.on("pad")
+    power = np.abs(np.fft.rfft(pad.vibration)) ** 2
+    hertz = np.fft.rfftfreq(pad.vibration.size, 1.0 / RATE_HZ)
+    assert power[abs(hertz - 160.0) < 40.0].sum() > 0.98 * power.sum()
+    assert set(pad.plate_c) == {32.0}
+    strengths = pad.vibration.reshape(-1, RATE_HZ // 80)
+    planned = amplitudes(felt.clip().played, "amplitude")
+    assert np.abs(strengths).max(axis=1) == pytest.approx(planned, abs=0.01)
+    intiface = felt.on("intiface")
+    assert np.abs(intiface.vibration).max() == pytest.approx(planned.max(), abs=0.01)
+    assert list(intiface.plate_c) == list(felt.plate_c)
+
+
+def test_a_quest_controller_plays_the_wave_that_a_palm_speaker_plays():
+    felt = hapticvlm.feel("glass", "slide", seconds=1.0)
+    error = felt.on("quest").vibration - felt.vibration
+    assert np.sqrt(np.mean(error**2)) < 0.05 * np.sqrt(np.mean(felt.vibration**2))
+
+
+def test_a_glove_is_told_its_texture_click_force_and_heat(capsys):
+    assert main(["feel", "metal", "--object-c", "5", "--force", "2.5", "--on", "weart"]) == 0
+    contact, later = capsys.readouterr().out.splitlines()[-2:]
+    assert contact.startswith("at contact: force:0.50:0.0:0.0, texture:0:0.5:0.0:0.50:60.0, temp")
+    assert re.fullmatch(r"after it: force:0.50.*, texture:20:.*, temperature:0.00", later)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["wood", "--on", "weart", "--save", "a.wav"], "leave out --save"),
+        (["wood", "--on", "pad", "--save", "a.haptic"], "--on is for one touch"),
+        (["all", "--on", "pad", "--save", "a.html"], "--on is for one touch"),
+    ],
+)
+def test_a_file_that_an_output_cannot_have_is_refused(arguments, says, capsys):
+    assert main(["feel", *arguments]) == 2
+    assert says in capsys.readouterr().err
 
 
 def test_the_plate_leads_because_the_hand_approached():

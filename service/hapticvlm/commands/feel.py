@@ -9,13 +9,14 @@ import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from hapticvlm.commands import touch_options
 from hapticvlm.commands.parsing import add_json, number_within
 from hapticvlm.errors import UsageError, usage_errors
 from hapticvlm.rendering.touch_ranges import RANGES
 from hapticvlm.rendering.vibration.vibration import INTERACTIONS
+from hapticvlm.touches import GLOVE, OWNED
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
@@ -85,6 +86,12 @@ def add(commands: Commands) -> None:
         help="strength in .haptic, .ahap and .hjif: as the palm speaker plays it, or as "
         "controllers and phones need it (%(default)s)",
     )
+    out.add_argument(
+        "--on",
+        choices=OWNED,
+        help="what an output that you own plays of the touch, in print, .wav and .svg; "
+        "`weart` is told as the texts for the glove",
+    )
     touch_options.add_voice(out, None, "voice of .wav (true), or in which a page plays (sound)")
     add_json(out)
 
@@ -138,7 +145,8 @@ def _feel(options: argparse.Namespace) -> int:
         print(json.dumps(document), flush=True)
         return 0
     if touch is not None:
-        _print(touch.heat, touch.sound.describe())
+        _print_heat(touch.heat)
+        print(_vibration(touch, is_glove=options.on == GLOVE))
     for line in written:
         print(line)
     sys.stdout.flush()
@@ -153,6 +161,10 @@ def _check(options: argparse.Namespace) -> None:
             raise UsageError(f"--save {path}: choose one of the endings {', '.join(ENDINGS)}")
     if options.voice is not None and not endings & set(HEARD):
         raise UsageError(f"--voice is for --save FILE with the ending {' or '.join(HEARD)}")
+    if options.on is not None and (options.material == ALL or not endings <= {DRAWING, ".wav"}):
+        raise UsageError(f"--on is for one touch, printed or saved as .wav or {DRAWING}")
+    if options.on == GLOVE and options.save:
+        raise UsageError(f"--on {GLOVE}: the glove plays textures of its own; leave out --save")
     if options.material == ALL and (options.json or endings != {PAGE}):
         raise UsageError(f"`{ALL}` is for a page of touches: give --save FILE{PAGE} and no --json")
 
@@ -168,7 +180,7 @@ def _touch(
 
     # A recording may be of another material than the one that is touched.
     others = {} if options.patterns is None else table
-    return feel(
+    touch = feel(
         material,
         interaction,
         object_c=options.object_c,
@@ -177,6 +189,7 @@ def _touch(
         seconds=seconds if options.seconds is None else options.seconds,
         voices=touch_options.voices(options, {**others, material.name: material}),
     )
+    return touch if options.on is None else touch.on(options.on)
 
 
 def _save(touch: FeltTouch, path: Path, options: argparse.Namespace, table: Table) -> list[str]:
@@ -207,7 +220,7 @@ def _save_page(
     return f"{path}: {len(clips)} touches, {path.stat().st_size / 1e6:.1f} MB; open it in a browser"
 
 
-def _print(heat: Heat, vibration: dict[str, Any]) -> None:
+def _print_heat(heat: Heat) -> None:
     print(f"{heat.material} at {heat.surface_c:g} degC, skin at {heat.skin_start_c:g} degC")
     print(
         f"effusivity {heat.effusivity:.0f} (skin {heat.skin_effusivity:.0f}) W s^0.5/(m2 K), "
@@ -222,12 +235,20 @@ def _print(heat: Heat, vibration: dict[str, Any]) -> None:
             at = min(range(len(heat.time_s)), key=lambda i: abs(heat.time_s[i] - shown_s))
             values = f"{heat.skin_c[at]:>10.2f} {heat.setpoint_c[at]:>14.2f}"
             print(f"{heat.time_s[at]:>6.2f} {values}  {heat.limited_by[at] or '-'}")
+
+
+def _vibration(touch: FeltTouch, *, is_glove: bool) -> str:
+    if is_glove:
+        from hapticvlm.touches.owned import glove_texts
+
+        return "\n".join(("", *glove_texts(touch.sound, touch.heat)))
+    vibration = touch.sound.describe()
     levels = vibration["spectrum"]["level_db"]
     loudest_hz = vibration["spectrum"]["frequency_hz"][levels.index(max(levels))]
     modes = ", ".join(f"{mode['frequency_hz']:g} Hz" for mode in vibration["modes"])
-    print(f"\n{vibration['interaction']}: modes {modes}; texture {vibration['texture_hz']:.0f} Hz")
     rms_db = 20.0 * math.log10(max(vibration["rms"], 1e-8))
-    print(
+    return (
+        f"\n{vibration['interaction']}: modes {modes}; texture {vibration['texture_hz']:.0f} Hz\n"
         f"peak {vibration['peak']:.2f}, level {rms_db:.0f} dB re full scale, strongest near "
         f"{loudest_hz:.0f} Hz, {100 * vibration['share_1_to_1000_hz']:.1f} % within 1-1000 Hz"
     )

@@ -23,7 +23,7 @@ from hapticvlm.rendering import touch_ranges
 from hapticvlm.rendering.vibration.sound_voice import as_sound, in_voice
 from hapticvlm.rendering.vibration.vibration import INTERACTIONS, RATE_HZ, VOICES, Motion
 from hapticvlm.rendering.vibration.voices import Voices
-from hapticvlm.touches import ahap, haptic, hjif
+from hapticvlm.touches import OWNED, ahap, haptic, hjif, owned
 from hapticvlm.touches.clip import Clip, clip, for_controllers
 from hapticvlm.touches.drawing import Drawing, draw
 from hapticvlm.touches.heat import Heat, ThermalInputs, heat
@@ -75,6 +75,16 @@ class FeltTouch:
     def rate_hz(self) -> int:
         """Sample rate of `vibration` in Hz."""
         return RATE_HZ
+
+    def on(self, output: str) -> FeltTouch:
+        """Return the touch as an output that people own plays it: what is lost is heard and seen.
+
+        `output` is one of `hapticvlm.touches.OWNED`; owned.py says what each plays.
+        Raises `HapticVLMError` for another.
+        """
+        if output not in OWNED:
+            raise UsageError(f"on: `{output}` is not one of {', '.join(OWNED)}; choose one")
+        return FeltTouch(owned.heat_on(output, self.heat), owned.sound_on(output, self.sound))
 
     def plot(self) -> Drawing:
         """Draw temperatures, vibration and spectrum; a notebook shows it. It needs no library.

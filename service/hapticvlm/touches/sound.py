@@ -21,7 +21,6 @@ from hapticvlm.materials import Material
 from hapticvlm.perception import drive_threshold_db
 from hapticvlm.rendering.vibration.textures import STROUHAL, rendered_hz
 from hapticvlm.rendering.vibration.vibration import (
-    IMPACTS,
     RATE_HZ,
     SWEEP_S,
     TEXTURES,
@@ -105,16 +104,26 @@ def sound(
     count = max(round(seconds * RATE_HZ), 1)
     begins_s = RUB_AT_S if interaction is None else 0.0
     texture = interaction or "slide"
-    command = _command(material.name, texture, motion, thickness_m)
+    onset, command = commands(material.name, interaction, motion, thickness_m)
     blocks = []
-    if texture in IMPACTS or interaction is None:
-        voices.apply(replace(command, interaction=interaction or "strike", onset=True))
+    if onset is not None:
+        voices.apply(onset)
     for begin in range(0, count, BLOCK):
         now = begin / RATE_HZ
         if now >= begins_s and (moved := _motion_after(texture, motion, now - begins_s)):
             voices.apply(replace(command, motion=moved))
         blocks.append(voices.render(min(BLOCK, count - begin), now))
     return Sound(material, interaction, motion, _ended(np.concatenate(blocks)), thickness_m)
+
+
+def commands(
+    material: str, interaction: str | None, motion: Motion, thickness_m: float | None = None
+) -> tuple[Command | None, Command]:
+    """Return the command of a contact, None where nothing strikes, and that of the motion."""
+    moved = _command(material, interaction or "slide", motion, thickness_m)
+    if interaction in TEXTURES:
+        return None, moved
+    return replace(moved, interaction=interaction or "strike", onset=True), moved
 
 
 def _motion_after(interaction: str, motion: Motion, now: float) -> Motion | None:
