@@ -24,7 +24,6 @@ from hapticvlm_lab.bench.material.data import FOUR, Source, Stated, View, Where,
 from hapticvlm_lab.bench.material.methods import Method
 from hapticvlm_lab.bench.material.reading import load_sources, read_capture
 from hapticvlm_lab.bench.material.scores import Score, interval, open_score, score
-from hapticvlm_lab.bench.material.timing import Cost
 
 FIGURES = ("accuracy", "low", "high", "n", "classes", "recall")
 
@@ -247,14 +246,13 @@ def row(name: str, family: str, accuracy: float, ms: float) -> Row:
     low, high = interval(accuracy, [25, 25, 25, 25])
     counts = dict.fromkeys(FOUR, 25)
     graded = Score(accuracy, low, high, 100, counts, dict.fromkeys(FOUR, accuracy))
-    cost = Cost(ms, ms)
     shown = {"source": "s", "method": name, "family": family, "is_default": False, "cut": "mask"}
     return Row(
         **shown,  # type: ignore[arg-type]
         four=graded,
         eleven=None,
         open=None,
-        cost=cost,
+        latency_ms=ms,
     )
 
 
@@ -295,7 +293,7 @@ def test_a_capture_is_charted_and_what_is_left_out_is_said(
     assert rows["majority"]["four"]["accuracy"] == pytest.approx(0.25)
     assert rows["named"]["family"] == "named"
     assert rows["named"]["open"]["n"] == rows["ours"]["open"]["n"], "it says unknown, as ours does"
-    assert rows["ours"]["cost"]["floors"] > 0
+    assert rows["ours"]["latency_ms"] > 0
     graded = [row["four"] for row in rows.values() if row["four"]]
     for one in graded:
         assert all(one[figure] is not None for figure in FIGURES)

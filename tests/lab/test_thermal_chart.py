@@ -78,7 +78,7 @@ def test_the_contact_temperature_at_once_is_far_off():
 
 def test_the_default_is_named_as_cheapest_below_the_floor_only_when_it_is():
     def row(method, step_us, contact_c, slide_c, *, is_default=False):
-        return Row(method, is_default, contact_c, slide_c, step_us, 1.0)
+        return Row(method, is_default, contact_c, slide_c, step_us)
 
     good = row("ours", 3.0, 1e-9, 0.05, is_default=True)
     coarse, forgetful = row("coarse", 1.0, 0.5, 0.05), row("forgetful", 1.0, 1e-9, 4.0)

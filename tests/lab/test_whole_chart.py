@@ -1,4 +1,4 @@
-"""Whole pipelines: a scene that states is felt best, nothing worst, and every row has its price."""
+"""Whole pipelines: a scene that states is felt best, nothing worst."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from hapticvlm.session.decisions import choose_rendition
 from hapticvlm_lab.bench.material.answers import embed
 from hapticvlm_lab.bench.material.data import Source, thin
 from hapticvlm_lab.bench.material.reading import read_capture, read_kits, scene_of
-from hapticvlm_lab.bench.vibration.spectra import JND_DB
 from hapticvlm_lab.bench.whole import chart, deciding, feeling
 from hapticvlm_lab.bench.whole.chart import Row, undominated
 from hapticvlm_lab.bench.whole.deciding import STATED as STATED_ALL
@@ -35,10 +34,8 @@ def test_what_is_stated_is_felt_as_it_is_and_nothing_is_felt_as_nothing() -> Non
     stated = feeling.felt(STATED, "metal")
     nothing = feeling.felt(NOTHING, "metal")
     assert stated.skin_c == pytest.approx(0.0, abs=0.01)
-    assert stated.texture_db == 0.0
     assert stated.recognised > 0.7
     assert nothing.skin_c > 1.0
-    assert nothing.texture_db > 3.0
     assert nothing.recognised < 0.05
 
 
@@ -50,21 +47,11 @@ def test_metal_on_plastic_is_no_plastic_and_its_skin_is_too_cold() -> None:
 
 @pytest.mark.nightly
 @pytest.mark.needs_toolchain("node")
-def test_a_bake_loses_all_warmth_and_little_vibration() -> None:
+def test_a_bake_loses_all_warmth() -> None:
     for name in ("metal", "leather", "foliage"):
         stated = choose_rendition(decide([Evidence("scene", ((name, 1.0),))]), MATERIALS)
         baked = feeling.felt(stated, name, is_baked=True)
         assert baked.skin_c > 1.0
-        assert 0.0 < baked.texture_db < 1.1 * JND_DB
-
-
-def test_a_bake_says_what_it_saves_and_what_it_loses() -> None:
-    default = replace(_row("all", 0.8, 12.0), is_default=True, touch_ms=4.0)
-    warm = _row("names", 0.7, 0.1)
-    cold = replace(_row("names", 0.5, 0.0), renders="baked", touch_ms=9.0)
-    (line,) = chart.losses([default, warm, cold])
-    for part in ("50% instead of 80%", "70% with heat", "9.0 ms", "4.0 ms", "12.0 ms"):
-        assert part in line
 
 
 @pytest.mark.nightly
@@ -89,10 +76,9 @@ def test_a_scene_that_states_nothing_is_decided_by_the_eye_alone(room: Source) -
 
 
 @pytest.mark.nightly
-def test_the_table_names_the_default_its_interval_and_where_it_is_weakest(
-    room: Source, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+def test_the_table_names_the_default_and_its_interval(
+    room: Source, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(chart, "ROUNDS", 1)
     rows = chart.measure([(room, "renders")])
     chart.show(rows)
     table = capsys.readouterr().out
@@ -100,13 +86,12 @@ def test_the_table_names_the_default_its_interval_and_where_it_is_weakest(
     assert default.low < default.share < default.high
     costs_ms = {row.decides: row.look_ms for row in rows if not row.renders}
     (baked,) = (row for row in rows if row.renders == "baked")
-    assert baked.look_ms == 0.0 < baked.touch_ms
+    assert baked.look_ms == 0.0
     assert baked.share < default.share
     assert costs_ms["nothing"] == costs_ms[STATED_ALL] == 0.0
     assert 0.0 < costs_ms["names"] < costs_ms["eye"]
     line = next(line for line in table.splitlines() if "(default)" in line)
     assert f"{default.share:.0%} [" in line
-    assert default.worst in line
     assert f"all {default.share:.0%} in {default.look_ms:.1f} ms" in table
 
 
@@ -144,4 +129,4 @@ def test_only_what_no_cheaper_one_reaches_is_worth_its_cost() -> None:
 
 
 def _row(name: str, share: float, ms: float) -> Row:
-    return Row("s", "renders", name, "", False, 9, share, 0.0, 1.0, 0.0, 0.0, ms, 0.0, "")
+    return Row("s", "renders", name, "", False, 9, share, 0.0, 1.0, 0.0, ms)

@@ -76,7 +76,6 @@ SLIDE_TAIL_S = 5.0
 TICK_S = 0.02  # how often the service asks for a setpoint
 TIMED: Slide = (("metal", "glass", "metal", "glass"), 1.0, None)  # there is a history to carry
 ROUNDS = 25
-FLOOR = "bare evaluation of the closed form"
 
 PANELS = (("contact_c", "one contact of 10 s"), ("slide_c", "slides from object to object"))
 LOWEST_C = 1e-3  # an error that is smaller is drawn here
@@ -100,7 +99,7 @@ class Row:
     """One method: worst errors on one contact and over slides, degC, and its cost.
 
     `step_us` is the time of a core for one frame, with its share of what a new contact costs at
-    one contact a second; `floors` is that over a bare evaluation of the closed form.
+    one contact a second.
     """
 
     method: str
@@ -108,7 +107,6 @@ class Row:
     contact_c: float
     slide_c: float
     step_us: float
-    floors: float
 
 
 def with_memory(stages: Sequence[Stage], times: Floats) -> Floats:
@@ -190,7 +188,6 @@ def measure(methods: Sequence[Method] = METHODS) -> list[Row]:
             max(contact_error(method, contact, hz) for contact in contacts for hz in RATES_HZ),
             max(slide_error(method, *slide, hz) for slide in slides for hz in RATES_HZ),
             step_us[method.name],
-            round(step_us[method.name] / step_us[FLOOR], 2),
         )
         for method in track(methods, "measuring every method")
     ]
@@ -232,14 +229,10 @@ def _frames(seconds: float, rate_hz: float) -> Floats:
 
 
 def _step_us(methods: Sequence[Method]) -> dict[str, float]:
-    """Return us of a core for a frame by the method's name, and for FLOOR."""
+    """Return us of a core for a frame by the method's name."""
     stages = staged(TIMED)
     times = _frames(stages[-1].begins_at + 1.0, 1.0 / TICK_S)
-    contact, _, _ = next(_touches(stages, times))
-    works: dict[str, Callable[[], object]] = {
-        method.name: partial(method.follow, stages, times) for method in methods
-    }
-    works[FLOOR] = lambda: [skin_surface_c(contact, 1.0) for _ in times]
+    works = {method.name: partial(method.follow, stages, times) for method in methods}
     return {name: round(us / times.size, 3) for name, us in least_us(works, ROUNDS).items()}
 
 
@@ -259,11 +252,11 @@ def sentence(rows: Sequence[Row]) -> str:
 
 def _print(rows: Sequence[Row]) -> None:
     print(f"worst error, degC, at 10 degC of contrast; floors {FINEST_C:g} and {THERMAL_FLOOR_C:g}")
-    print(f"{'method':<28} {'contact':>9} {'slides':>9} {'step us':>8} {'floors':>7}")
+    print(f"{'method':<28} {'contact':>9} {'slides':>9} {'step us':>8}")
     for row in rows:
         mark = " (default)" if row.is_default else ""
         print(f"{row.method:<28} {_degrees(row.contact_c):>9} {_degrees(row.slide_c):>9}", end="")
-        print(f" {row.step_us:>8.2f} {row.floors:>7.1f}{mark}")
+        print(f" {row.step_us:>8.2f}{mark}")
     print(sentence(rows))
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,38 +22,28 @@ OUT = Path("chart-output")
 LIMIT = 640  # pictures of a source that `chart` uses
 PERTURBED = 64  # pictures of a source that `stability` uses
 
-Run = Callable[[argparse.Namespace], int]
+Arguments = Callable[[argparse.Namespace], tuple[object, ...]]
 
 
 def add(commands: Commands) -> None:
     """Declare both commands with their subjects."""
     chart = commands.add_parser("chart", help="draw accuracy against latency for every method")
     subjects = chart.add_subparsers(title="subjects", required=True, metavar="WHAT")
-    material = _material(subjects, _chart_material, LIMIT)
+    material = _material(
+        subjects, "material.chart", LIMIT, lambda of: (_where(of), of.encoder or ())
+    )
     material.add_argument(
         "--encoder",
         action="append",
         metavar="NAME",
         help="network to chart, named as for `serve --encoder`, repeatable (those beside the data)",
     )
-    _subject(
-        subjects,
-        "thermal",
-        _chart_thermal,
-        "skin temperature: error of each method against computing time",
-    )
-    _subject(
-        subjects,
-        "vibration",
-        _chart_vibration,
-        "modes and block size: perceptible difference against computing time",
-    )
-    whole = _subject(
-        subjects,
-        "whole",
-        _chart_whole,
-        "whole pipelines: objects recognised by touch, against processor time",
-    )
+    text = "skin temperature: error of each method against computing time"
+    _subject(subjects, "thermal", "thermal", text)
+    text = "modes and block size: perceptible difference against computing time"
+    _subject(subjects, "vibration", "vibration.chart", text)
+    text = "whole pipelines: objects recognised by touch, against processor time"
+    whole = _subject(subjects, "whole", "whole.chart", text, lambda of: (_data(of), of.kits))
     labelled_pictures(whole)
     whole.add_argument(
         "--kits",
@@ -62,29 +53,35 @@ def add(commands: Commands) -> None:
     )
     stability = commands.add_parser("stability", help="draw under which conditions a method fails")
     subjects = stability.add_subparsers(title="subjects", required=True, metavar="WHAT")
-    _material(subjects, _perturb_material, PERTURBED)
+    _material(subjects, "material.stability", PERTURBED, lambda of: (_where(of),))
+    text = "decisions kept in fog, bars, foveation and other ways to take and show a picture"
     conventions = _subject(
-        subjects,
-        "conventions",
-        _perturb_conventions,
-        "decisions kept in fog, bars, foveation and other ways to take and show a picture",
+        subjects, "conventions", "material.conventions", text, lambda of: (of.folder, of.limit)
     )
     conventions.add_argument("folder", type=Path, metavar="FOLDER", help="folder of pictures")
     number(conventions, "--limit", PERTURBED, "N", "at most so many pictures, 0 for all")
-    _subject(subjects, "latency", _perturb_latency, "a touch beside other work: when it is late")
+    text = "a touch beside other work: when it is late"
+    _subject(subjects, "latency", "latency.stability", text)
 
 
-def _subject(subjects: Commands, name: str, run: Run, text: str) -> argparse.ArgumentParser:
-    """Declare a subject that writes into a folder, which is created when it runs."""
+def _subject(
+    subjects: Commands, name: str, module: str, text: str, arguments: Arguments = lambda _: ()
+) -> argparse.ArgumentParser:
+    """Declare a subject: `run` of a module of bench/, called with these arguments and --out.
 
-    def into_folder(options: argparse.Namespace) -> int:
+    The folder is created when it runs.
+    """
+
+    def run(options: argparse.Namespace) -> int:
         import matplotlib  # noqa: F401 - if it is missing, fail before anything is computed
 
         options.out.mkdir(parents=True, exist_ok=True)
-        return run(options)
+        bench = import_module(f"hapticvlm_lab.bench.{module}")
+        code: int = bench.run(*arguments(options), options.out, as_json=options.json)
+        return code
 
     subject: argparse.ArgumentParser = subjects.add_parser(name, help=text)
-    subject.set_defaults(run=into_folder)
+    subject.set_defaults(run=run)
     subject.add_argument(
         "--out",
         type=Path,
@@ -96,56 +93,14 @@ def _subject(subjects: Commands, name: str, run: Run, text: str) -> argparse.Arg
     return subject
 
 
-def _material(subjects: Commands, run: Run, limit: int) -> argparse.ArgumentParser:
-    material = _subject(
-        subjects, "material", run, "material from pictures, for each held-back source"
-    )
+def _material(
+    subjects: Commands, module: str, limit: int, arguments: Arguments
+) -> argparse.ArgumentParser:
+    text = "material from pictures, for each held-back source"
+    material = _subject(subjects, "material", module, text, arguments)
     labelled_pictures(material)
     number(material, "--limit", limit, "N", "at most so many pictures of each source, 0 for all")
     return material
-
-
-def _chart_material(options: argparse.Namespace) -> int:
-    from hapticvlm_lab.bench.material import chart
-
-    named = options.encoder or ()
-    return chart.run(_where(options), named, options.out, as_json=options.json)
-
-
-def _perturb_material(options: argparse.Namespace) -> int:
-    from hapticvlm_lab.bench.material import stability
-
-    return stability.run(_where(options), options.out, as_json=options.json)
-
-
-def _perturb_conventions(options: argparse.Namespace) -> int:
-    from hapticvlm_lab.bench.material import conventions
-
-    return conventions.run(options.folder, options.out, options.limit, as_json=options.json)
-
-
-def _chart_thermal(options: argparse.Namespace) -> int:
-    from hapticvlm_lab.bench import thermal
-
-    return thermal.run(options.out, as_json=options.json)
-
-
-def _perturb_latency(options: argparse.Namespace) -> int:
-    from hapticvlm_lab.bench.latency import stability
-
-    return stability.run(options.out, as_json=options.json)
-
-
-def _chart_vibration(options: argparse.Namespace) -> int:
-    from hapticvlm_lab.bench.vibration import chart
-
-    return chart.run(options.out, as_json=options.json)
-
-
-def _chart_whole(options: argparse.Namespace) -> int:
-    from hapticvlm_lab.bench.whole import chart
-
-    return chart.run(_data(options), options.kits, options.out, as_json=options.json)
 
 
 def _where(options: argparse.Namespace) -> Where:

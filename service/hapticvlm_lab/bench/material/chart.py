@@ -26,7 +26,7 @@ from hapticvlm_lab.bench.material.data import FOUR, Source, Where
 from hapticvlm_lab.bench.material.methods import Floats, Method, assemble, networks
 from hapticvlm_lab.bench.material.reading import load_sources
 from hapticvlm_lab.bench.material.scores import Open, Score, open_score, score
-from hapticvlm_lab.bench.material.timing import Cost, costs
+from hapticvlm_lab.bench.material.timing import costs_ms
 from hapticvlm_lab.bench.pareto import pareto
 from hapticvlm_lab.bench.printing import made_with, publish
 
@@ -49,7 +49,10 @@ STYLE = {  # colour and marker of each family
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One method on one source. None: it cannot be measured there."""
+    """One method on one source. None: it cannot be measured there.
+
+    `latency_ms` is the median time of one core for one decision; None for what takes no time.
+    """
 
     source: str
     method: str
@@ -59,12 +62,7 @@ class Row:
     four: Score | None
     eleven: Score | None
     open: Open | None
-    cost: Cost | None
-
-    @property
-    def latency_ms(self) -> float | None:
-        """Median time of one core for one decision, ms; None for what takes no time."""
-        return None if self.cost is None else self.cost.median
+    latency_ms: float | None
 
 
 def run(where: Where, named: Sequence[str], out: Path, *, as_json: bool) -> int:
@@ -77,7 +75,7 @@ def run(where: Where, named: Sequence[str], out: Path, *, as_json: bool) -> int:
     methods, missing = assemble(named or networks(where.data))
     skipped += missing
     stated = next((source for source in sources if source.stated), None)
-    times = costs(methods, stated)
+    times = costs_ms(methods, stated)
     rows: list[Row] = []
     for source in track(sources, "asking every method about each source"):
         rows += chart_source(source, methods, times)
@@ -88,7 +86,9 @@ def run(where: Where, named: Sequence[str], out: Path, *, as_json: bool) -> int:
     return publish(out / f"{NAME}.json", report, as_json=as_json, show=partial(print_end, skipped))
 
 
-def chart_source(source: Source, methods: Sequence[Method], times: Mapping[str, Cost]) -> list[Row]:
+def chart_source(
+    source: Source, methods: Sequence[Method], times: Mapping[str, float]
+) -> list[Row]:
     """Ask every method that fits the source; pictures are embedded once for all of them."""
     seen: dict[tuple[int, str], Floats | None] = {}
     rows = []
@@ -101,7 +101,9 @@ def chart_source(source: Source, methods: Sequence[Method], times: Mapping[str, 
     return rows
 
 
-def _row(method: Method, source: Source, embeddings: Floats | None, cost: Cost | None) -> Row:
+def _row(
+    method: Method, source: Source, embeddings: Floats | None, latency_ms: float | None
+) -> Row:
     answers = answer(method, source, embeddings)
     return Row(
         source=source.name,
@@ -112,7 +114,7 @@ def _row(method: Method, source: Source, embeddings: Floats | None, cost: Cost |
         four=score(answers.four, answers.truth, answers.objects, FOUR),
         eleven=score(answers.eleven, answers.truth, answers.objects, ELEVEN),
         open=None if answers.spoken is None else open_score(answers.spoken, answers.truth),
-        cost=cost,
+        latency_ms=latency_ms,
     )
 
 
@@ -122,7 +124,6 @@ def _report(
     return {
         "chart": "material",
         **made_with(),
-        "floor": "decoding a 448 px JPEG",
         "chance": {"four": 1 / len(FOUR), "eleven": 1 / len(ELEVEN)},
         "sources": {
             source.name: {
@@ -162,7 +163,7 @@ def print_source(source: Source, rows: Sequence[Row]) -> None:
     counts = ", ".join(f"{name} {n}" for name, n in Counter(objects.values()).most_common())
     note = f"; {source.note}" if source.note else ""
     print(f"\n== {source.name}: {len(source.views)} pictures, objects: {counts}{note}")
-    print(f"{'method':<38}{'core ms':>9}{'floors':>8}  {'of 4':<15}{'of 11':<15}speaks, right")
+    print(f"{'method':<38}{'core ms':>9}  {'of 4':<15}{'of 11':<15}speaks, right")
     for row in mine:
         print(_line(row))
     for row in mine:
@@ -173,22 +174,16 @@ def print_source(source: Source, rows: Sequence[Row]) -> None:
 
 def print_end(skipped: Sequence[str]) -> None:
     """Print the legend, and the sources and methods that were skipped."""
-    print(
-        "\nBalanced accuracy, %, 95 % interval over objects. Core: median time of one core; floors:"
-    )
-    print("that over the time to decode one JPEG.")
+    print("\nBalanced accuracy, %, 95 % interval over objects. Core: median time of one core.")
     for text in skipped:
         print(f"skipped  {text}")
 
 
 def _line(row: Row) -> str:
     mark = "* " if row.is_default else "  "
-    cost = row.cost
-    times = f"{'-':>9}{'-':>8}"
-    if cost is not None:
-        times = f"{cost.median:>9.3g}{cost.floors:>8.3g}"
+    core_ms = "-" if row.latency_ms is None else f"{row.latency_ms:.3g}"
     return (
-        f"{mark + row.method:<38}{times}  {_share(row.four):<15}{_share(row.eleven):<15}"
+        f"{mark + row.method:<38}{core_ms:>9}  {_share(row.four):<15}{_share(row.eleven):<15}"
         f"{_spoken(row.open)}"
     )
 

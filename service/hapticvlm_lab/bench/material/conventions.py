@@ -119,7 +119,7 @@ CONVENTIONS: Mapping[str, Convention] = {
 }
 
 
-def run(folder: Path, out: Path, limit: int, *, as_json: bool) -> int:
+def run(folder: Path, limit: int, out: Path, *, as_json: bool) -> int:
     """Apply every convention; raises UsageError without a picture that is decided."""
     paths = pictures_in(folder)
     paths = paths if not limit else paths[:: -(-len(paths) // limit)]

@@ -139,7 +139,6 @@ def _spread(views: Sequence[View], count: int) -> list[View]:
     return [views[index] for index in at]
 
 
-def shuffled(key: str | Path) -> tuple[int, str]:
+def shuffled(key: str) -> tuple[int, str]:
     """Return a sort key whose order is repeatable but not alphabetic."""
-    text = key if isinstance(key, str) else f"{key.parent.name}/{key.name}"
-    return crc32(text.encode()), text
+    return crc32(key.encode()), key

@@ -15,7 +15,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm import captures, materials, messages
+from hapticvlm import captures, messages
 from hapticvlm.demo import CAPTURE
 from hapticvlm.scenes.reading import read_scene
 from hapticvlm.vision.files import decode_frame
@@ -25,15 +25,11 @@ from hapticvlm_lab.bench.material.data import (
     View,
     Where,
     by_object,
-    shuffled,
     thin,
 )
 from hapticvlm_lab.training import sources
 
 PICTURES = ("caltech101", "report_web", "pb_renders")
-UNKNOWN_PICTURES = "unlabelled_caltech101"
-UNKNOWN_OF = "caltech101"  # the source whose collection those unknown pictures come from
-UNKNOWN_EACH = 8  # pictures of each of its folders
 Kind = Literal["renders", "photographs", "game kits"]
 
 _RENDERER = re.compile(r"_(arnold|cycles|unreal)$")  # one material of pb_renders, rendered thrice
@@ -75,9 +71,7 @@ def read_pictures(data: Path, name: str) -> Source | None:
         picture(path, truth, _RENDERER.sub("", f"{path.parent.name}/{path.stem}"))
         for path, truth in rows
     ]
-    if name == UNKNOWN_OF:
-        views += _unknown_pictures(data)
-    note = "a class is a few kinds of thing" if name == UNKNOWN_OF else "one shape"
+    note = "a class is a few kinds of thing" if name == "caltech101" else "one shape"
     if name in sources.CALIBRATION:
         note += "; calibrates ours, whose confidence is therefore not held back here"
     ordered = [view for group in by_object(views).values() for view in group]
@@ -172,18 +166,6 @@ def _rows(data: Path, names: Collection[str]) -> list[tuple[Path, str]]:
     with table.open(newline="", encoding="utf-8") as file:
         rows = [row for row in csv.DictReader(file) if row["path"].split("/")[0] in names]
     return [(data / row["path"], row["class"]) for row in rows if row["path"].endswith(".jpg")]
-
-
-def _unknown_pictures(data: Path) -> list[View]:
-    """Read pictures of things without a material of the table, the same number of each folder."""
-    views = []
-    for folder in sorted(sources.LIVING_HELD_BACK):
-        files = sorted((data / UNKNOWN_PICTURES / folder).glob("*.jpg"), key=shuffled)
-        views += [
-            picture(path, materials.UNKNOWN, f"{folder}/{path.stem}")
-            for path in files[:UNKNOWN_EACH]
-        ]
-    return views
 
 
 def _view(fields: Mapping[str, Any], message: Mapping[str, Any], truth: str) -> View:

@@ -1,9 +1,9 @@
-"""The cost of one answer: from a frame to its material on one thread, beside a floor.
+"""The cost of one answer: from a frame to its material on one thread.
 
 The frame is decoded and cut, as the recogniser does; methods without a picture read statements.
 
 The time of a core covers all threads of this process, so time spent waiting for other programs is
-not charged. The floor, decoding one JPEG frame and nothing else, takes turns with every method.
+not charged.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ from __future__ import annotations
 import itertools
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -38,33 +37,22 @@ LEAST = 20
 NAMED = 20  # objects whose names give references, at most
 
 
-@dataclass(frozen=True, slots=True)
-class Cost:
-    """The cost of one frame: median time of a core, ms, and that over the floor's."""
+def costs_ms(methods: Sequence[Method], stated: Source | None) -> dict[str, float]:
+    """Time one frame of every method that takes time: median ms of a core, by name.
 
-    median: float
-    floors: float
-
-
-def costs(methods: Sequence[Method], stated: Source | None) -> dict[str, Cost]:
-    """Time every method that takes time, by name; methods with the same work share one timing.
-
-    `stated` is a source that lends names and shaders.
+    Methods with the same work share one timing. `stated` is a source that lends names and shaders.
     """
-    import simplejpeg
-
     picture = _picture()
-    floor: Callable[[], object] = lambda: simplejpeg.decode_jpeg(picture, "RGB")  # noqa: E731
-    times: dict[str, Cost] = {}
-    same: dict[tuple[object, ...], Cost | None] = {}
+    times: dict[str, float] = {}
+    same: dict[tuple[object, ...], float | None] = {}
     for method in methods:
         work = (id(method.encoder), method.rungs, method.refers, method.surfaces)
         if work not in same:
             stage = _stage(method, picture, stated)
-            same[work] = None if stage is None else _timed(stage, floor)
-        cost = same[work]
-        if cost is not None:
-            times[method.name] = cost
+            same[work] = None if stage is None else _timed_ms(stage)
+        cost_ms = same[work]
+        if cost_ms is not None:
+            times[method.name] = cost_ms
     return times
 
 
@@ -127,19 +115,14 @@ def _reading(method: Method, stated: Source | None) -> Callable[[], list[Evidenc
     return lambda: object_evidence(method, stated, next(turn))
 
 
-def _timed(stage: Callable[[], object], floor: Callable[[], object]) -> Cost:
+def _timed_ms(stage: Callable[[], object]) -> float:
     for _ in range(3):
         stage()
-        floor()
     cores: list[float] = []
-    floors: list[float] = []
     start = time.perf_counter()
     while len(cores) < TURNS and (len(cores) < LEAST or time.perf_counter() - start < MOST_S):
-        # In turns, so that a machine that slows down meanwhile slows the floor as well.
         cores.append(core_us(stage))
-        floors.append(core_us(floor))
-    median = float(np.median(cores))
-    return Cost(round(median / 1e3, 4), round(median / float(np.median(floors)), 3))
+    return round(float(np.median(cores)) / 1e3, 4)
 
 
 def _picture() -> bytes:

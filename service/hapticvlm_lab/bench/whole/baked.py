@@ -1,7 +1,7 @@
 """Plays the bake of the built-in materials with the web client's player, in Node.
 
-The player is what a scene ships instead of a service, so its own waves and its own time are
-measured, not those of the service's synthesis.
+The player is what a scene ships instead of a service, so its own waves are felt, not those of the
+service's synthesis.
 """
 
 from __future__ import annotations
@@ -25,7 +25,6 @@ from hapticvlm.rendering.vibration.vibration import RATE_HZ
 from hapticvlm_lab.bench.vibration.spectra import RUBBED, SIZE, STEADY_S
 
 CLIENT = Path(__file__).parents[4] / "examples" / "webxr" / "client"
-ROUNDS = 9
 LONGEST_S = 600.0  # of all materials, on a busy machine
 
 Wave = NDArray[np.float32]
@@ -33,11 +32,10 @@ Wave = NDArray[np.float32]
 
 @dataclass(frozen=True, slots=True)
 class Played:
-    """A strike and a stroke by material, (N,) at RATE_HZ, and ms of one touch of a second."""
+    """A strike and a stroke by material, (N,) at RATE_HZ."""
 
     strikes: Mapping[str, Wave]
     slides: Mapping[str, Wave]
-    touch_ms: float
 
 
 def can_play() -> bool:
@@ -49,18 +47,17 @@ def can_play() -> bool:
 def played() -> Played:
     """Play every material of the table once."""
     script = Path(__file__).with_name("play_bake.mjs")
-    numbers = (RATE_HZ, SIZE / RATE_HZ, STEADY_S, RUBBED.speed_mps, ROUNDS)
+    numbers = (RATE_HZ, SIZE / RATE_HZ, STEADY_S, RUBBED.speed_mps)
     with tempfile.TemporaryDirectory() as folder:
         feel = Path(folder) / "feel.true.json"
         feel.write_bytes(feel_clips.encode(feel_clips.feel(MATERIALS, "true")))
         command = ["node", str(script), str(CLIENT), str(feel), *map(str, numbers)]
         ran = subprocess.run(command, stdout=subprocess.PIPE, check=True, timeout=LONGEST_S)
-    report = json.loads(ran.stdout)
+    waves = json.loads(ran.stdout)
     strikes, slides = (
-        {name: _wave(each[kind]) for name, each in report["waves"].items()}
-        for kind in ("strike", "slide")
+        {name: _wave(each[kind]) for name, each in waves.items()} for kind in ("strike", "slide")
     )
-    return Played(strikes, slides, float(report["ms"]))
+    return Played(strikes, slides)
 
 
 def _wave(text: str) -> Wave:

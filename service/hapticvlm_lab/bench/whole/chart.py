@@ -1,10 +1,10 @@
 """`hapticvlm chart whole`: the worth of a whole pipeline, against its cost.
 
 A row is a method to decide on the material of an object: the default, each that differs from it in
-one respect, and a bake. Worth is the share of held-back objects that are
-recognised by touch (predicted, feeling.py); cost is the time of one core for one recognition and
-one touch. A bake decides before the first touch and has no plate (baked.py). The temperature of the
-air is left out, since it needs the weights of a vision-language model.
+one respect, and a bake. Worth is the share of held-back objects that are recognised by touch
+(predicted, feeling.py); cost is the time of one core for one recognition. A bake decides before the
+first touch and has no plate (baked.py). The temperature of the air is left out, since it needs the
+weights of a vision-language model.
 
 The figure has a panel for each style of picture, because what decides differs: photographs have no
 names, the objects of rooms and game kits have, and game kits look like nothing that was
@@ -14,7 +14,6 @@ photographed.
 from __future__ import annotations
 
 import textwrap
-from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -31,10 +30,9 @@ from hapticvlm_lab.bench.material.answers import embed
 from hapticvlm_lab.bench.material.data import Source
 from hapticvlm_lab.bench.material.methods import Floats, Method
 from hapticvlm_lab.bench.material.reading import Kind, sources_of
-from hapticvlm_lab.bench.material.timing import Cost, costs
+from hapticvlm_lab.bench.material.timing import costs_ms
 from hapticvlm_lab.bench.pareto import pareto
 from hapticvlm_lab.bench.printing import made_with, publish
-from hapticvlm_lab.bench.rigs import least_us
 from hapticvlm_lab.bench.whole import baked, deciding, feeling
 from hapticvlm_lab.bench.whole.deciding import STATED, Decided
 
@@ -42,7 +40,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 NAME = "chart-whole"
-ROUNDS = 9
 SIZE_IN = (12.5, 5.8)
 DPI = 90
 LOOKS = ((VERMILION, "o"), (BLUE, "s"))  # colour and marker of the sources of a panel
@@ -51,27 +48,17 @@ STYLES: dict[Kind, str] = {
     "renders": "Rendered rooms",
     "game kits": "Game kits, left out whole",
 }
-FEWEST = 5  # objects of a material of which a share says something
 BAKED = "baked"
 FREE_MS = 0.003  # where the figure shows what costs nothing, on its logarithmic axis
-
-
-@dataclass(frozen=True, slots=True)
-class Prices:
-    """Cost of a recognition by method, and of a touch by the service and by a bake's player."""
-
-    looks: Mapping[str, Cost]
-    touch_ms: float
-    baked_ms: float
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
     """One pipeline on one source of n objects.
 
-    `share` recognised by touch (predicted), with its 95 % interval (Wilson); mean differences from
-    the true material; ms of one core for a recognition (median; a frame is decoded and cut) and for
-    a touch of one second (least of several, in turns); `worst` is recognised least often.
+    `share` recognised by touch (predicted), with its 95 % interval (Wilson); mean difference of the
+    skin from the true material; ms of one core for a recognition (median; a frame is decoded and
+    cut).
     """
 
     source: str
@@ -84,15 +71,7 @@ class Row:
     low: float
     high: float
     skin_c: float
-    texture_db: float
     look_ms: float
-    touch_ms: float
-    worst: str
-
-    @property
-    def core_ms(self) -> float:
-        """One recognition and one touch."""
-        return self.look_ms + self.touch_ms
 
     @property
     def name(self) -> str:
@@ -111,7 +90,7 @@ def run(data: Path | None, kits: Path | None, out: Path, *, as_json: bool) -> in
         "chart": "whole",
         **made_with(),
         "default": sentence(rows),
-        "rows": [asdict(row) | {"core_ms": round(row.core_ms, 2)} for row in rows],
+        "rows": [asdict(row) for row in rows],
         "files": [str(path) for path in files],
     }
     return publish(out / f"{NAME}.json", report, as_json=as_json, show=lambda: show(rows))
@@ -122,7 +101,7 @@ def measure(sources: Sequence[tuple[Source, Kind]]) -> list[Row]:
     ways = deciding.ways()
     # The source that states most lends the names, shaders and maps that are timed.
     telling = max((source for source, _ in sources), key=_telling)
-    prices = _prices(ways, telling if telling.stated else None)
+    looks_ms = costs_ms(ways, telling if telling.stated else None)
     rows = []
     for source, style in track(sources, "deciding and rendering every object"):
         seen: dict[int, Floats | None] = {}  # each picture is looked at once by each eye
@@ -131,9 +110,9 @@ def measure(sources: Sequence[tuple[Source, Kind]]) -> list[Row]:
             if eye not in seen:
                 seen[eye] = embed(way, source)
             decisions = deciding.decided(way, source, seen[eye])
-            rows.append(_row(source, style, way, decisions, prices, is_baked=False))
+            rows.append(_row(source, style, way, decisions, looks_ms, is_baked=False))
             if baked.can_play() and deciding.is_baked(way, source):
-                rows.append(_row(source, style, way, decisions, prices, is_baked=True))
+                rows.append(_row(source, style, way, decisions, looks_ms, is_baked=True))
     return rows
 
 
@@ -158,9 +137,9 @@ def sentence(rows: Sequence[Row]) -> str:
 
 
 def undominated(rows: Sequence[Row]) -> list[Row]:
-    """Return the rows that no cheaper one equals, cheapest first; STATED is left out."""
-    machines = [row for row in rows if row.decides != STATED]
-    return pareto(machines, lambda row: row.core_ms, lambda row: row.share)
+    """Return the rows that no cheaper one equals, cheapest first, without STATED and bakes."""
+    machines = [row for row in rows if row.decides != STATED and not row.renders]
+    return pareto(machines, lambda row: row.look_ms, lambda row: row.share)
 
 
 def show(rows: Sequence[Row]) -> None:
@@ -169,34 +148,15 @@ def show(rows: Sequence[Row]) -> None:
         there = [row for row in rows if row.source == source]
         kept = undominated(there)
         print(f"\n{source}: {there[0].n} objects of {len(MATERIALS)} materials")
-        print(f"{'recognised':>16} {'skin':>8} {'texture':>8} {'picture':>8} {'touch':>8}")
+        print(f"{'recognised':>16} {'skin':>8} {'picture':>8}")
         for row in there:
             share = f"{row.share:.0%} [{100 * row.low:.0f}, {100 * row.high:.0f}]"
-            cells = f"{share:>16} {row.skin_c:>5.2f} °C {row.texture_db:>5.1f} dB"
-            cells += f" {row.look_ms:>5.1f} ms {row.touch_ms:>5.1f} ms"
+            cells = f"{share:>16} {row.skin_c:>5.2f} °C {row.look_ms:>5.1f} ms"
             mark = " (default)" if row.is_default else ""
             line = " *" if row in kept else "  "
-            print(f"{cells}{line} {row.name}{mark}; weakest: {row.worst}")
+            print(f"{cells}{line} {row.name}{mark}")
     print("\n* no cheaper pipeline equals it, except for a scene that states its materials")
     print(sentence(rows))
-    for line in losses(rows):
-        print(line)
-
-
-def losses(rows: Sequence[Row]) -> list[str]:
-    """Say of each source what a bake saves at run time, and what is lost by it."""
-    lines = []
-    for row in (row for row in rows if row.renders == BAKED):
-        there = [each for each in rows if each.source == row.source]
-        default = next(each for each in there if each.is_default)
-        warm = next(each for each in there if each.decides == row.decides and not each.renders)
-        lines.append(
-            f"baked, {row.source}: recognised {row.share:.0%} instead of {default.share:.0%} "
-            f"({warm.share:.0%} with heat, which needs a service); a touch takes "
-            f"{row.touch_ms:.1f} ms of a page instead of {default.touch_ms:.1f} ms, and a picture "
-            f"nothing instead of {default.look_ms:.1f} ms"
-        )
-    return lines
 
 
 def _row(
@@ -204,14 +164,14 @@ def _row(
     style: Kind,
     way: Method,
     decisions: Sequence[Decided],
-    prices: Prices,
+    looks_ms: Mapping[str, float],
     *,
     is_baked: bool,
 ) -> Row:
     felt = [feeling.felt(each.rendition, each.truth, is_baked=is_baked) for each in decisions]
     right = [each.recognised for each in felt]
     low, high = wilson(sum(right), len(right))
-    look = None if is_baked else prices.looks.get(way.name)  # a bake has decided before
+    look_ms = 0.0 if is_baked else looks_ms.get(way.name, 0.0)  # a bake has decided before
     return Row(
         source=source.name,
         style=style,
@@ -223,28 +183,8 @@ def _row(
         low=round(low, 3),
         high=round(high, 3),
         skin_c=round(float(np.mean([f.skin_c for f in felt])), 3),
-        texture_db=round(float(np.mean([f.texture_db for f in felt])), 2),
-        look_ms=0.0 if look is None else round(look.median, 3),
-        touch_ms=round(prices.baked_ms if is_baked else prices.touch_ms, 2),
-        worst=_worst(decisions, right),
+        look_ms=round(look_ms, 3),
     )
-
-
-def _worst(decisions: Sequence[Decided], right: Sequence[float]) -> str:
-    """Name the material recognised least often, among those with enough objects to say so."""
-    shares = defaultdict(list)
-    for each, share in zip(decisions, right, strict=True):
-        shares[each.truth].append(share)
-    most = max(map(len, shares.values()))
-    telling = [name for name, each in shares.items() if len(each) >= min(FEWEST, most)]
-    name = min(telling, key=lambda name: (np.mean(shares[name]), name))
-    return f"{name} {np.mean(shares[name]):.0%} of {len(shares[name])}"
-
-
-def _prices(ways: Sequence[Method], stated: Source | None) -> Prices:
-    touch_ms = sum(least_us(feeling.work(), ROUNDS).values()) / 1e3
-    baked_ms = baked.played().touch_ms if baked.can_play() else 0.0
-    return Prices(costs(ways, stated), touch_ms, baked_ms)
 
 
 def draw(rows: Sequence[Row], stem: Path, reason: str) -> list[Path]:

@@ -1,7 +1,7 @@
-"""The difference that a palm feels between a rendition and the true material.
+"""What a palm feels of a rendition beside the true material.
 
-A touch is a strike, then a slide of a second. Its differences from the true material are given in
-degC of the skin, and in dB of the vibration; the latter saturate at some 6 dB, which is silence.
+A touch is a strike, then a slide of a second. The skin's difference from the true material is given
+in degC.
 
 Whether a person would take the touch for the true material is predicted by the observer of channels
 (`telling_apart`), a model that nobody has checked on a person.
@@ -9,7 +9,7 @@ Whether a person would take the touch for the true material is predicted by the 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 
@@ -21,7 +21,6 @@ from hapticvlm.materials import MATERIALS, Thermal
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.heat.contact import thermal_contact
 from hapticvlm.rendering.vibration.impacts import impact
-from hapticvlm.rendering.vibration.textures import Texture
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 from hapticvlm.session.decisions import Rendition
 from hapticvlm_lab.bench.telling_apart import (
@@ -31,12 +30,11 @@ from hapticvlm_lab.bench.telling_apart import (
     warmth_steps,
 )
 from hapticvlm_lab.bench.thermal import TICK_S, with_memory
-from hapticvlm_lab.bench.vibration.spectra import RUBBED, difference_db, event_db, rub, steady_db
+from hapticvlm_lab.bench.vibration.spectra import rub
 from hapticvlm_lab.bench.whole import baked
 
 ROOM_C = 22.0
 TOUCH_S = 1.0
-BLOCK = 128
 STRIKE = Motion(1.0, 1.0)
 SEED = 11
 TRIALS = 2000
@@ -49,10 +47,9 @@ _TIMES_S: Doubles = np.arange(1.0, round(TOUCH_S / TICK_S) + 1.0) * TICK_S
 
 @dataclass(frozen=True, slots=True)
 class Felt:
-    """Mean differences of skin, degC, and vibration, dB; share of trials with the right answer."""
+    """Mean difference of the skin, degC; share of trials with the right answer."""
 
     skin_c: float
-    texture_db: float
     recognised: float
 
 
@@ -79,12 +76,9 @@ def _felt(
     else:
         slide = _at(_slide, texture)
         strike = _at(_strike, impact)
-    slide_db = difference_db(steady_db(_slide(truth)), steady_db(slide))
-    strike_db = difference_db(event_db(_strike(truth)), event_db(strike))
     answers = _answers(_percept(skin_c, slide, strike))
     return Felt(
         float(np.abs(skin_c - _true_skin(truth)).mean()),
-        (slide_db + strike_db) / 2.0,
         float(answers[list(MATERIALS).index(truth)]),
     )
 
@@ -142,21 +136,3 @@ def _slide(name: str) -> Wave:
 @cache
 def _strike(name: str) -> Wave:
     return impact(MATERIALS[name].vibration, "strike", STRIKE, 0)
-
-
-def work() -> Mapping[str, Callable[[], object]]:
-    """Return the computations of one touch of TOUCH_S on wood: heat, a slide, a strike."""
-    wood = MATERIALS["wood"]
-    stages = [Stage(0.0, thermal_contact(wood.thermal, ROOM_C))]
-    texture = Texture(wood.vibration, "slide", 1)
-    blocks = round(TOUCH_S * RATE_HZ / BLOCK)
-
-    def slide() -> None:
-        for _ in range(blocks):
-            texture.render(BLOCK, RUBBED)
-
-    return {
-        "heat": lambda: with_memory(stages, _TIMES_S),
-        "slide": slide,
-        "strike": lambda: impact(wood.vibration, "strike", STRIKE, 0),
-    }

@@ -1,14 +1,14 @@
 /**
- * Plays each material of a bake as the chart's touch: a strike, then strokes without a strike. Prints a JSON object: `ms`, the
- * least time of a touch of a second, and by material `strike` and `slide`, float32 samples as base64.
+ * Plays each material of a bake as the chart's touch: a strike, then strokes without a strike. Prints a JSON object: by material
+ * `strike` and `slide`, float32 samples as base64.
  *
- *     node play_bake.mjs CLIENT FEEL RATE_HZ STRIKE_S SLIDE_S SPEED_MPS ROUNDS
+ *     node play_bake.mjs CLIENT FEEL RATE_HZ STRIKE_S SLIDE_S SPEED_MPS
  */
 import {readFileSync} from 'node:fs';
 import {pathToFileURL} from 'node:url';
 
 const [client, file, ...numbers] = process.argv.slice(2);
-const [rate, strikeS, slideS, speed, rounds] = numbers.map(Number);
+const [rate, strikeS, slideS, speed] = numbers.map(Number);
 const [{openFeel}, {FeelPlayer}] = await Promise.all(['feel', 'player'].map((name) => import(pathToFileURL(`${client}/${name}.js`))));
 const feel = openFeel(JSON.parse(readFileSync(file, 'utf8')));
 const BLOCK = 128;
@@ -47,15 +47,6 @@ function slide(material) {
   return render(player, SETTLES_S, slideS, SLIDE);
 }
 
-/** Returns the time of one touch of wood, ms: a contact, and a second that is rendered. */
-function timed() {
-  const [struck, stroked] = [playerOf('wood'), playerOf('wood')];
-  const begun = performance.now();
-  struck.touch(STRIKE, 0);
-  render(stroked, 0, 1, SLIDE);
-  return performance.now() - begun;
-}
-
 const encoded = (wave) => Buffer.from(wave.buffer).toString('base64');
 const waves = Object.fromEntries([...feel.materials.keys()].map((name) => [name, {strike: encoded(strike(name)), slide: encoded(slide(name))}]));
-console.log(JSON.stringify({ms: Math.min(...Array.from({length: rounds}, timed)), waves}));
+console.log(JSON.stringify(waves));
