@@ -97,7 +97,7 @@ toolchains:
 	@if command -v npm >/dev/null; then npm ci --silent --no-audit --no-fund --prefix service/hapticvlm_lab/training/rooms; fi
 
 $(VENV)/.demo: pyproject.toml constraints.txt hashes.txt
-	@echo "The demo's environment goes into $(VENV) and takes about 300 MB."
+	@echo "The demo's environment goes into $(VENV) and takes about 250 MB."
 	@$(PYTHON) .ci/environment $(VENV)
 	@touch $@
 
@@ -107,7 +107,7 @@ $(VENV)/.unit: pyproject.toml constraints.txt hashes.txt
 	@touch $@ $(VENV)/.demo
 
 $(VENV)/.site: pyproject.toml constraints.txt hashes.txt
-	@echo "What builds the site goes into $(VENV) and takes about 400 MB."
+	@echo "What builds the site goes into $(VENV) and takes about 350 MB."
 	@$(PYTHON) .ci/environment $(VENV) docs
 	@touch $@ $(VENV)/.demo
 

@@ -52,7 +52,7 @@ def anchors(path):
 def test_every_command_for_a_study_runs_in_the_environment_that_the_demo_makes(
     tmp_path, monkeypatch, capsys
 ):
-    for extra in ("matplotlib", "statsmodels", "pandas"):  # what `make demo` does not install
+    for extra in ("matplotlib", "scipy", "statsmodels", "pandas"):  # of the extra `studio`
         monkeypatch.setitem(sys.modules, extra, None)
     monkeypatch.chdir(tmp_path)
     pages = ("feel.md", "paper.md", "study.md", "tutorials/study.md")

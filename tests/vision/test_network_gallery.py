@@ -13,6 +13,7 @@ from hapticvlm.vision.encoders import joint_embedding
 from hapticvlm.vision.encoders.encoder import NetworkEncoder
 from hapticvlm.vision.encoders.file_encoder import USUAL, FileEncoder, load_file_encoder
 from hapticvlm.vision.galleries import network_gallery
+from hapticvlm.vision.galleries.gallery import log_softmax
 from hapticvlm.vision.galleries.network_gallery import NAMES, read_references
 from hapticvlm.vision.galleries.storage import GalleryError, load_gallery
 from hapticvlm.vision.loading import load_encoder
@@ -141,3 +142,21 @@ def test_a_network_that_hardly_tells_materials_apart_is_warned_of_at_each_start(
         assert "hardly tells materials apart" in caplog.text
         printed = capsys.readouterr().err
         assert re.search("right about [0-9]+% of .* left out; chance is 8%", printed)
+
+
+def test_no_layer_near_the_fitted_one_is_less_surprised() -> None:
+    rng = np.random.default_rng(4)
+    labels = np.tile(np.arange(4), 30)
+    rows = (np.eye(4, 12)[labels] + rng.normal(0.0, 0.4, (120, 12))).astype(np.float32)
+    weights = np.full(120, 1 / 120)
+
+    def surprise(weight: np.ndarray, bias: np.ndarray) -> float:
+        logs = log_softmax(rows @ weight + bias)[np.arange(120), labels]
+        return float(-logs.mean() + 0.01 / 2 * (weight.astype(float) ** 2).sum())
+
+    fitted = network_gallery.fit_layer(rows, labels, weights, 0.01)
+    least = surprise(fitted.weights, fitted.bias)
+    assert least < 0.8 * np.log(4)
+    for _ in range(50):
+        step, shift = rng.normal(0.0, 0.02, (12, 4)), rng.normal(0.0, 0.02, 4)
+        assert surprise(fitted.weights + step, fitted.bias + shift) > least

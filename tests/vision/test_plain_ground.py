@@ -8,10 +8,11 @@ from each_case import each
 from grounds import GROUNDS, HEIGHT, WIDTH, drawn
 from numpy.typing import NDArray
 from PIL import Image
+from scipy import ndimage
 
 from hapticvlm.messages import WHOLE, Frame
 from hapticvlm.vision import pictures
-from hapticvlm.vision.plain_ground import outline, outlined
+from hapticvlm.vision.plain_ground import _pieces, outline, outlined
 
 Grid = NDArray[np.bool_]
 
@@ -74,3 +75,12 @@ def test_a_frame_gets_the_outline_as_its_mask_the_right_way_up(origin: str) -> N
 
 def test_a_frame_without_a_thing_has_no_outline() -> None:
     assert outlined(frame_of(drawn("empty")[0])) is None
+
+
+@each(grain=(0.5, 1.0, 2.0, 8.0))
+def test_cells_that_touch_by_a_side_are_one_piece(grain: float) -> None:
+    waves = ndimage.gaussian_filter(np.random.default_rng(3).normal(size=(60, 90)), grain)
+    grid = waves > np.median(waves)
+    pieces, expected = _pieces(grid), ndimage.label(grid)[0]
+    pairs = set(zip(pieces.ravel().tolist(), expected.ravel().tolist(), strict=True))
+    assert len(pairs) == pieces.max() + 1 == expected.max() + 1

@@ -73,8 +73,6 @@ def build_service(options: ServeOptions) -> ServiceParts:
     table = table_with(user_materials)
     read_lexicon(table)  # now, so that no scene waits for its words
     saved = {} if options.stated is None else overrides_file.read(options.stated, table)
-    if user_materials or options.patterns is not None:
-        import scipy.signal  # noqa: F401 - may filter them; no touch waits until it is loaded
     settings = RecogniserSettings(
         options.encoder,
         options.gallery,

@@ -18,9 +18,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import resample_poly
 
 from hapticvlm.rendering.vibration.controller_scale import MIN_LEVEL, controller_amplitude
+from hapticvlm.rendering.vibration.filters import resample
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 from hapticvlm.rendering.vibration.vibration_plan import PLAN_HZ, frequencies
 from hapticvlm.touches.heat import Heat
@@ -110,7 +110,7 @@ class Clip:
 
 def clip(sound: Sound, heat: Heat) -> Clip:
     """Return the clip of a touch."""
-    played = np.asarray(resample_poly(sound.wave, 1, RATE_HZ // PLAN_HZ), dtype=np.float32)
+    played = resample(sound.wave, 1, RATE_HZ // PLAN_HZ).astype(np.float32)
     windows = max(played.size // _WINDOW, 1)
     whole = np.zeros(windows * _WINDOW, np.float32)
     part = played[: whole.size]

@@ -106,25 +106,51 @@ def _ground(pixels: NDArray[np.float32], width: int) -> NDArray[np.float32]:
 
 def _without_ground(far: _Grid) -> _Grid:
     """Remove what is connected with the edge, through more than narrow gaps in `far`."""
-    from scipy import ndimage
-
-    reach = np.ones((2 * GAP + 1, 2 * GAP + 1), bool)
-    pieces, _ = ndimage.label(~ndimage.binary_dilation(far, reach))
+    pieces = _pieces(~_widened(far))
     edge = np.concatenate([pieces[0], pieces[-1], pieces[:, 0], pieces[:, -1]])
     ground = np.isin(pieces, edge[edge > 0])
     # The contour was widened to close its gaps. The ground grows back by as much.
-    thing: _Grid = ~ndimage.binary_dilation(ground, reach)
-    return thing
+    return ~_widened(ground)
+
+
+def _widened(grid: _Grid) -> _Grid:
+    """Return the cells that are GAP or less from one of the grid, along both sides."""
+    from PIL import Image, ImageFilter
+
+    levels = Image.fromarray(grid.astype(np.uint8))
+    return np.asarray(levels.filter(ImageFilter.MaxFilter(2 * GAP + 1))) > 0
+
+
+def _pieces(grid: _Grid) -> NDArray[np.int64]:
+    """Return the number of the piece that each cell is in, from 1 on, or 0; sides connect."""
+    numbers = np.zeros(grid.shape, np.int64)
+    same = [0]  # a number and one below it, of the same piece
+    for row, steps in enumerate(np.diff(np.pad(grid, ((0, 0), (1, 1))).astype(np.int8))):
+        begins, ends = (np.flatnonzero(steps == step).tolist() for step in (1, -1))
+        for begin, end in zip(begins, ends, strict=True):
+            met = {_least(same, n) for n in set(numbers[row - 1, begin:end].tolist()) if n}
+            number = min(met, default=len(same))
+            if not met:
+                same.append(number)
+            for other in met:
+                same[other] = number
+            numbers[row, begin:end] = number
+    least = np.array([_least(same, number) for number in range(len(same))])
+    return np.unique(least, return_inverse=True)[1][numbers]
+
+
+def _least(same: list[int], number: int) -> int:
+    while same[number] != number:
+        number = same[number]
+    return number
 
 
 def _largest(grid: _Grid) -> _Grid | None:
     """Return the largest piece if it is nearly all; None if there are several, or none."""
-    from scipy import ndimage
-
-    pieces, count = ndimage.label(grid)
-    if count == 0:
-        return None
+    pieces = _pieces(grid)
     sizes = np.bincount(pieces.ravel())[1:]
+    if sizes.size == 0:
+        return None
     if sizes.max() < IN_ONE * sizes.sum():
         return None
     largest: _Grid = pieces == 1 + int(sizes.argmax())

@@ -41,11 +41,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from statistics import NormalDist
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtr, xlogy
 
 from hapticvlm.devices.speaker.speaker_files import SpeakerResponse
 from hapticvlm.perception import drive_threshold_db
@@ -68,6 +68,9 @@ RAMP_S = 0.05  # so that no click gives the tone away
 Answer = Literal["right", "wrong", "neither"]
 ANSWERS: tuple[Answer, ...] = ("right", "wrong", "neither")
 Floats = NDArray[np.float64]
+
+TINY = 1e-300  # keeps the logarithm of 0 finite
+_normal = np.vectorize(NormalDist().cdf, otypes=[np.float64])
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,7 +146,7 @@ def answer_chances(
 ) -> tuple[Floats, Floats, Floats]:
     """Return the probability of each of ANSWERS by (1) and (2), for shapes that broadcast."""
     above_db = np.asarray(level_db) - np.asarray(threshold_db)
-    felt = LAPSE / 2.0 + (1.0 - LAPSE) * ndtr(above_db / SPREAD_DB)
+    felt = LAPSE / 2.0 + (1.0 - LAPSE) * _normal(above_db / SPREAD_DB)
     guessed = (1.0 - felt) * guess_rate
     return felt + guessed / 2.0, guessed / 2.0, np.asarray(1.0 - felt - guessed)
 
@@ -211,7 +214,8 @@ class SimulatedHand:
 
 def _entropy(chances: Floats) -> Floats:
     """Return the entropy in nats over the answers, which are the first axis."""
-    return np.asarray(-xlogy(chances, chances).sum(axis=0))
+    # 0 log 0 is 0.
+    return np.asarray(-(chances * np.log(np.maximum(chances, TINY))).sum(axis=0))
 
 
 def _prior(frequency_hz: float) -> Floats:

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from statistics import NormalDist
 from typing import Literal
 
 import numpy as np
@@ -21,11 +22,13 @@ from numpy.typing import NDArray
 
 from hapticvlm.evidence.ambient import DEFAULT_C, DEFAULT_HIGH_C, DEFAULT_LOW_C
 from hapticvlm.evidence.reading import COVERAGE
+from hapticvlm_studio.evaluation.distributions import beta_share, root
 
 TOLERANCE_C = 8.0  # the paper's rule: correct within 8 degC
 PAPER = (13, 15)  # correct by that rule, and of how many; HapticVLM, arXiv 2505.02569
 RESAMPLES = 4000
 SEED = 5
+NORMAL = NormalDist()
 # Stated coverages of the calibration curve.
 LEVELS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95)
 
@@ -71,10 +74,12 @@ class Score:
 
 def share(hits: int, n: int) -> Share:
     """Return the share of hits in n > 0 trials with its exact interval."""
-    from scipy.stats import binomtest
 
-    ends = binomtest(hits, n).proportion_ci(0.95)
-    return Share(hits / n, float(ends.low), float(ends.high))
+    def end(below: int, chance: float) -> float:
+        return root(lambda p: beta_share(below + 1, n - below, p) - chance, 0.0, 1.0)
+
+    low = end(hits - 1, 0.025) if hits else 0.0
+    return Share(hits / n, low, end(hits, 0.975) if hits < n else 1.0)
 
 
 def score(guesses: Sequence[Guess], truths: Sequence[float]) -> Score | None:
@@ -148,14 +153,12 @@ def calibration(guesses: Sequence[Guess], truths: Sequence[float]) -> list[tuple
     ratio of normal quantiles, as if the error were normal on either side. A well calibrated method
     has equal pairs; smaller shares mean that its intervals are too narrow.
     """
-    from scipy.stats import norm
-
     values, lows, highs = _columns(guesses)
     truth = np.asarray(truths, dtype=np.float64)
-    stated = norm.ppf(0.5 + COVERAGE / 2)
+    stated = NORMAL.inv_cdf(0.5 + COVERAGE / 2)
     curve = []
     for level in LEVELS:
-        scale = norm.ppf(0.5 + level / 2) / stated
+        scale = NORMAL.inv_cdf(0.5 + level / 2) / stated
         inside = values - scale * (values - lows) <= truth
         inside &= truth <= values + scale * (highs - values)
         curve.append((level, float(inside.mean())))

@@ -13,8 +13,7 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from scipy.optimize import brentq
-from scipy.stats import nct, t
+from hapticvlm_studio.evaluation.distributions import root, t_above, t_limit
 
 ALPHA = 0.05
 POWER = 0.8
@@ -44,7 +43,7 @@ def smallest_difference(people: int, alpha: float = ALPHA) -> float:
     if people < 2:
         return math.inf
     df = people - 1
-    critical = float(t.ppf(1.0 - alpha / 2.0, df))
+    critical = t_limit(1.0 - alpha, df)
 
     # If the true difference is d standard deviations, t of n people is distributed around d sqrt(n)
     # (noncentral t). The power is the probability that it exceeds the critical value; the root of
@@ -53,9 +52,9 @@ def smallest_difference(people: int, alpha: float = ALPHA) -> float:
     # probability below 0.2 %.
     def excess_power(effect: float) -> float:
         shift = effect * math.sqrt(people)
-        return float(nct.sf(critical, df, shift)) - POWER
+        return t_above(critical, df, shift) - POWER
 
-    return float(brentq(excess_power, 0.0, (5.0 * critical + 5.0) / math.sqrt(people)))
+    return root(excess_power, 0.0, (5.0 * critical + 5.0) / math.sqrt(people))
 
 
 def _may(document: Document) -> Iterator[str]:

@@ -7,9 +7,8 @@ are too small, as if 450 people had been asked. So intervals are given by person
 people's trials are known, and differences are tested within people (repeated measures): each person
 is compared with themselves, and how good they are in general cancels.
 
-Tests come from statsmodels and scipy. Computed here is what these lack: the interval by person, the
-information transmitted, and the correction of degrees of freedom by Greenhouse and Geisser. Only
-the ANOVA imports statsmodels, so the paper's data can be evaluated without it.
+Only the ANOVA imports statsmodels, so the paper's data can be evaluated without it; `distributions`
+has the probabilities.
 """
 
 from __future__ import annotations
@@ -21,9 +20,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
 
 from hapticvlm.statistics import wilson
+from hapticvlm_studio.evaluation import distributions
 
 CONFIDENCE = 0.95
 Counts = NDArray[np.int64]
@@ -118,7 +117,7 @@ def share_by_person(right: Sequence[int], of: Sequence[int]) -> Share:
     # If all people happen to do equally well, (1) is 0; their trials still scatter by chance. So
     # the variance is at least that of independent trials, p (1 - p) / N.
     variance = max(between, middle * (1.0 - middle) / total.of)
-    half = stats.t.ppf(0.5 + CONFIDENCE / 2, people - 1) * math.sqrt(variance)
+    half = distributions.t_limit(CONFIDENCE, people - 1) * math.sqrt(variance)
     half /= middle * (1.0 - middle)
     logit = math.log(middle / (1.0 - middle))
     low, high = (1.0 / (1.0 + math.exp(-logit - side * half)) for side in (-1.0, 1.0))
@@ -133,7 +132,8 @@ def mean_by_person(means: Sequence[float]) -> tuple[float, tuple[float, float] |
     middle = float(np.mean(means))
     if len(means) < 2:
         return middle, None
-    half = float(stats.t.ppf(0.5 + CONFIDENCE / 2, len(means) - 1) * stats.sem(means))
+    error = float(np.std(means, ddof=1)) / math.sqrt(len(means))
+    half = distributions.t_limit(CONFIDENCE, len(means) - 1) * error
     return middle, (middle - half, middle + half)
 
 
@@ -214,10 +214,10 @@ def effect(name: str, f: float, df: tuple[int, int], epsilon: float | None = Non
     """
     if not math.isfinite(f) or f < 0:
         return Effect(name, *df, None, None, None)
-    p = float(stats.f.sf(f, *df))
+    p = distributions.f_above(f, *df)
     corrected = None
     if epsilon is not None:
-        corrected = float(stats.f.sf(f, epsilon * df[0], epsilon * df[1]))
+        corrected = distributions.f_above(f, epsilon * df[0], epsilon * df[1])
     return Effect(name, *df, f, p, f * df[0] / (f * df[0] + df[1]), epsilon, corrected)
 
 
@@ -230,9 +230,14 @@ def friedman(rates: Rates, name: str) -> Ranks | None:
     people, levels = rates.shape
     if levels < 3 or people < 2 or not np.ptp(rates, axis=1).any():
         return None
-    test = stats.friedmanchisquare(*rates.T)
-    chi2 = float(test.statistic)
-    return Ranks(name, levels - 1, chi2, float(test.pvalue), chi2 / (people * (levels - 1)))
+    below = (rates[:, :, None] > rates[:, None, :]).sum(axis=2)
+    alike = (rates[:, :, None] == rates[:, None, :]).sum(axis=2)
+    ranks = below + (alike + 1) / 2.0  # equal rates share the mean of their places
+    between = float(((ranks.mean(axis=0) - (levels + 1) / 2.0) ** 2).sum())
+    # Of people whose rates are all different the variance of ranks is levels (levels + 1) / 12.
+    chi2 = (levels - 1) * people**2 * between / float(((ranks - (levels + 1) / 2.0) ** 2).sum())
+    p = distributions.chi2_above(chi2, levels - 1)
+    return Ranks(name, levels - 1, chi2, p, chi2 / (people * (levels - 1)))
 
 
 def pairwise_by_person(rates: Rates, names: Sequence[str]) -> list[Pair]:
@@ -251,9 +256,9 @@ def pairwise_pooled(right: Sequence[int], of: Sequence[int], names: Sequence[str
     """
     comparisons = []
     for i, j in itertools.combinations(range(len(names)), 2):
-        table = [[right[k], of[k] - right[k]] for k in (i, j)]
+        first, second = ((right[k], of[k] - right[k]) for k in (i, j))
         difference = right[i] / of[i] - right[j] / of[j]
-        p = float(stats.fisher_exact(table).pvalue)
+        p = distributions.fisher(first, second)
         comparisons.append((names[i], names[j], difference, p))
     return _holm(comparisons)
 
@@ -265,7 +270,8 @@ def _paired_p(difference: NDArray[np.float64]) -> float:
     # the probability 2 (1/2)^n (sign test).
     if np.ptp(difference) < 1e-12:
         return 1.0 if abs(float(difference[0])) < 1e-12 else 2.0 ** (1 - difference.size)
-    return float(stats.ttest_1samp(difference, 0.0).pvalue)
+    error = float(np.std(difference, ddof=1)) / math.sqrt(difference.size)
+    return distributions.t_outside(float(difference.mean()) / error, difference.size - 1)
 
 
 def _holm(comparisons: list[tuple[str, str, float, float]]) -> list[Pair]:

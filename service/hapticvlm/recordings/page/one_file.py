@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hapticvlm.rendering.vibration.filters import resample
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 from hapticvlm.rendering.vibration.vibration_plan import PERIOD_S, PLAN_HZ, amplitudes
 
@@ -102,9 +103,7 @@ def encoded(data: bytes) -> str:
 
 def plan(wave: NDArray[np.float32]) -> dict[str, Any]:
     """Return what a phone or gamepad plays of a wave (N,) at RATE_HZ, for `try.rumble.js`."""
-    from scipy.signal import resample_poly
-
-    played = np.asarray(resample_poly(wave, 1, RATE_HZ // PLAN_HZ), np.float32)
+    played = resample(wave, 1, RATE_HZ // PLAN_HZ).astype(np.float32)
     values = np.round(amplitudes(played, "amplitude"), 2)
     return {"period_ms": 1000.0 * PERIOD_S["amplitude"], "amplitude": values.tolist()}
 
@@ -112,9 +111,8 @@ def plan(wave: NDArray[np.float32]) -> dict[str, Any]:
 def sound(wave: NDArray[np.float32], rate_hz: int = SOUND_HZ) -> bytes:
     """Return a wave (N,) at RATE_HZ as a WAV file at a lower rate."""
     import soundfile
-    from scipy.signal import resample_poly
 
-    slowed = resample_poly(wave, rate_hz, RATE_HZ) if wave.size else np.zeros(1, np.float32)
+    slowed = resample(wave, rate_hz, RATE_HZ) if wave.size else np.zeros(1, np.float32)
     file = io.BytesIO()
     soundfile.write(file, np.clip(slowed, -1.0, 1.0), rate_hz, format="WAV", subtype="PCM_16")
     return file.getvalue()

@@ -141,7 +141,7 @@ def _object_share(thermal: Thermal) -> float:
 
 
 def _erfcx(x: float) -> float:
-    """exp(x^2) erfc(x) for x >= 0; written here because scipy takes a quarter second to load."""
+    """exp(x^2) erfc(x) for x >= 0."""
     if x < _FAR:
         return math.exp(x * x) * math.erfc(x)
     half = 0.5 / (x * x)

@@ -48,16 +48,13 @@ from numpy.typing import NDArray
 from hapticvlm.materials import Mode, Vibration
 from hapticvlm.rendering.vibration.cache import CACHE
 from hapticvlm.rendering.vibration.equaliser import NOMINAL, Playback
+from hapticvlm.rendering.vibration.filters import low_passed
 from hapticvlm.rendering.vibration.perceived_level import perceived_amplitude, sensation_db
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 
 BAND_END_HZ = 1050.0
 BAND_DB = -50.5  # share of an event's energy that may lie above; seeds vary it by half a dB
-# The filter is flat to 800 Hz; our choice.
-_ORDER = 7
-_RIPPLE_DB = 0.5
-_STOP_DB = 70.0
-_EDGE_HZ = 800.0
+EDGE_HZ = 800.0  # to which the filter is flat; our choice
 
 _Floats = NDArray[np.float64]
 
@@ -200,7 +197,7 @@ def struck(
     pushed = gain * ((ring - 1.0) / pole - swing) * (rate_hz / pulse)
     free = _ring_out(pushed[:, -1:], pole / rate_hz, count - pulse)
     wave = np.concatenate((pushed[:, :-1].imag.sum(axis=0), free))
-    wave = limited(wave, rate_hz) if limits else wave
+    wave = low_passed(wave, EDGE_HZ, rate_hz) if limits else wave
     fade = min(int(END_FADE_S * rate_hz), count // 2)
     wave[-fade:] *= 0.5 + 0.5 * np.cos(np.linspace(0.0, math.pi, fade))
     return wave
@@ -212,22 +209,6 @@ def above_band_db(wave: _Floats, rate_hz: int) -> float:
     power = np.abs(np.fft.rfft(padded * np.hanning(padded.size))) ** 2
     first = int(BAND_END_HZ * padded.size / rate_hz) + 1
     return float(10.0 * np.log10((power[first:].sum() + 1e-300) / (power.sum() + 1e-300)))
-
-
-def limited(wave: _Floats, rate_hz: int) -> _Floats:
-    """Remove from a wave (N,) what lies above the band of touch; (N,)."""
-    from scipy import signal  # takes a second to load, so only materials that need it load it
-
-    return np.asarray(signal.sosfilt(_filter(rate_hz), wave))
-
-
-@lru_cache(maxsize=8)
-def _filter(rate_hz: int) -> _Floats:
-    from scipy import signal
-
-    return np.asarray(
-        signal.ellip(_ORDER, _RIPPLE_DB, _STOP_DB, _EDGE_HZ, fs=rate_hz, output="sos")
-    )
 
 
 @lru_cache(maxsize=1)  # used twice in a row: for `leaves_band` and for the levels

@@ -21,6 +21,7 @@ from hapticvlm.errors import HapticVLMError
 from hapticvlm.materials import MATERIALS, Material, Vibration
 from hapticvlm.rendering.vibration import impacts, textures
 from hapticvlm.rendering.vibration.equaliser import NOMINAL, Correction, Playback
+from hapticvlm.rendering.vibration.filters import resample
 from hapticvlm.rendering.vibration.perceived_level import perceived_amplitude
 from hapticvlm.rendering.vibration.smoothing import SmoothedValue
 from hapticvlm.rendering.vibration.vibration import IMPACTS, INTERACTIONS, RATE_HZ, Motion
@@ -179,10 +180,8 @@ def resampled(wave: _Floats, rate_hz: int) -> _Floats:
     """Resample a wave (N,) from `rate_hz` to RATE_HZ."""
     if rate_hz == RATE_HZ:
         return wave
-    from scipy.signal import resample_poly
-
     ratio = Fraction(RATE_HZ, rate_hz).limit_denominator(_RATE_STEPS)
-    return np.asarray(resample_poly(wave, ratio.numerator, ratio.denominator), dtype=np.float64)
+    return resample(wave, ratio.numerator, ratio.denominator)
 
 
 def _checked(samples: _Floats, rate_hz: int) -> _Floats:

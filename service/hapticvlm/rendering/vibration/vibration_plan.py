@@ -29,6 +29,7 @@ from hapticvlm.rendering.vibration.controller_scale import (
     loudness,
 )
 from hapticvlm.rendering.vibration.equaliser import Playback
+from hapticvlm.rendering.vibration.filters import resample
 from hapticvlm.rendering.vibration.patterns import Pattern
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 from hapticvlm.rendering.vibration.voices import Command, Voices
@@ -190,7 +191,5 @@ def frequencies(wave: _Wave, period_s: float) -> NDArray[np.float64]:
 
 
 def _at_plan_rate(pattern: Pattern) -> Pattern:
-    from scipy.signal import resample_poly
-
-    resampled = resample_poly(pattern.samples, 1, RATE_HZ // PLAN_HZ)
-    return replace(pattern, samples=np.asarray(resampled, dtype=np.float32))
+    samples = resample(pattern.samples, 1, RATE_HZ // PLAN_HZ)
+    return replace(pattern, samples=samples.astype(np.float32))

@@ -15,7 +15,8 @@ from __future__ import annotations
 import hashlib
 import logging
 import sys
-from collections.abc import Sequence
+from collections import deque
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
@@ -37,6 +38,9 @@ Indices = NDArray[np.int64]
 
 PART = 64  # pictures embedded at once, which fill a GPU
 STEPS = 300  # of the fit, at most
+MEMORY = 10  # steps that it remembers
+# Shares of the expected fall, of a step, and of the loss: less of it is too little, or the end.
+ENOUGH, SHORTEST, FLAT = 1e-4, 1e-10, 2e-9
 NAMES = (*materials.MATERIALS, materials.UNKNOWN)
 REFERENCES = SHIPPED / "references"  # NAME.jpg and NAME.mask.png: sheets of COLUMNS squares a row
 COLUMNS = 8
@@ -208,8 +212,6 @@ def _cut(sheet: Image.Image, masks: Image.Image, side: int) -> list[Crop]:
 
 def fit_layer(embeddings: Floats, labels: Indices, weights: Doubles, penalty: float) -> LinearLayer:
     """Fit a layer to (N, D) embeddings of classes 0..C-1 by L-BFGS; weights (N,) sum to 1."""
-    from scipy.optimize import minimize  # takes half a second to import
-
     rows = np.hstack([embeddings, np.ones((len(embeddings), 1))]).astype(np.float64)
     targets = np.eye(int(labels.max()) + 1)[labels]
 
@@ -222,6 +224,41 @@ def fit_layer(embeddings: Floats, labels: Indices, weights: Doubles, penalty: fl
         return surprise + penalty / 2 * float((parameters[:-1] ** 2).sum()), slope.ravel()
 
     start = np.zeros(rows.shape[1] * targets.shape[1])
-    solution = minimize(loss, start, jac=True, method="L-BFGS-B", options={"maxiter": STEPS}).x
-    parameters = solution.reshape(rows.shape[1], -1).astype(np.float32)
+    parameters = _least(loss, start).reshape(rows.shape[1], -1).astype(np.float32)
     return LinearLayer(parameters[:-1], parameters[-1])
+
+
+def _least(loss: Callable[[Doubles], tuple[float, Doubles]], start: Doubles) -> Doubles:
+    """Return the place of the least of a smooth convex loss, by L-BFGS from a start.
+
+    J. Nocedal and S. J. Wright, Numerical Optimization (2006), algorithms 7.4 and 3.1.
+    """
+    place, (value, slope) = start, loss(start)
+    pairs: deque[tuple[Doubles, Doubles]] = deque(maxlen=MEMORY)  # steps, and changes of the slope
+    for _ in range(STEPS):
+        way = -_turned(slope, pairs)
+        length = 1.0 if pairs else 1.0 / max(1.0, float(np.abs(slope).sum()))
+        fall = ENOUGH * float(slope @ way)
+        while (there := loss(place + length * way))[0] > value + length * fall:
+            length /= 2.0
+            if length < SHORTEST:
+                return place
+        pairs.append((length * way, there[1] - slope))
+        gain, place, (value, slope) = value - there[0], place + length * way, there
+        if gain <= FLAT * max(abs(value), 1.0):
+            break
+    return place
+
+
+def _turned(slope: Doubles, pairs: deque[tuple[Doubles, Doubles]]) -> Doubles:
+    """Multiply a slope by the inverse of the curvature that the last steps met."""
+    shares = []
+    for step, change in reversed(pairs):
+        shares.append(float(step @ slope) / float(step @ change))
+        slope = slope - shares[-1] * change
+    if pairs:
+        step, change = pairs[-1]
+        slope = slope * (float(step @ change) / float(change @ change))
+    for step, change in pairs:
+        slope = slope + (shares.pop() - float(change @ slope) / float(step @ change)) * step
+    return slope
