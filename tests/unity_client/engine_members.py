@@ -19,20 +19,14 @@ RENAMED = {"PhysicsMaterial": "PhysicMaterial"}
 
 
 def used(build: mono.Build) -> list[str]:
-    """Return the engine members that the package's assemblies refer to: name, tab, signature."""
-    folder = build.folder / "newest"
-    folder.mkdir(exist_ok=True)
-    path = build.compile(
-        "newest/HapticVLM.Unity.dll",
-        mono.sources(mono.PACKAGE / "Runtime" / "Unity"),
-        mono.QUIET,
-        "-d:UNITY_2022_3_OR_NEWER",
-        using=("HapticVLM.Core.dll", "HapticVLM.Baked.dll", "UnityEngine.dll"),
-    )
+    """Return the engine members that the package's assemblies refer to: name, tab, signature.
+
+    What is compiled for 2022.3 and later alone (UNITY_2022_3_OR_NEWER) is not among them.
+    """
     assemblies = [build.folder / f"HapticVLM.{part}.dll" for part in ("Unity", "Editor")]
     # One process per assembly, because two of the same name cannot be loaded together.
-    outputs = [build.run("components.exe", "members", str(each)) for each in (*assemblies, path)]
-    return sorted({line for output in outputs for line in output.splitlines()})
+    outputs = [build.run("components.exe", "Members.Print", str(each)) for each in assemblies]
+    return sorted({line for output in outputs for line in output.splitlines() if "\t" in line})
 
 
 def listed() -> dict[tuple[str, str], list[str]]:

@@ -59,7 +59,14 @@ class Build:
         assert done.returncode == 0, done.stdout + done.stderr
         return target
 
-    def run(self, program: str, *arguments: str, text: str = "", timeout: float = 300.0) -> str:
+    def run(
+        self,
+        program: str,
+        *arguments: str,
+        text: str = "",
+        timeout: float = 300.0,
+        pictures: Path | None = None,
+    ) -> str:
         """Run one of the test programs and return what it printed."""
         done = subprocess.run(
             ["mono", "--debug", str(self.folder / program), *arguments],
@@ -67,7 +74,7 @@ class Build:
             capture_output=True,
             text=True,
             timeout=timeout,
-            env=os.environ | RESOURCES,
+            env=os.environ | RESOURCES | ({"PICTURES": str(pictures)} if pictures else {}),
             check=False,
         )
         assert done.returncode == 0, done.stdout + done.stderr

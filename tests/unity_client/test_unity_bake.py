@@ -20,7 +20,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def output(build, folder):
     return build.run(
-        "components.exe", "bake-scene", str(folder), str(COMMAND), timeout=300.0 * PACE
+        "components.exe", "BakeRooms.Run", str(folder), str(COMMAND), timeout=300.0 * PACE
     )
 
 

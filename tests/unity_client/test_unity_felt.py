@@ -17,12 +17,11 @@ pytest_plugins = ("mono_build",)
 NOBODY = "ws://127.0.0.1:9/"
 CHANGES = 10
 MOST_GAP_MS = 50.0
-PICTURE_MS = 1000.0 / 72.0
 
 
 @pytest.fixture(scope="module")
 def switched(build: mono.Build) -> str:
-    return build.run("components.exe", "switch", str(CHANGES))
+    return build.run("components.exe", "FeltSwitch.Run", str(CHANGES))
 
 
 def check_changes(output: str) -> None:
@@ -42,7 +41,7 @@ def test_a_stroke_has_no_gap_and_no_strike_is_lost_while_the_service_dies_and_fr
 
 @pytest.mark.nightly
 def test_a_stroke_has_no_gap_and_no_strike_is_lost_in_100_changes_of_each_kind(build, capsys):
-    output = build.run("components.exe", "switch", "100")
+    output = build.run("components.exe", "FeltSwitch.Run", "100")
     with capsys.disabled():
         print("\n" + output.strip())
     check_changes(output)
@@ -75,8 +74,8 @@ def test_a_scene_beside_another_is_felt_from_its_bake(switched):
     assert float(told.split()[-1]) <= 50.0
 
 
-def test_a_controller_is_felt_from_the_bake_until_a_service_answers_and_says_so(build, service):
-    output = build.run("components.exe", "felt-auto", service.url)
+def test_a_controller_is_felt_from_the_bake_until_a_service_answers_and_says_so(play):
+    output = play("FeltRooms.Auto")
     for expected in (
         "without a service felt by Baked silence \n",
         "with a service felt by Service decided wood silence \n",
@@ -85,20 +84,19 @@ def test_a_controller_is_felt_from_the_bake_until_a_service_answers_and_says_so(
         "let go 0",
         "felt again exceptions 0 errors 0",
         "without a client 0",
-        "threads left 0",
     ):
         assert expected in output, output
 
 
-def test_the_baked_mode_connects_to_nothing_and_names_what_has_no_material(build):
-    output = build.run("components.exe", "felt-baked", NOBODY)
+def test_the_baked_mode_connects_to_nothing_and_names_what_has_no_material(play):
+    output = play("FeltRooms.Baked", NOBODY)
     assert "amplitude 0 silence the bake has no material of 'Xyzzy': choose" in output
     assert "felt from the bake; nothing connects connected False threads 0" in output
     assert "effect True warnings 0 exceptions 0" in output
 
 
-def test_a_bake_tells_what_the_scene_does_not_and_a_script_overrides_it(build):
-    output = build.run("components.exe", "felt-scene", NOBODY)
+def test_a_bake_tells_what_the_scene_does_not_and_a_script_overrides_it(play):
+    output = play("FeltRooms.BakedScene", NOBODY)
     assert "copy True stone" in output  # made at run time, with an id of its own
     assert "overridden, errors 0" in output
     refused = [line for line in output.splitlines() if "materials.json: version 9" in line]
@@ -106,8 +104,8 @@ def test_a_bake_tells_what_the_scene_does_not_and_a_script_overrides_it(build):
     assert "bake it again" in refused[0]
 
 
-def test_a_speaker_is_heard_while_the_bake_is_felt_and_silent_after_a_stop(build):
-    output = build.run("components.exe", "felt-speaker", NOBODY)
+def test_a_speaker_is_heard_while_the_bake_is_felt_and_silent_after_a_stop(play):
+    output = play("FeltRooms.Speaker", NOBODY)
     for expected in (
         "heard Sound",
         "heard True",
@@ -135,7 +133,7 @@ def test_the_package_compiles_without_its_network_part(build):
 @pytest.mark.realtime
 def test_a_stroke_goes_on_while_a_real_service_freezes_and_is_killed(build, capsys):
     port = free_port()
-    command = ["mono", "--debug", str(build.folder / "components.exe"), "felt-survives"]
+    command = ["mono", "--debug", str(build.folder / "components.exe"), "FeltRooms.Survive"]
     with subprocess.Popen(
         [*command, f"ws://127.0.0.1:{port}/"],
         stdin=subprocess.PIPE,

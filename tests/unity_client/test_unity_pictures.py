@@ -3,62 +3,34 @@
 import re
 
 import mono
-import numpy as np
-import pytest
-from PIL import Image
-
-from hapticvlm.client.local_service import running
 
 pytest_plugins = ("mono_build",)
 
 
-@pytest.fixture(scope="module")
-def service():
-    with running() as service:
-        yield service
-
-
-@pytest.fixture
-def play(build, service, tmp_path):
-    pixels = np.full((128, 128, 3), 90, np.uint8)
-    Image.fromarray(pixels).save(tmp_path / "picture.jpg")
-    Image.fromarray(pixels[:, :, 0]).save(tmp_path / "mask.png")
-    files = str(tmp_path / "picture.jpg"), str(tmp_path / "mask.png")
-    return lambda program: build.run("components.exe", program, service.url, *files)
-
-
 def test_a_picture_is_upright_and_its_region_in_place_on_every_graphics_api(play):
-    output = play("marker")
+    output = play("Pictures.Marker")
     for starts_at_top in ("False", "True"):
         expected = f"uv_top {starts_at_top} origin Top red_at_its_region True"
         assert expected in output, output
-
-
-def test_pictures_are_taken_without_hdr_msaa_occlusion_culling_and_shadows(play):
-    output = play("marker")
     assert "hdr False msaa False occlusion False shadows Disable after All" in output
 
 
 def test_a_scan_uses_a_free_layer_and_changes_no_layer_of_the_scene(play):
-    output = play("layers")
+    output = play("Pictures.Layers")
     assert "layers_changed 0" in output
     assert f"mask {1 << 29}" in output  # layer 30 has a name, 31 is the editor's
-    assert "exceptions 0" in output
-
-
-def test_a_scan_draws_batched_and_skinned_meshes_and_no_particles(play):
-    output = play("layers")
-    assert "submesh True drawn 2 far True" in output
+    # batched and skinned meshes, no particles
+    assert "submesh True drawn 2 far True exceptions 0" in output
 
 
 def test_a_picture_with_nothing_on_it_is_not_sent(play):
-    output = play("empty")
+    output = play("Pictures.Empty")
     assert re.search(r"without alpha sent [3-9] empty 0", output)
     assert "hidden sent 0 empty 3" in output
 
 
 def test_memory_is_freed_after_play_mode_ended_with_a_picture_on_the_gpu(play):
-    output = play("retire")
+    output = play("Pictures.Retire")
     assert "left textures 0 errors 0 exceptions 0" in output
 
 

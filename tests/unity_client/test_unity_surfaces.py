@@ -10,11 +10,6 @@ NOBODY = "ws://127.0.0.1:9/"
 LAST = len(ROOM) - 1
 
 
-@pytest.fixture
-def play(build, service):
-    return lambda program: build.run("components.exe", program, service.url)
-
-
 def felt(output):
     """Return what was felt as [(panel, surface, material)]."""
     lines = re.findall(r"^felt (\S+) surface (\d+) material (\S+)", output, re.MULTILINE)
@@ -22,21 +17,21 @@ def felt(output):
 
 
 def test_each_surface_of_a_room_of_one_mesh_and_20_materials_is_felt_as_what_it_is(play):
-    output = play("surfaces-kept")
+    output = play("SurfaceRooms.Kept")
     largest_first = [(name, LAST - i, ROOM[name]) for i, name in enumerate(ROOM)]
     assert felt(output) == largest_first
     assert "warnings 0 errors 0 exceptions 0" in output
 
 
 def test_rays_find_the_surface_of_a_mesh_collider_whose_mesh_is_not_readable(play):
-    output = play("surfaces-by-rays")
+    output = play("SurfaceRooms.ByRays")
     assert felt(output) == [(name, i, ROOM[name]) for i, name in enumerate(ROOM)]
     assert "warnings 0 errors 0 exceptions 0" in output
 
 
 @pytest.mark.nightly
 def test_the_largest_surface_is_felt_and_a_warning_says_so_where_none_can_be_found(play):
-    output = play("surfaces-unreadable")
+    output = play("SurfaceRooms.Unreadable")
     assert felt(output) == [("Oak_Planks", 0, "wood")]  # the first, where the sizes are not known
     assert "warnings 1 errors 0 exceptions 0" in output
 
@@ -44,12 +39,12 @@ def test_the_largest_surface_is_felt_and_a_warning_says_so_where_none_can_be_fou
 @pytest.mark.nightly
 def test_a_hand_that_slides_to_another_surface_of_one_object_feels_it(play):
     assert "slid over wood 19, metal 18, fabric 17, glass 16, stone 15" in play(
-        "surfaces-slid-over"
+        "SurfaceRooms.SlidOver"
     )
 
 
-def test_lower_levels_of_detail_hidden_renderers_and_other_objects_are_no_surfaces(build):
-    output = build.run("components.exe", "surfaces-of-a-level", NOBODY)
+def test_lower_levels_of_detail_hidden_renderers_and_other_objects_are_no_surfaces(play):
+    output = play("SurfaceRooms.Levels", NOBODY)
     assert "surfaces 20 first Walnut gold False felt True" in output
 
 

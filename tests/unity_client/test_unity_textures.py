@@ -48,7 +48,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def output(build, service, files):
-    return build.run("components.exe", "textures", service.url, str(files), *SIZES)
+    return build.run("components.exe", "TextureRooms.Run", service.url, str(files), ",".join(SIZES))
 
 
 def test_maps_that_neither_name_nor_shader_tells_are_sent_once_and_decide(output):

@@ -9,19 +9,14 @@ RATES = (45, 60, 72, 90, 120)
 NOBODY = "ws://127.0.0.1:9/"
 
 
-@pytest.fixture
-def play(build, service):
-    return lambda program: build.run("components.exe", program, service.url)
-
-
 def figure(output, name):
     found = re.search(rf"\b{name} (-?[\d.]+(?:E-?\d+)?)", output)
     assert found, output
     return float(found.group(1))
 
 
-def test_the_speed_of_a_stroke_is_right_within_5_percent_at_every_frame_rate(build, capsys):
-    output = build.run("components.exe", "speeds", NOBODY)
+def test_the_speed_of_a_stroke_is_right_within_5_percent_at_every_frame_rate(play, capsys):
+    output = play("Moves.Speeds", NOBODY)
     with capsys.disabled():
         print("\n" + output.strip())
     assert output.count("touching True") == len(RATES)
@@ -30,7 +25,7 @@ def test_the_speed_of_a_stroke_is_right_within_5_percent_at_every_frame_rate(bui
 
 
 def test_carrying_a_thing_while_walking_and_turning_is_no_rubbing(play):
-    output = play("carry")
+    output = play("Moves.Carry")
     assert "holds True" in output
     assert figure(output, "walking speed") < 0.01
     assert figure(output, "walking speed [0-9.]+ level") < 0.01
@@ -39,20 +34,20 @@ def test_carrying_a_thing_while_walking_and_turning_is_no_rubbing(play):
 
 
 def test_a_paused_game_rests(play):
-    output = play("pause")
+    output = play("Moves.Pause")
     assert figure(output, "sliding level") > 0.05
     assert figure(output, "paused_level") < 0.005
     assert figure(output, "paused_speed") == 0.0
 
 
-def test_a_teleport_is_no_stroke(build):
-    output = build.run("components.exe", "teleport", NOBODY)
+def test_a_teleport_is_no_stroke(play):
+    output = play("Moves.Teleport", NOBODY)
     assert "touching True" in output
     assert figure(output, "fastest") < 0.1
 
 
 def test_the_fingers_of_a_hand_are_one_touch(play):
-    output = play("fingers")
+    output = play("Moves.Fingers")
     assert "target wool True changes 0" in output
     assert "then steel True" in output
     assert figure(output, "leases_least") == 1  # the other finger's release ends nothing
@@ -61,7 +56,7 @@ def test_the_fingers_of_a_hand_are_one_touch(play):
 
 
 def test_how_a_hand_acts_follows_from_its_speed_or_from_a_script(play):
-    output = play("gestures")
+    output = play("Moves.Gestures")
     for expected in (
         "contact_at 0.05 pattern wood press",
         "contact_at 0.4 pattern wood tap",
@@ -74,12 +69,12 @@ def test_how_a_hand_acts_follows_from_its_speed_or_from_a_script(play):
 
 
 def test_a_hand_of_many_capsules_still_nears_things(play):
-    assert "approach decides metal" in play("capsules")
+    assert "approach decides metal" in play("Moves.Capsules")
 
 
 @pytest.mark.nightly
 def test_touching_allocates_nothing_but_what_the_runtime_s_socket_does(play, capsys):
-    output = play("touch-bytes")
+    output = play("Moves.TouchBytes")
     with capsys.disabled():
         print("\n" + output.splitlines()[0])
     assert "touching True" in output

@@ -28,7 +28,7 @@ def steps(name=None):
 
 def follow(build, text):
     with running() as service:
-        return build.run("components.exe", "tutorial", service.url, text=text)
+        return build.run("components.exe", "Tutorial.Follow", service.url, text=text)
 
 
 def with_input(build, folder, *flags):
@@ -71,9 +71,9 @@ def test_a_project_that_reads_no_mouse_is_told_which_setting_to_change(build, tm
     other = with_input(build, tmp_path / "none", mono.INPUT_SYSTEM)
     output = follow(other, steps())
     assert "does not move: Player Settings > Active Input Handling" in output
-    window = other.run("components.exe", "project-checks", "")
+    window = other.run("components.exe", "EditMode.ProjectChecks", "")
     assert "Mouse Hand: Player Settings > Active Input Handling" in window
-    assert "Active Input Handling" not in build.run("components.exe", "project-checks", "")
+    assert "Active Input Handling" not in build.run("components.exe", "EditMode.ProjectChecks", "")
 
 
 def test_a_mouse_hand_on_the_camera_says_so_and_does_not_move_it(build):

@@ -52,7 +52,7 @@ public static class BakeRooms
     // Chooses the menu entry and waits until the window says `until`.
     static EditorWindow Open(string when, string until)
     {
-        if (EditorWindow.Last != null) Call(EditorWindow.Last, "OnDisable");
+        if (EditorWindow.Last != null) EditorParts.Call(EditorWindow.Last, "OnDisable");
         MethodInfo menu = null;
         foreach (MethodInfo method in typeof(BakeWindow).GetMethods(BindingFlags.Static | BindingFlags.NonPublic))
         {
@@ -61,7 +61,7 @@ public static class BakeRooms
         }
         menu.Invoke(null, null);
         EditorWindow window = EditorWindow.Last;
-        Call(window, "OnEnable");
+        EditorParts.Call(window, "OnEnable");
         List<string> lines = Draw(window);
         for (double end = Clock.Now + 300.0; until != null && !lines.Exists(line => line.Contains(until)) && !lines.Exists(line => line.StartsWith("Warning")); lines = Draw(window))
         {
@@ -76,7 +76,7 @@ public static class BakeRooms
     static List<string> Draw(EditorWindow window)
     {
         EditorGUILayout.Output.Clear();
-        Call(window, "OnGUI");
+        EditorParts.Call(window, "OnGUI");
         return new List<string>(EditorGUILayout.Output);
     }
 
@@ -95,8 +95,4 @@ public static class BakeRooms
         Components.Say(when + " row " + row + " file " + file.Contains("\"rubber\"") + " " + file.Contains("\"hand\"") + " imported " + (AssetDatabase.Imported.Count > 0));
     }
 
-    static void Call(object on, string method)
-    {
-        on.GetType().GetMethod(method, Inner).Invoke(on, null);
-    }
 }

@@ -2,6 +2,7 @@
 using System;
 using System.Collections.Generic;
 using System.IO;
+using System.Reflection;
 using System.Threading;
 using HapticVLM;
 using HapticVLM.Wire;
@@ -14,56 +15,22 @@ public static class Components
 {
     static readonly List<string> Log = new List<string>();
 
+    // Runs the program that is named, such as Moves.Carry, with the arguments that it takes.
     public static int Main(string[] arguments)
     {
-        if (arguments[0] == "members") return Members.Print(arguments);
-        if (arguments[0] == "project-checks") return EditMode.ProjectChecks();
-        if (arguments[0] == "playmode") return PlayMode.Run(arguments[1]);
-        if (arguments[0] == "textures") TextureRooms.Run(arguments[1], arguments[2], new[] { arguments[3], arguments[4], arguments[5] });
-        if (arguments[0] == "textures") return Finish();
-        if (arguments.Length > 3)
+        string[] named = arguments[0].Split('.');
+        MethodInfo program = typeof(Components).Assembly.GetType(named[0]).GetMethod(named[1], BindingFlags.Static | BindingFlags.Public | BindingFlags.NonPublic);
+        string pictures = Environment.GetEnvironmentVariable("PICTURES");
+        if (pictures != null)
         {
-            ImageConversion.Jpeg = File.ReadAllBytes(arguments[2]);
-            ImageConversion.Png = File.ReadAllBytes(arguments[3]);
+            ImageConversion.Jpeg = File.ReadAllBytes(Path.Combine(pictures, "picture.jpg"));
+            ImageConversion.Png = File.ReadAllBytes(Path.Combine(pictures, "mask.png"));
         }
-        switch (arguments[0])
-        {
-            case "touch": Touching(arguments[1]); break;
-            case "hierarchy": Hierarchy(arguments[1]); break;
-            case "stream": Streaming(arguments[1]); break;
-            case "sample": Sample(arguments[1], arguments[4]); break;
-            case "type-address": TypeAddress(arguments[1], arguments[4]); break;
-            case "cycles": Cycles(arguments[1]); break;
-            case "scan": Scanning(arguments[1]); break;
-            case "window": EditorParts.Show(arguments[1]); break;
-            case "tutorial": Tutorial.Follow(arguments[1]); break;
-            case "controllers": Hands.Run(arguments[1], false); break;
-            case "controllers-beside-a-palm-speaker": Hands.Run(arguments[1], true); break;
-            case "feel": Hands.Feel(arguments[1]); break;
-            case "bake-scene": BakeRooms.Run(arguments[1], arguments[2]); break;
-            case "switch": FeltSwitch.Run(int.Parse(arguments[1])); break;
-            default: return Others(arguments[0], arguments[1]);
-        }
-        return Finish();
-    }
-
-    static int Others(string program, string url)
-    {
-        Moves.Run(program, url);
-        Reports.Run(program, url);
-        Pictures.Run(program, url);
-        Owners.Run(program, url);
-        Rooms.Run(program, url);
-        SurfaceRooms.Run(program, url);
-        FeltRooms.Run(program, url);
-        EditMode.Run(program, url);
-        return Finish();
-    }
-
-    static int Finish()
-    {
+        program.Invoke(null, Array.ConvertAll(program.GetParameters(), one => Convert.ChangeType(arguments[one.Position + 1], one.ParameterType)));
+        lock (Debug.Lines) Log.AddRange(Debug.Lines);
+        EndOfThreads();
         foreach (string line in Log) Console.WriteLine(line);
-        return Log.Count > 0 ? 0 : 2;
+        return 0;
     }
 
     public static void Say(string line)
@@ -150,7 +117,6 @@ public static class Components
         client.Stop();
         PauseAndResume(client);
         Object.Destroy(client.gameObject);
-        EndOfThreads();
     }
 
     // Names in a hierarchy, with materials whose names say nothing: what each is decided to be.
@@ -178,7 +144,6 @@ public static class Components
             Player.Send(hand.gameObject, "OnTriggerExit", each.gameObject.GetComponent<Collider>());
         }
         Object.Destroy(client.gameObject);
-        EndOfThreads();
     }
 
     static HapticObject Child(GameObject parent, string name, string material)
@@ -206,7 +171,7 @@ public static class Components
     static void Streaming(string url)
     {
         HapticClient client = Client(url);
-        var streamer = Streamer(true);
+        var streamer = Streamer(true, false);
         Run(() => client.State == LinkState.Ready, "no welcome");
         int answers = 0;
         client.Decided += _ => answers++;
@@ -228,14 +193,13 @@ public static class Components
         Object.Destroy(client.gameObject);
         RunFor(20);
         FramePipe_Leaks();
-        EndOfThreads();
     }
 
     // Follows the README: the sample's component, and a hand that enters its first cube.
     static void Sample(string url, string assembly)
     {
         HapticClient client = Client(url);
-        Type type = System.Reflection.Assembly.LoadFrom(assembly).GetType("HapticVLM.Samples.FeelByName");
+        Type type = Assembly.LoadFrom(assembly).GetType("HapticVLM.Samples.FeelByName");
         typeof(GameObject).GetMethod("AddComponent").MakeGenericMethod(type).Invoke(new GameObject("empty"), null);
         HapticHand hand = Moves.Hand(new Vector3(0f, 0f, 9f));
         Run(() => client.State == LinkState.Ready, "no welcome");
@@ -246,27 +210,25 @@ public static class Components
         Say(Debug.LastLog);
         Object.Destroy(hand.gameObject);
         Object.Destroy(client.gameObject);
-        EndOfThreads();
     }
 
     // No service answers at the scene's address until a user types the right one.
     static void TypeAddress(string url, string assembly)
     {
         HapticClient client = Client("ws://127.0.0.1:9/");
-        Type type = System.Reflection.Assembly.LoadFrom(assembly).GetType("HapticVLM.Samples.AskForAddress");
+        Type type = Assembly.LoadFrom(assembly).GetType("HapticVLM.Samples.AskForAddress");
         TouchScreenKeyboard.Typed = url + " typed-token";
         typeof(GameObject).GetMethod("AddComponent").MakeGenericMethod(type).Invoke(new GameObject("asker"), null);
         Run(() => client.State == LinkState.Ready, "no link after an address was typed", 60.0);
         Say("linked and remembered " + (ServiceAddress.Url("") == url) + " " + ServiceAddress.Token(""));
         Object.Destroy(client.gameObject);
-        EndOfThreads();
     }
 
     static void Cycles(string url)
     {
         HapticClient client = Client(url);
         HapticObject thing = Thing("thing");
-        var streamer = Streamer(true);
+        var streamer = Streamer(true, false);
         HapticHand hand = Moves.Hand(new Vector3(0f, 0f, 9f));
         ImageConversion.EncodeMs = 3;
         for (int i = 0; i < 100; i++)
@@ -283,7 +245,6 @@ public static class Components
         HapticClient.AbortActive(); // as before a domain reload
         Object.Destroy(client.gameObject);
         FramePipe_Leaks();
-        EndOfThreads();
         Say("exceptions " + Debug.Exceptions);
     }
 
@@ -292,7 +253,7 @@ public static class Components
         HapticClient client = Client(url);
         HapticObject named = Thing("OakPlanks"), unsure = Thing("Xyzzy"), stated = Thing("Abc", "metal");
         unsure.gameObject.layer = 5;
-        var streamer = Streamer(false);
+        var streamer = Streamer(false, true);
         Run(() => client.State == LinkState.Ready, "no welcome");
         Run(() => streamer.IsScanDone && streamer.Sent > 0, "the scan does not end");
         Run(() => named.Material != null && unsure.Material != null, "no decisions after the scan");
@@ -305,16 +266,15 @@ public static class Components
         Object.Destroy(client.gameObject);
         RunFor(20);
         FramePipe_Leaks();
-        EndOfThreads();
     }
 
-    public static FrameStreamer Streamer(bool isContinuous)
+    public static FrameStreamer Streamer(bool isContinuous, bool scans)
     {
         var holder = new GameObject("streamer");
         holder.SetActive(false);
         var streamer = holder.AddComponent<FrameStreamer>();
         Private(streamer, "isContinuous", isContinuous);
-        Private(streamer, "scansObjects", !isContinuous);
+        Private(streamer, "scansObjects", scans);
         Private(streamer, "framesPerSecond", 30f);
         Private(streamer, "sizePx", 128);
         holder.SetActive(true);
@@ -324,12 +284,12 @@ public static class Components
     // Sets serialised fields by reflection, as the engine does.
     public static T Private<T>(object of, string field)
     {
-        return (T)of.GetType().GetField(field, System.Reflection.BindingFlags.Instance | System.Reflection.BindingFlags.NonPublic).GetValue(of);
+        return (T)of.GetType().GetField(field, BindingFlags.Instance | BindingFlags.NonPublic).GetValue(of);
     }
 
     public static void Private(object of, string field, object value)
     {
-        of.GetType().GetField(field, System.Reflection.BindingFlags.Instance | System.Reflection.BindingFlags.NonPublic).SetValue(of, value);
+        of.GetType().GetField(field, BindingFlags.Instance | BindingFlags.NonPublic).SetValue(of, value);
     }
 
     static void FramePipe_Leaks()
@@ -337,7 +297,13 @@ public static class Components
         Say("left arrays " + NativeArray<byte>.Live + " textures " + RenderTexture.Live);
     }
 
-    public static void EndOfThreads()
+    public static void End(HapticClient client)
+    {
+        Say("errors " + Debug.Errors + " exceptions " + Debug.Exceptions);
+        Object.Destroy(client.gameObject);
+    }
+
+    static void EndOfThreads()
     {
         double until = Clock.Now + 30.0;
         while (HapticConnection.Running > 0 && Clock.Now < until) Thread.Sleep(5);

@@ -10,31 +10,17 @@ using UnityEngine;
 
 public static class EditMode
 {
-    public static void Run(string program, string url)
-    {
-        Application.isPlaying = false;
-        switch (program)
-        {
-            case "setup-xri": SetUp("XROrigin"); break;
-            case "setup-meta": SetUp("OVRCameraRig"); break;
-            case "setup-camera": SetUp(null); break;
-            case "setup-hands": SetUpTrackedHands(); break;
-            case "inspectors": Inspectors(); break;
-            case "scene-scan": Scan(url); break;
-            case "large-scene": LargeScene(); break;
-        }
-    }
-
     public sealed class XROrigin : MonoBehaviour { }
 
     public sealed class OVRCameraRig : MonoBehaviour { }
 
     static void SetUp(string rig)
     {
+        Application.isPlaying = false;
         GameObject camera = Child(null, "Main Camera");
         camera.tag = "MainCamera";
         camera.AddComponent<Camera>();
-        if (rig != null) MakeRig(rig, camera);
+        if (rig.Length > 0) MakeRig(rig, camera);
         GameObject table = Box("Table"), loose = Box("Cup"), zone = Box("Zone");
         loose.AddComponent<Rigidbody>();
         GameObject handle = Box("Handle");
@@ -50,7 +36,6 @@ public static class EditMode
         Selection.gameObjects = new[] { table };
         Invoke();
         Components.Say("selection tagged " + Has(table) + Has(loose));
-        foreach (string line in Debug.Lines) Components.Say(line);
     }
 
     static void MakeRig(string type, GameObject camera)
@@ -68,6 +53,7 @@ public static class EditMode
     // An XRI rig with poke points, and hands of XR Hands that are inactive until they are tracked.
     static void SetUpTrackedHands()
     {
+        Application.isPlaying = false;
         GameObject camera = Child(null, "Main Camera");
         camera.AddComponent<Camera>();
         MakeRig("XROrigin", camera);
@@ -89,7 +75,6 @@ public static class EditMode
         Invoke();
         Components.Say("tagged by a selection without colliders " + Has(table));
         Describe("hands");
-        foreach (string line in Debug.Lines) Components.Say(line);
     }
 
     static GameObject Child(GameObject parent, string name)
@@ -124,11 +109,10 @@ public static class EditMode
         }
     }
 
-    public static int ProjectChecks()
+    static void ProjectChecks()
     {
         Type checks = typeof(HapticWindow).Assembly.GetType("HapticVLM.Editor.ProjectChecks");
-        foreach (string problem in (List<string>)checks.GetMethod("Problems").Invoke(null, null)) Console.WriteLine(problem);
-        return 0;
+        foreach (string problem in (List<string>)checks.GetMethod("Problems").Invoke(null, null)) Components.Say(problem);
     }
 
     static void Describe(string when)
@@ -147,6 +131,7 @@ public static class EditMode
 
     static void Inspectors()
     {
+        Application.isPlaying = false;
         GameObject box = Box("Mug");
         var mug = box.AddComponent<HapticObject>();
         var ghost = Child(null, "Ghost").AddComponent<HapticObject>();
@@ -188,20 +173,21 @@ public static class EditMode
     // The window of a scene of 10,000 objects draws only the visible rows, and finds an added object.
     static void LargeScene()
     {
+        Application.isPlaying = false;
         for (int i = 0; i < 10000; i++) Child(null, "Thing" + i).AddComponent<HapticObject>();
         var window = EditorWindow.GetWindow<HapticWindow>("HapticVLM");
-        Call(window, "OnEnable");
-        Call(window, "OnGUI");
+        EditorParts.Call(window, "OnEnable");
+        EditorParts.Call(window, "OnGUI");
         int rows = EditorGUILayout.Output.FindAll(line => line.Contains("not scanned")).Count;
         Components.Private(window, "listScroll", new Vector2(0f, 200000f));
         EditorGUILayout.Output.Clear();
-        Call(window, "OnGUI");
+        EditorParts.Call(window, "OnGUI");
         bool hasLast = EditorGUILayout.Output.Exists(line => line.StartsWith("Thing9999:"));
         Child(null, "Added").AddComponent<HapticObject>();
         EditorApplication.ChangeHierarchy();
-        Call(window, "OnGUI");
+        EditorParts.Call(window, "OnGUI");
         Components.Say("rows " + rows + " last " + hasLast + " " + EditorGUILayout.Output.Find(line => line.Contains("10001 Haptic Objects")));
-        Call(window, "OnDisable");
+        EditorParts.Call(window, "OnDisable");
     }
 
     static void Show(string inspector, MonoBehaviour target)
@@ -214,17 +200,18 @@ public static class EditMode
     // A scan of two objects, one a copy of the other, and the messages that the scene sends afterwards.
     static void Scan(string url)
     {
+        Application.isPlaying = false;
         HapticObject oak = Tagged("OakPlanks"), kettle = Tagged("SteelKettle"), stated = Tagged("Thing");
         Components.Private(kettle, "objectId", oak.ObjectId);
         Components.Private(stated, "material", "glass");
         foreach (HapticObject part in new[] { oak, kettle, stated }) PrefabUtility.MakeInstance(part);
         var window = EditorWindow.GetWindow<HapticWindow>("HapticVLM");
         Components.Private(window, "url", url);
-        Call(window, "OnEnable");
+        EditorParts.Call(window, "OnEnable");
         GUILayout.Pressed = "Scan scene";
-        Call(window, "OnGUI");
+        EditorParts.Call(window, "OnGUI");
         double until = Clock.Now + 60.0;
-        while (!Shows(window, "objects tagged") && Clock.Now < until)
+        while (!EditorParts.Shows(window, "objects tagged") && Clock.Now < until)
         {
             Player.Tick();
             Thread.Sleep(3);
@@ -235,12 +222,11 @@ public static class EditMode
             + " saved " + (EditorUtility.Dirty > 0 && UnityEditor.SceneManagement.EditorSceneManager.Marked > 0) + " exceptions " + Debug.Exceptions + " errors " + Debug.Errors);
         EditorGUILayout.Chosen = "fabric";
         EditorGUILayout.ChosenFor = "OakPlanks";
-        Call(window, "OnGUI");
+        EditorParts.Call(window, "OnGUI");
         PrefabUtility.SaveAndReload();
         Components.Say("after review " + oak.StatedMaterial);
-        Call(window, "OnDisable");
+        EditorParts.Call(window, "OnDisable");
         Components.Say("left textures " + RenderTexture.Live);
-        Components.EndOfThreads();
     }
 
     static HapticObject Tagged(string name)
@@ -251,16 +237,4 @@ public static class EditMode
         return box.AddComponent<HapticObject>();
     }
 
-    static bool Shows(HapticWindow window, string text)
-    {
-        if (EditorApplication.update != null) EditorApplication.update();
-        EditorGUILayout.Output.Clear();
-        Call(window, "OnGUI");
-        return EditorGUILayout.Output.Exists(line => line.Contains(text));
-    }
-
-    static void Call(object on, string method)
-    {
-        on.GetType().GetMethod(method, BindingFlags.Instance | BindingFlags.NonPublic).Invoke(on, null);
-    }
 }

@@ -33,7 +33,7 @@ public static class EditorParts
         Components.Say("threads left after reload " + HapticConnection.Running);
     }
 
-    static bool Shows(HapticWindow window, string text)
+    public static bool Shows(HapticWindow window, string text)
     {
         if (EditorApplication.update != null) EditorApplication.update();
         EditorGUILayout.Output.Clear();
@@ -41,7 +41,7 @@ public static class EditorParts
         return EditorGUILayout.Output.Exists(line => line.Contains(text));
     }
 
-    static void Call(object one, string method)
+    public static void Call(object one, string method)
     {
         one.GetType().GetMethod(method, BindingFlags.Instance | BindingFlags.NonPublic).Invoke(one, null);
     }

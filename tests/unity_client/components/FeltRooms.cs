@@ -12,18 +12,6 @@ public static class FeltRooms
 {
     const string Nobody = "ws://127.0.0.1:9/";
 
-    public static void Run(string program, string url)
-    {
-        switch (program)
-        {
-            case "felt-auto": Auto(url); break;
-            case "felt-baked": Baked(); break;
-            case "felt-scene": BakedScene(); break;
-            case "felt-speaker": Speaker(); break;
-            case "felt-survives": Survive(url); break;
-        }
-    }
-
     static void Auto(string url)
     {
         HapticClient client = Components.Client(Nobody);
@@ -55,7 +43,6 @@ public static class FeltRooms
         Object.Destroy(client.gameObject);
         Components.RunFor(2);
         Components.Say("without a client " + haptics.Amplitude);
-        Components.EndOfThreads();
     }
 
     // Nothing connects; objects without a material are told of; a script plays an effect.
@@ -99,7 +86,6 @@ public static class FeltRooms
         client = Client("{\"version\": 9, \"objects\": {}}");
         Components.Run(() => Debug.Errors > 0, "a bake of another version is taken");
         Components.RunFor(5);
-        foreach (string line in Debug.Lines) Components.Say(line);
         Object.Destroy(client.gameObject);
     }
 
@@ -227,7 +213,6 @@ public static class FeltRooms
         }
         Components.Say("gap_ms " + (int)(1e3 * gap) + " longest_frame_ms " + (int)(1e3 * frame) + " baked " + baked + " of " + frames + " exceptions " + Debug.Exceptions);
         Object.Destroy(client.gameObject);
-        Components.EndOfThreads();
     }
 
     static HapticClient Client(string materials)

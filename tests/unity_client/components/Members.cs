@@ -11,12 +11,11 @@ public static class Members
         { "Void", "void" }, { "Byte", "byte" }, { "Int64", "long" }, { "UInt64", "ulong" },
     };
 
-    public static int Print(string[] arguments)
+    static void Print(string path)
     {
         var found = new SortedSet<string>(StringComparer.Ordinal);
-        for (int i = 1; i < arguments.Length; i++) Collect(Assembly.LoadFrom(arguments[i]), found);
-        foreach (string name in found) Console.WriteLine(name);
-        return 0;
+        Collect(Assembly.LoadFrom(path), found);
+        foreach (string name in found) Components.Say(name);
     }
 
     static void Collect(Assembly assembly, ISet<string> found)

@@ -11,21 +11,6 @@ public static class Moves
 {
     const float Wall = 8f; // m long
 
-    public static void Run(string program, string url)
-    {
-        switch (program)
-        {
-            case "speeds": Speeds(); break;
-            case "carry": Carry(url); break;
-            case "pause": Pause(url); break;
-            case "teleport": Teleport(); break;
-            case "fingers": Fingers(url); break;
-            case "gestures": Gestures(url); break;
-            case "capsules": Capsules(url); break;
-            case "touch-bytes": TouchBytes(url); break;
-        }
-    }
-
     public static HapticHand Hand(Vector3 at, string name = "hand")
     {
         var holder = new GameObject(name);
@@ -107,7 +92,7 @@ public static class Moves
         Components.Say("walking speed " + fastest.ToString("f4") + " level " + loudest.ToString("f4"));
         for (int frame = 0; frame < 72; frame++) Rub(hand, frame);
         Components.Say("rubbing level " + level.ToString("f4"));
-        End(client);
+        Components.End(client);
     }
 
     static void Reach(HapticHand hand, float x)
@@ -152,7 +137,7 @@ public static class Moves
         }
         Components.Say("sliding level " + loudest.ToString("f4") + " paused_level " + level.ToString("f4") + " paused_speed " + hand.SpeedMps.ToString("f4"));
         Time.timeScale = 1f;
-        End(client);
+        Components.End(client);
     }
 
     static void Teleport()
@@ -202,7 +187,7 @@ public static class Moves
         leases.Clear();
         Components.Run(() => leases.Contains(0), "the lease does not end", 20.0);
         Components.Say("let go " + (first.TouchedObjectId == null) + " leases_last " + leases[leases.Count - 1]);
-        End(client);
+        Components.End(client);
     }
 
     static long Least(List<long> values)
@@ -239,7 +224,7 @@ public static class Moves
         }
         Carve(client, () => pattern);
         Swing(client);
-        End(client);
+        Components.End(client);
     }
 
     static void Carve(HapticClient client, Func<string> pattern)
@@ -290,7 +275,7 @@ public static class Moves
         Components.Run(() => kettle.Material != null, "no decision on approach", 10.0);
         Components.Say("approach decides " + kettle.Material);
         kettle.gameObject.layer = 9;
-        End(client);
+        Components.End(client);
     }
 
     // Counts the bytes that one second of touching allocates on the main thread.
@@ -318,13 +303,7 @@ public static class Moves
         }
         Components.Say("touching " + (hand.TouchedObjectId != null) + " quiet_frames " + quiet + " quiet_bytes " + quietBytes
             + " touches " + sent + " bytes_of_the_socket " + sentBytes / sent);
-        End(client);
+        Components.End(client);
     }
 
-    static void End(HapticClient client)
-    {
-        Components.Say("errors " + Debug.Errors + " exceptions " + Debug.Exceptions);
-        Object.Destroy(client.gameObject);
-        Components.EndOfThreads();
-    }
 }

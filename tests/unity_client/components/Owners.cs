@@ -11,24 +11,7 @@ using Object = UnityEngine.Object;
 
 public static class Owners
 {
-    public static void Run(string program, string url)
-    {
-        switch (program)
-        {
-            case "handover": Handover(url); break;
-            case "scene-changes": SceneChanges(url); break;
-            case "two-clients": TwoClients(url); break;
-            case "kept": Kept(url); break;
-            case "headset-off": HeadsetOff(url); break;
-            case "stopped": Stopped(url); break;
-            case "play-during-scan": PlayDuringScan(url); break;
-            default: return;
-        }
-        foreach (string line in Debug.Lines) Components.Say(line);
-        Components.EndOfThreads();
-    }
-
-    static HapticConnection Other(string url)
+    public static HapticConnection Other(string url)
     {
         var other = new HapticConnection(new ConnectionSettings { Url = new Uri(url), ClientName = "other" });
         other.Open();
@@ -121,7 +104,7 @@ public static class Owners
     {
         HapticClient client = Components.Client(url);
         Components.Thing("Xyzzy");
-        var streamer = Components.Streamer(false);
+        var streamer = Components.Streamer(false, true);
         Components.Run(() => client.State == LinkState.Ready, "no welcome");
         Components.Run(() => streamer.IsScanDone && streamer.Sent > 0, "the scan does not end");
         int before = streamer.Sent;
@@ -162,35 +145,23 @@ public static class Owners
         for (int i = 0; i < 40; i++) Components.Thing("Xyzzy" + i);
         var window = EditorWindow.GetWindow<HapticWindow>("HapticVLM");
         Components.Private(window, "url", url);
-        Call(window, "OnEnable");
+        EditorParts.Call(window, "OnEnable");
         GUILayout.Pressed = "Scan scene";
-        Call(window, "OnGUI");
+        EditorParts.Call(window, "OnGUI");
         double until = Clock.Now + 20.0;
-        while (!Shows(window, "scanning") && Clock.Now < until) Thread.Sleep(3);
+        while (!EditorParts.Shows(window, "scanning") && Clock.Now < until) Thread.Sleep(3);
         HapticConnection beside = Other(url); // as a player beside the editor
         Components.Run(() => beside.IsOwner, "a scene beside the scan is not felt", 10.0);
-        Components.Say("felt beside the scan " + !Shows(window, "objects tagged"));
+        Components.Say("felt beside the scan " + !EditorParts.Shows(window, "objects tagged"));
         beside.Close();
         EditorApplication.Change(PlayModeStateChange.ExitingEditMode);
-        Components.Say("scan ended " + Shows(window, "objects tagged"));
+        Components.Say("scan ended " + EditorParts.Shows(window, "objects tagged"));
         Application.isPlaying = true;
         HapticClient client = Components.Client(url);
         Components.Run(() => client.State == LinkState.Ready && client.IsOwner, "the scene that plays is not felt", 10.0);
         Components.Say("felt while it plays");
         Object.Destroy(client.gameObject);
-        Call(window, "OnDisable");
+        EditorParts.Call(window, "OnDisable");
     }
 
-    static bool Shows(HapticWindow window, string text)
-    {
-        if (EditorApplication.update != null) EditorApplication.update();
-        EditorGUILayout.Output.Clear();
-        Call(window, "OnGUI");
-        return EditorGUILayout.Output.Exists(line => line.Contains(text));
-    }
-
-    static void Call(object on, string method)
-    {
-        on.GetType().GetMethod(method, BindingFlags.Instance | BindingFlags.NonPublic).Invoke(on, null);
-    }
 }

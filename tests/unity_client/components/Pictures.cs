@@ -9,22 +9,11 @@ using Object = UnityEngine.Object;
 
 public static class Pictures
 {
-    public static void Run(string program, string url)
-    {
-        switch (program)
-        {
-            case "marker": Marker(url); break;
-            case "layers": Layers(url); break;
-            case "empty": Empty(url); break;
-            case "retire": Retire(url); break;
-        }
-    }
-
     // A red box above a blue one, captured as a whole view and with the region of the red box.
     static void Marker(string url)
     {
         HapticClient client = Components.Client(url);
-        FrameStreamer streamer = Streamer(false);
+        FrameStreamer streamer = Components.Streamer(false, false);
         HapticObject red = Painted("red", new Vector3(0f, 2f, 3f), new Color(1f, 0f, 0f, 1f));
         Painted("blue", new Vector3(0f, -2f, 3f), new Color(0f, 0f, 1f, 1f));
         Components.Run(() => client.State == LinkState.Ready, "no welcome");
@@ -45,7 +34,8 @@ public static class Pictures
         }
         Components.Say("hdr " + Camera.Last.allowHDR + " msaa " + Camera.Last.allowMSAA + " occlusion " + Camera.Last.useOcclusionCulling
             + " shadows " + Camera.ShadowsOfLast + " after " + QualitySettings.shadows);
-        End(client, streamer);
+        Object.Destroy(streamer.gameObject);
+        Object.Destroy(client.gameObject);
     }
 
     // Returns the last frame in the mailbox, which stays there while the link is idle.
@@ -85,35 +75,37 @@ public static class Pictures
         skinned.sharedMaterial = new Material();
         int changed = 0;
         Camera.Rendering = camera => { if (painted.gameObject.layer != 5 || bone.layer != 0) changed++; };
-        FrameStreamer streamer = Streamer(true);
+        FrameStreamer streamer = Components.Streamer(false, true);
         Components.Run(() => streamer.IsScanDone && streamer.Sent >= 3, "the scan does not end");
         Components.Say("layers_changed " + changed + " mask " + Camera.Last.cullingMask + " submesh " + Graphics.Submeshes.Contains(7)
             + " drawn " + Graphics.MostQueued + " far " + (Camera.Last.farClipPlane < 20f) + " exceptions " + Debug.Exceptions);
-        End(client, streamer);
+        Object.Destroy(streamer.gameObject);
+        Object.Destroy(client.gameObject);
     }
 
     static void Empty(string url)
     {
         HapticClient client = Components.Client(url);
         Painted("Xyzzy", new Vector3(0f, 0f, 2f), new Color(0f, 1f, 0f, 0f)); // its shader writes no alpha
-        FrameStreamer streamer = Streamer(true);
+        FrameStreamer streamer = Components.Streamer(false, true);
         Components.Run(() => streamer.IsScanDone && streamer.Sent >= 3, "a picture without alpha is not sent");
         Components.Say("without alpha sent " + streamer.Sent + " empty " + streamer.Empty);
         Object.Destroy(streamer.gameObject);
         Camera.HidesAll = true;
-        streamer = Streamer(true);
+        streamer = Components.Streamer(false, true);
         Components.Run(() => streamer.Empty >= 3, "the empty pictures are not counted");
         Components.RunFor(30);
         Components.Say("hidden sent " + streamer.Sent + " empty " + streamer.Empty);
         Camera.HidesAll = false;
-        End(client, streamer);
+        Object.Destroy(streamer.gameObject);
+        Object.Destroy(client.gameObject);
     }
 
     // Play mode ends while a picture is still on the GPU.
     static void Retire(string url)
     {
         HapticClient client = Components.Client(url);
-        FrameStreamer streamer = Streamer(true);
+        FrameStreamer streamer = Components.Streamer(false, true);
         Painted("Xyzzy", new Vector3(0f, 0f, 2f), new Color(0f, 1f, 0f, 1f));
         Components.Run(() => streamer.Sent >= 1, "no picture");
         AsyncGPUReadback.LatencyFrames = 50;
@@ -125,7 +117,6 @@ public static class Pictures
         HapticClient.AbortActive();
         Components.RunFor(60);
         Components.Say("left textures " + RenderTexture.Live + " errors " + Debug.Errors + " exceptions " + Debug.Exceptions);
-        Components.EndOfThreads();
     }
 
     static HapticObject Painted(string name, Vector3 at, Color color)
@@ -137,22 +128,4 @@ public static class Pictures
         return painted;
     }
 
-    static FrameStreamer Streamer(bool scans)
-    {
-        var holder = new GameObject("streamer");
-        holder.SetActive(false);
-        var streamer = holder.AddComponent<FrameStreamer>();
-        Components.Private(streamer, "scansObjects", scans);
-        Components.Private(streamer, "framesPerSecond", 30f);
-        Components.Private(streamer, "sizePx", 128);
-        holder.SetActive(true);
-        return streamer;
-    }
-
-    static void End(HapticClient client, FrameStreamer streamer)
-    {
-        Object.Destroy(streamer.gameObject);
-        Object.Destroy(client.gameObject);
-        Components.EndOfThreads();
-    }
 }

@@ -6,7 +6,7 @@ using UnityEngine.TestTools;
 
 public static class PlayMode
 {
-    public static int Run(string assembly)
+    static void Run(string assembly)
     {
         int passed = 0;
         UnityEngine.ImageConversion.Jpeg = null;
@@ -17,11 +17,10 @@ public static class PlayMode
                 if (method.GetCustomAttributes(typeof(UnityTestAttribute), false).Length == 0) continue;
                 var steps = (IEnumerator)method.Invoke(Activator.CreateInstance(type), null);
                 while (steps.MoveNext()) Player.Tick();
-                Console.WriteLine("passed " + method.Name);
+                Components.Say("passed " + method.Name);
                 passed++;
             }
         }
-        Console.WriteLine("play mode tests passed " + passed);
-        return 0;
+        Components.Say("play mode tests passed " + passed);
     }
 }

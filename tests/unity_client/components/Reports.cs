@@ -10,22 +10,6 @@ using Object = UnityEngine.Object;
 
 public static class Reports
 {
-    public static void Run(string program, string url)
-    {
-        switch (program)
-        {
-            case "states": States(url); break;
-            case "not-owner": NotOwner(url); break;
-            case "incomplete": Incomplete(); break;
-            case "emoji": Emoji(url); break;
-            case "other-hand": OtherHand(url); break;
-            case "unsendable": Unsendable(url); break;
-            case "webgl": WebGl(url); break;
-            case "address": Address(url); break;
-        }
-        foreach (string line in Debug.Lines) Components.Say(line);
-    }
-
     // Runs until something is reported and for some attempts to connect more, with or without a service.
     static void States(string url)
     {
@@ -34,14 +18,12 @@ public static class Reports
         double until = Clock.Now + 2.5;
         while (Clock.Now < until) Components.RunFor(10);
         Components.Say("status " + client.Status);
-        End(client);
+        Components.End(client);
     }
 
     static void NotOwner(string url)
     {
-        var first = new HapticConnection(new ConnectionSettings { Url = new Uri(url), ClientName = "first" });
-        first.Open();
-        while (first.State != LinkState.Ready) Thread.Sleep(5);
+        HapticConnection first = Owners.Other(url);
         HapticClient client = Components.Client(url);
         Components.Run(() => client.State == LinkState.Ready, "no welcome");
         Moves.Box("OakTable", new Vector3(0f, 0f, 0f), new Vector3(0.2f, 0.2f, 0.2f));
@@ -49,7 +31,7 @@ public static class Reports
         Components.RunFor(300);
         Components.Say("status " + client.Status);
         first.Close();
-        End(client);
+        Components.End(client);
     }
 
     static void Incomplete()
@@ -82,7 +64,7 @@ public static class Reports
         Components.Run(() => client.State == LinkState.Ready, "no welcome");
         Components.Run(() => odd.Material != null, "no decision");
         Components.Say("decided " + (odd.Material != null) + " touches " + (hand.TouchedObjectId == odd.ObjectId) + " openings " + client.Connection.Openings);
-        End(client);
+        Components.End(client);
     }
 
     // A scene saved with the hand value Other.
@@ -100,7 +82,7 @@ public static class Reports
         hand.transform.position = new Vector3(0f, 0f, 0.11f);
         Components.Run(() => oak.Material != null, "no decision");
         Components.Say("offered " + string.Join(" ", Enum.GetNames(field.FieldType)) + " decided " + oak.Material + " side " + hand.Side);
-        End(client);
+        Components.End(client);
     }
 
     // Messages that cannot be encoded, by the calling thread and by the sending thread.
@@ -129,7 +111,7 @@ public static class Reports
         Moves.Hand(new Vector3(0f, 0f, 0.11f));
         Components.Run(() => oak.Material != null, "no decision after");
         Components.Say("still decides " + oak.Material + " openings " + to.Openings + " errors " + Debug.Errors);
-        End(client);
+        Components.End(client);
     }
 
     // The scene's address is wrong, and the right one is stored on the machine.
@@ -148,7 +130,7 @@ public static class Reports
         SystemInfo.supportsAsyncGPUReadback = false;
         new GameObject("streamer").AddComponent<FrameStreamer>();
         Components.RunFor(5);
-        End(client);
+        Components.End(client);
     }
 
     static void WebGl(string url)
@@ -159,13 +141,7 @@ public static class Reports
         Moves.Hand(new Vector3(0f, 0f, 0.11f));
         Components.RunFor(50);
         Components.Say("state " + client.State + " running " + HapticConnection.Running);
-        End(client);
+        Components.End(client);
     }
 
-    static void End(HapticClient client)
-    {
-        Components.Say("exceptions " + Debug.Exceptions);
-        Object.Destroy(client.gameObject);
-        Components.EndOfThreads();
-    }
 }

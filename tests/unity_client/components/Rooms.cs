@@ -10,17 +10,6 @@ using Object = UnityEngine.Object;
 
 public static class Rooms
 {
-    public static void Run(string program, string url)
-    {
-        switch (program)
-        {
-            case "room": Room(); break;
-            case "excluded-layers": Layers(); break;
-            case "walk-with-a-bat": Bat(); break;
-            case "play": Effects(url); break;
-        }
-    }
-
     static object Inner(HapticHand hand, string property)
     {
         return typeof(HapticHand).GetProperty(property, BindingFlags.Instance | BindingFlags.NonPublic).GetValue(hand, null);
@@ -122,6 +111,5 @@ public static class Rooms
         for (double until = Clock.Now + 0.6; Clock.Now < until; Thread.Sleep(3)) Player.Tick();
         Components.Say("still touches " + (left.TouchedObjectId == wool.ObjectId) + " leases " + leases + " refused " + refused);
         Object.Destroy(client.gameObject);
-        Components.EndOfThreads();
     }
 }

@@ -14,16 +14,19 @@ public static class SurfaceRooms
         "Wool_Carpet", "Copper", "Paper_Sheet", "Ceramic_Tile", "Granite", "Pine", "Linen", "Porcelain", "Suede", "Walnut",
     };
 
-    public static void Run(string program, string url)
+    static void Kept(string url)
     {
-        switch (program)
-        {
-            case "surfaces-kept": Rooms(url, room => room.AddComponent<BoxCollider>(), true); break;
-            case "surfaces-by-rays": Rooms(url, Exact, false); break;
-            case "surfaces-unreadable": Rooms(url, room => room.AddComponent<BoxCollider>(), false); break;
-            case "surfaces-slid-over": SlidOver(url); break;
-            case "surfaces-of-a-level": Levels(url); break;
-        }
+        Rooms(url, room => room.AddComponent<BoxCollider>(), true);
+    }
+
+    static void ByRays(string url)
+    {
+        Rooms(url, Exact, false);
+    }
+
+    static void Unreadable(string url)
+    {
+        Rooms(url, room => room.AddComponent<BoxCollider>(), false);
     }
 
     static Collider Exact(GameObject room)
@@ -88,7 +91,6 @@ public static class SurfaceRooms
         }
         Components.Say("warnings " + Debug.Warnings + " errors " + Debug.Errors + " exceptions " + Debug.Exceptions);
         Object.Destroy(client.gameObject);
-        Components.EndOfThreads();
     }
 
     // A hand slides over all panels in one touch.
@@ -115,11 +117,10 @@ public static class SurfaceRooms
         }
         Components.Say("slid over " + string.Join(", ", felt.ToArray()));
         Object.Destroy(client.gameObject);
-        Components.EndOfThreads();
     }
 
     // The materials of a lower level of detail, of a disabled renderer and of another object are no surfaces of an object.
-    static void Levels(string url)
+    static void Levels()
     {
         GameObject room = Panels("Room", true);
         var shown = room.GetComponent<MeshRenderer>();

@@ -14,8 +14,9 @@ public static class TextureRooms
     static readonly string[] Names = { "mat14", "Oak_Floor", "mat15" };
 
     // The folder has for each map NAME.rgba (pixels), NAME.drawn.rgba (as they are sent) and NAME.jpg (the same, encoded).
-    public static void Run(string url, string folder, string[] sizes)
+    static void Run(string url, string folder, string named)
     {
+        string[] sizes = named.Split(',');
         HapticClient client = Components.Client(url);
         var drawn = new[] { "planks", "label", "weave" }.ToDictionary(name => Path.Combine(folder, name + ".jpg"), name => File.ReadAllBytes(Path.Combine(folder, name + ".drawn.rgba")));
         int encoded = 0, unknown = 0;
@@ -66,7 +67,6 @@ public static class TextureRooms
         Object.Destroy(client.gameObject);
         Components.RunFor(5);
         Components.Say("left textures " + RenderTexture.Live);
-        Components.EndOfThreads();
     }
 
     // A map is named NAME:WIDTHxHEIGHT.

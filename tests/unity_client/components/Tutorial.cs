@@ -23,10 +23,8 @@ public static class Tutorial
             else if (words[0] == "onto camera") AddMouseHandToCamera();
             else if (words[0] == "play") Play(url);
         }
-        foreach (string line in Debug.Lines) Components.Say(line);
         Components.Say("exceptions " + Debug.Exceptions);
         HapticClient.AbortActive();
-        Components.EndOfThreads();
     }
 
     static void AddMouseHandToCamera()

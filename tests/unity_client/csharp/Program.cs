@@ -16,8 +16,6 @@ public static class Program
             case "scene-cases": return SceneCases.Feel(arguments[1], Console.In);
             case "restarts": return Scenes.Restarts(arguments[1], int.Parse(arguments[2]));
             case "surfaces": return Surfaces.Search(int.Parse(arguments[1]));
-            case "bare": return Bare.Soak(arguments[1], arguments[2], int.Parse(arguments[3]), double.Parse(arguments[4]));
-            case "soak": return Scenes.Soak(arguments[1], arguments[2], int.Parse(arguments[3]), double.Parse(arguments[4]), int.Parse(arguments[5]));
             default: Console.Error.WriteLine("unknown program"); return 2;
         }
     }

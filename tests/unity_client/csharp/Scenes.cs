@@ -1,7 +1,6 @@
 // A scripted scene on the package's own connection, against the real service.
 using System;
 using System.Collections.Generic;
-using System.IO;
 using System.Threading;
 using HapticVLM;
 using HapticVLM.Wire;
@@ -12,15 +11,12 @@ public sealed class ScriptedScene
     public readonly Dictionary<string, string> Materials = new Dictionary<string, string>();
     public readonly List<string> Errors = new List<string>();
     public double LongestCpuMs;
-    public long Decisions;
-    public long Skips;
 
     public ScriptedScene(string url)
     {
         var settings = new ConnectionSettings { Url = new Uri(url), ClientName = "mono test", LongestRetryS = 0.5 };
         Connection = new HapticConnection(settings);
         Connection.Arrivals.Decided += OnDecided;
-        Connection.Arrivals.Skipped += _ => Skips++;
         Connection.Arrivals.Refused += error => Errors.Add(error.Code + ": " + error.Text);
         Connection.Outbox.Scene.SetAmbient(21.0);
         // Ids without meaning, because the service would read a meaningful id as a name.
@@ -32,7 +28,6 @@ public sealed class ScriptedScene
 
     void OnDecided(Decision decision)
     {
-        Decisions++;
         if (decision.ObjectId != null) Materials[decision.ObjectId] = decision.Material;
     }
 
@@ -144,58 +139,4 @@ public static class Scenes
         return 0;
     }
 
-    // Sends frames at a steady rate, with touches between. Prints garbage collections and the bytes
-    // per frame that the runtime's socket allocated on the main thread.
-    public static int Soak(string url, string folder, int frames, double rate, int touchEach)
-    {
-        var scene = new ScriptedScene(url);
-        scene.WaitUntil(() => scene.Connection.State == LinkState.Ready, "no welcome");
-        string[] paths = Directory.GetFiles(folder, "*.jpg");
-        Array.Sort(paths);
-        var pictures = new byte[paths.Length][];
-        for (int i = 0; i < paths.Length; i++) pictures[i] = File.ReadAllBytes(paths[i]);
-        const int Warm = 60;
-        int collections = 0;
-        long allocated = 0;
-        double started = Clock.Now;
-        for (int i = 0; i < frames + Warm; i++)
-        {
-            if (i == Warm)
-            {
-                collections = GC.CollectionCount(0);
-                started = Clock.Now;
-                scene.LongestCpuMs = 0.0;
-            }
-            long before = Machine.AllocatedBytes();
-            double cpu = Machine.ThreadCpuMs();
-            SendFrame(scene, pictures[i % pictures.Length]);
-            if (touchEach > 0 && i % touchEach == 0) scene.Touch(i % 10 == 0 ? Phase.Contact : Phase.Slide, "o2");
-            scene.Connection.Pump();
-            scene.LongestCpuMs = Math.Max(scene.LongestCpuMs, Machine.ThreadCpuMs() - cpu);
-            long mine = Machine.AllocatedBytes() - before;
-            if (i >= Warm) allocated += mine;
-            double due = started + Math.Max(0, i - Warm + 1) / rate - Clock.Now;
-            Thread.Sleep(i < Warm ? 1000 / 30 : (int)(Math.Max(0.0, due) * 1000.0));
-        }
-        collections = GC.CollectionCount(0) - collections;
-        double seconds = Clock.Now - started;
-        FrameMailbox mailbox = scene.Connection.Outbox.Frames;
-        scene.WaitUntil(() => !mailbox.IsFull, "the last frame is not sent");
-        Console.WriteLine("frames " + frames + " seconds " + seconds.ToString("f1") + " bytes_of_the_socket " + allocated / frames
-            + " collections " + collections + " replaced " + mailbox.Dropped + " decisions " + scene.Decisions
-            + " skipped " + scene.Skips + " longest_cpu_ms " + scene.LongestCpuMs.ToString("f3"));
-        Console.WriteLine("errors " + string.Join("|", scene.Errors.ToArray()));
-        scene.End();
-        return 0;
-    }
-
-    static void SendFrame(ScriptedScene scene, byte[] jpeg)
-    {
-        var frame = new Frame
-        {
-            CapturedAt = Clock.Now, Format = FrameFormat.Jpeg, Width = 448, Height = 448, Origin = FrameOrigin.Top,
-            ObjectId = "thing", Image = new ArraySegment<byte>(jpeg),
-        };
-        scene.Connection.Send(ref frame);
-    }
 }
