@@ -57,7 +57,7 @@ DOORS: dict[str, Callable[[Path], object]] = {
     "firmware": flash.read,
     "a table of pictures": labelled.read_pictures,
     "a picture of a table": lambda path: labelled.read_picture(
-        labelled.LabelledPicture(path, 20.0, "own")
+        labelled.LabelledPicture(path, 20.0)
     ),
     "a scene": read_scene,
     "an accelerometer's record": speaker_response.read_csv,

@@ -16,6 +16,7 @@ import threading
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hapticvlm.commands.parsing import add_encoder
 from hapticvlm.errors import UsageError, usage_errors
 
 if TYPE_CHECKING:
@@ -68,9 +69,7 @@ def add(commands: Commands) -> None:
         metavar="NAME=PATH",
         help="gallery file or folder that services request by this name (repeatable)",
     )
-    app.add_argument(
-        "--encoder", metavar="NAME_OR_FILE", help="image network, as in `serve` (the shipped one)"
-    )
+    add_encoder(app)
     app.add_argument(
         "--encoder-device",
         choices=("cpu", "cuda", "auto"),

@@ -56,7 +56,7 @@ def test_an_owner_that_touched_something_lately_keeps_the_outputs(gateway):
     first, second = join(gateway), join(gateway)
     now = gateway.ownership.leased_at + IDLE_OWNER_S - 0.1
     with pytest.raises(MessageError) as refused:
-        gateway.change_owner(second, asking("take"), now)
+        gateway.ownership.change(second, asking("take"), now)
     assert (refused.value.code, refused.value.path) == ("not_owner", "$.ownership")
     assert gateway.owner is first
     assert first.session.owner
@@ -68,14 +68,14 @@ def test_who_joins_does_not_make_an_idle_owner_a_busy_one(gateway):
     gateway.ownership.leased_at -= IDLE_OWNER_S + 0.001
     second = join(gateway)
     join(gateway, observer=True)
-    gateway.change_owner(second, asking("take"), time.monotonic())
+    gateway.ownership.change(second, asking("take"), time.monotonic())
     assert gateway.owner is second
 
 
 def test_an_idle_owner_gives_the_outputs_to_the_scene_that_asks(gateway):
     first, second = join(gateway), join(gateway)
     now = gateway.ownership.leased_at + IDLE_OWNER_S + 0.001  # a sum is rounded
-    gateway.change_owner(second, asking("take"), now)
+    gateway.ownership.change(second, asking("take"), now)
     assert gateway.owner is second
     assert not first.session.owner
     with pytest.raises(MessageError):
@@ -89,7 +89,7 @@ def test_who_lost_the_outputs_feels_nothing_of_what_the_new_owner_does(gateway):
     gateway.vibration.is_on = True  # as after a `set.feel`; its planners need an event loop
     gateway.vibration._post = first.post
     now = gateway.ownership.leased_at + IDLE_OWNER_S + 0.001
-    gateway.change_owner(second, asking("take"), now)
+    gateway.ownership.change(second, asking("take"), now)
     assert not gateway.vibration.is_on
     assert gateway.vibration._post is None
 
@@ -113,7 +113,7 @@ def test_an_observer_never_takes_the_outputs(gateway):
     join(gateway)
     observer = join(gateway, observer=True)
     with pytest.raises(MessageError, match="connect as scene"):
-        gateway.change_owner(
+        gateway.ownership.change(
             observer, asking("take"), gateway.ownership.leased_at + 10 * IDLE_OWNER_S
         )
 
@@ -122,7 +122,7 @@ def test_a_scene_takes_outputs_that_nobody_owns(gateway):
     first, second = join(gateway), join(gateway)
     gateway.leave(first)
     assert gateway.owner is None
-    gateway.change_owner(second, asking("take"), gateway.ownership.leased_at)
+    gateway.ownership.change(second, asking("take"), gateway.ownership.leased_at)
     assert gateway.owner is second
 
 
@@ -139,24 +139,24 @@ def test_free_outputs_are_offered_to_every_scene_and_go_to_the_first_that_asks(g
     gateway.leave(first)
     assert [ownership_notes(each) for each in (second, third)] == [[(False, True)]] * 2
     assert ownership_notes(observer) == []
-    gateway.change_owner(second, asking("take"), gateway.ownership.leased_at)
+    gateway.ownership.change(second, asking("take"), gateway.ownership.leased_at)
     assert ownership_notes(second) == [(False, True)]  # the take itself is answered
     assert ownership_notes(third) == [(False, True), (False, False)]
     with pytest.raises(MessageError, match="owns the outputs"):
-        gateway.change_owner(third, asking("take"), gateway.ownership.leased_at)
+        gateway.ownership.change(third, asking("take"), gateway.ownership.leased_at)
 
 
 def test_an_owner_that_gives_the_outputs_up_stays_and_may_take_them_again(gateway):
     first, second = join(gateway), join(gateway)
     now = gateway.ownership.leased_at
-    gateway.change_owner(second, asking("give"), now)  # they are not its own: nothing changes
+    gateway.ownership.change(second, asking("give"), now)  # they are not its own: nothing changes
     assert gateway.owner is first
-    gateway.change_owner(first, asking("give"), now)
+    gateway.ownership.change(first, asking("give"), now)
     assert gateway.owner is None
     assert ownership_notes(second) == [(False, True)]
     with pytest.raises(MessageError, match="owns"):
         first.session.receive(touch(), now)
-    gateway.change_owner(first, asking("take"), now)
+    gateway.ownership.change(first, asking("take"), now)
     assert gateway.owner is first
 
 
@@ -180,7 +180,7 @@ def test_an_observer_ends_an_owner_at_once_and_the_outputs_rest(gateway):
     join(gateway, peer=peer)
     observer = join(gateway, observer=True)
     before = gateway.outputs.speaker._ring.newest
-    gateway.change_owner(observer, asking("end"), 0.0)
+    gateway.ownership.change(observer, asking("end"), 0.0)
     assert peer.closed is not None
     assert peer.closed[1] == "ended by an observer"
     assert gateway.outputs.speaker._ring.newest == before + 1  # the order to rest
@@ -190,7 +190,7 @@ def test_an_observer_ends_an_owner_at_once_and_the_outputs_rest(gateway):
 def test_nobody_can_be_ended_when_nobody_owns(gateway):
     observer = join(gateway, observer=True)
     with pytest.raises(MessageError, match="nobody owns"):
-        gateway.change_owner(observer, asking("end"), 0.0)
+        gateway.ownership.change(observer, asking("end"), 0.0)
 
 
 def test_a_gain_that_was_set_is_that_of_the_next_owner(gateway):
@@ -206,7 +206,7 @@ def test_a_thermal_gain_that_was_set_is_that_of_the_next_owner_too(gateway):
     gateway.carry_out(first, first.session.receive(Set(id=3, thermal_gain=0.2), 0.0))
     assert gateway.outputs.thermal_gain == 0.2
     gateway.leave(first)
-    gateway.change_owner(second, asking("take"), 0.0)
+    gateway.ownership.change(second, asking("take"), 0.0)
     assert second.session._touches.plate.gain == 0.2
 
 

@@ -25,11 +25,9 @@ from hapticvlm_studio.evaluation.pictures import (
     read_pictures,
 )
 from hapticvlm_studio.evaluation.scores import (
-    LEVELS,
     PAPER,
     Guess,
     bootstrap,
-    calibration,
     constant,
     gain,
     score,
@@ -74,7 +72,7 @@ def guess(value: float, half: float = 4.0) -> Guess:
 def answered(truths: Sequence[float], said: Sequence[float | None]) -> list[Answered]:
     return [
         Answered(
-            LabelledPicture(Path(f"{at}.png"), truth, "a"),
+            LabelledPicture(Path(f"{at}.png"), truth),
             None if v is None else guess(v),
             "down",
             0.1,
@@ -128,17 +126,6 @@ def test_a_bootstrap_interval_is_about_two_standard_errors_wide() -> None:
     assert (high - low) / 2 == pytest.approx(1.96 * 2.0 / 20, rel=0.15)
 
 
-def test_calibrated_intervals_lie_on_the_line_and_narrow_ones_below() -> None:
-    rng = np.random.default_rng(2)
-    truths = rng.normal(0.0, 5.0, 4000).tolist()
-    half = 1.2816 * 5.0  # 80 % of a normal law
-    honest = calibration([guess(0.0, half)] * 4000, truths)
-    proud = calibration([guess(0.0, half / 3)] * 4000, truths)
-    assert [level for level, _ in honest] == list(LEVELS)
-    assert all(held == pytest.approx(level, abs=0.03) for level, held in honest)
-    assert all(held < level for level, held in proud)
-
-
 def test_what_was_not_answered_is_graded_nowhere_and_counted() -> None:
     told = figures(grade(answered([10.0, 20.0, 30.0], [12.0, None, 28.0])), "vlm")
     assert (told["asked"], told["n"], told["constant"]["n"]) == (3, 2, 2)
@@ -164,7 +151,6 @@ def test_the_command_ends_with_one_line_of_figures(labelled: Path) -> None:
     assert figures["within_8c"] == pytest.approx(3 / 6)
     assert figures["interval_coverage"] == pytest.approx(2 / 6)
     assert {"n", "mae_c", "within_8c", "interval_coverage"} <= figures["constant"].keys()
-    assert set(figures["sources"]) == {"in", "out"}
     rules = figures["constants"]
     assert set(rules) == {"default", "leave-one-out median"}
     assert figures["constant"]["mae_c"] == min(one["mae_c"] for one in rules.values())
@@ -172,10 +158,9 @@ def test_the_command_ends_with_one_line_of_figures(labelled: Path) -> None:
 
 
 @pytest.mark.nightly
-def test_a_remote_model_is_graded_and_drawn(labelled: Path, tmp_path: Path) -> None:
-    out = tmp_path / "out"
+def test_a_remote_model_is_graded(labelled: Path) -> None:
     with endpoint(says("20")) as served:
-        asked = (labelled, "--vlm-url", served.url, "--out", out)
+        asked = (labelled, "--vlm-url", served.url)
         code, figures, _, _ = evaluate(*asked, "--json")
         printed = evaluate(*asked)[2]
         assert len(served.questions) >= 6
@@ -184,9 +169,6 @@ def test_a_remote_model_is_graded_and_drawn(labelled: Path, tmp_path: Path) -> N
     assert figures["mae_c"] == pytest.approx(np.mean([abs(20.0 - truth) for truth in TRUTHS]))
     assert "the paper, on its own pictures" in printed
     assert "87 % [60, 98]" in printed
-    for path in figures["files"]:
-        assert Path(path).stat().st_size > 5000
-    assert {Path(path).suffix for path in figures["files"]} == {".png", ".svg"}
 
 
 def test_an_error_is_said_to_be_lower_or_higher_and_a_missing_answer_why(
@@ -194,7 +176,7 @@ def test_an_error_is_said_to_be_lower_or_higher_and_a_missing_answer_why(
 ) -> None:
     truths = (20.0, 21.0, 22.0, 23.0)
     for said, side in ((truths, "lower"), ((50.0, 51.0, 52.0, None), "higher")):
-        print_outcome(grade(answered(truths, said)), "vlm", ())
+        print_outcome(grade(answered(truths, said)), "vlm")
         verdict = capsys.readouterr().out.splitlines()[-2]
         assert f" degC {side} [" in verdict
         assert " -" not in verdict
@@ -204,7 +186,7 @@ def test_an_error_is_said_to_be_lower_or_higher_and_a_missing_answer_why(
 def test_a_method_that_answers_nothing_ends_with_the_reason(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    print_outcome(grade(answered((20.0, 21.0), (None, None))), "vlm", ())
+    print_outcome(grade(answered((20.0, 21.0), (None, None))), "vlm")
     ending = "answered nothing; 2 of 2 not answered, the last: down"
     assert capsys.readouterr().out.splitlines()[-1].endswith(ending)
 
@@ -260,9 +242,3 @@ def test_a_csv_that_cannot_be_used_names_row_and_column(
     with pytest.raises(LabelledPictureError) as caught:
         read_pictures(write(tmp_path, lines) if lines else write(tmp_path, [""]))
     assert why in str(caught.value)
-
-
-def test_rows_are_grouped_by_source_or_else_by_folder(tmp_path: Path) -> None:
-    Image.new("RGB", (8, 8)).save(tmp_path / "a.png")
-    named = write(tmp_path, ["image,temperature_c,source", "a.png,20,street", "a.png,21,"])
-    assert [labelled.source for labelled in read_pictures(named)] == ["street", "truth"]

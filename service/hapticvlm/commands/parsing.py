@@ -119,6 +119,12 @@ def add_outline(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_encoder(parser: argparse.ArgumentParser) -> None:
+    """Declare --encoder, the network that pictures are looked at with."""
+    summary = "image network, as in `serve` (the shipped one)"
+    parser.add_argument("--encoder", metavar="NAME_OR_FILE", help=summary)
+
+
 def add_json(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:
     """Declare --json, which means the same for every command."""
     summary = 'print JSON for programs, and no text for people; an error is {"error": TEXT}'

@@ -56,16 +56,15 @@ def _add(
 ) -> argparse.ArgumentParser:
     description = f"{summary[0].upper()}{summary[1:]}."
     verb = verbs.add_parser(name, help=summary, description=description)
-    verb.add_argument(
-        "--port",
-        "--peltier",
-        dest="port",
-        default="auto",
-        metavar="PORT",
-        help="serial port, `auto` or `simulated` (%(default)s)",
-    )
+    _add_port(verb, "serial port, `auto` or `simulated` (%(default)s)")
     verb.set_defaults(run=lambda options: _with_plate(options, run))
     return verb
+
+
+def _add_port(verb: argparse.ArgumentParser, summary: str) -> None:
+    verb.add_argument(
+        "--port", "--peltier", dest="port", default="auto", metavar="PORT", help=summary
+    )
 
 
 def _add_flash(verbs: Commands) -> None:
@@ -81,14 +80,7 @@ def _add_flash(verbs: Commands) -> None:
             "hapticvlm plate flash --port /dev/ttyUSB0 --one-resistor",
         ),
     )
-    flash.add_argument(
-        "--port",
-        "--peltier",
-        dest="port",
-        default="auto",
-        metavar="PORT",
-        help="the board's serial port (%(default)s)",
-    )
+    _add_port(flash, "the board's serial port (%(default)s)")
     flash.add_argument(
         "--one-resistor",
         action="store_true",

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hapticvlm.commands.parsing import add_json, add_outline
+from hapticvlm.commands.parsing import add_encoder, add_json, add_outline, number_within
 from hapticvlm.errors import UsageError
 
 if TYPE_CHECKING:
@@ -79,14 +79,12 @@ def add(commands: Commands) -> None:
     for name, meaning in (("metallic", "1 is a metal"), ("roughness", "0 is a mirror")):
         recognise.add_argument(
             f"--{name}",
-            type=_fraction,
+            type=number_within(0.0, 1.0),
             metavar="0..1",
             help=f"{name} of the surface, or the mean of its map: {meaning}; needs --texture",
         )
     add_json(recognise)
-    recognise.add_argument(
-        "--encoder", metavar="NAME_OR_FILE", help="image network, as in `serve` (the shipped one)"
-    )
+    add_encoder(recognise)
     recognise.add_argument(
         "--gallery",
         type=Path,
@@ -143,13 +141,6 @@ def _region(text: str) -> Region:
     return Region(x=x, y=y, w=w, h=h)
 
 
-def _fraction(text: str) -> float:
-    value = float(text)
-    if not 0.0 <= value <= 1.0:
-        raise argparse.ArgumentTypeError(f"{text}: must be within 0..1")
-    return value
-
-
 def _find(paths: Sequence[Path]) -> list[Path]:
     from hapticvlm.vision.files import left_out, list_files
 
@@ -179,7 +170,8 @@ def _answers(
     for path in paths:
         try:
             if options.texture:
-                yield Answer(path, _of_texture(path, options, recogniser))
+                shader = {"metallic": options.metallic, "roughness": options.roughness}
+                yield Answer(path, recogniser.recognise_texture(path, options.region, **shader))
                 continue
             mask = _mask_of(path, options.mask)
             yield Answer(path, recogniser.recognise(path, mask, outline=options.outline))
@@ -187,15 +179,6 @@ def _answers(
             yield Answer(path, error=str(error))
         except PictureError as error:
             yield Answer(path, error=f"{path}: {error}")
-
-
-def _of_texture(
-    path: Path, options: argparse.Namespace, recogniser: PictureRecogniser
-) -> RecognisedPicture:
-    """Read a texture map beside what its shader implies. Raises FileError, PictureError."""
-    return recogniser.recognise_texture(
-        path, options.region, metallic=options.metallic, roughness=options.roughness
-    )
 
 
 def _mask_of(path: Path, masks: Path | None) -> Path | None:

@@ -25,7 +25,6 @@ from hapticvlm.messages import (
     Scene,
     Scope,
     ServiceMessage,
-    Set,
     Skipped,
     View,
 )
@@ -108,10 +107,6 @@ class Gateway:
         if self.vlm is not None:
             self.vlm.leave(connection)
         self.ownership.leave(connection)
-
-    def change_owner(self, requester: Connection, wanted: Set, now: float) -> None:
-        """Assign the outputs to the scene that asks, or end their owner. Raises MessageError."""
-        self.ownership.change(requester, wanted, now)
 
     def override_materials(self, observer: Connection, scene: Scene, now: float) -> Ok:
         """Apply to the owner's scene the materials that an observer states of its objects.

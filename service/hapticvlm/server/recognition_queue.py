@@ -294,14 +294,11 @@ class RecognitionQueue:
             case Surroundings():
                 return mailbox.put_touch(request, SCENE_SLOT)
             case _ if request.picture.purpose == "enrol" or request.reference_material is not None:
-                self._put_enrol(mailbox, request)
+                size = self._require_room(request)
+                mailbox.put_enrol(request, request.picture.object_id, size)
                 return None
             case _:
                 return mailbox.put_live(request)
-
-    def _put_enrol(self, mailbox: Mailbox[RecognitionRequest], request: RecognitionRequest) -> None:
-        """Queue a view of an object. Raises QueueFull."""
-        mailbox.put_enrol(request, request.picture.object_id, self._require_room(request))
 
     def _require_room(self, request: RecognitionRequest) -> int:
         """Return the bytes of a picture that all connections have room for. Raises QueueFull."""

@@ -177,7 +177,7 @@ class MessageHandler:
         connection = self._connection
         message = partial.message
         if isinstance(message, Set) and message.ownership is not None:
-            self._gateway.change_owner(connection, message, now)
+            self._gateway.ownership.change(connection, message, now)
         if isinstance(message, Scene) and connection.session.observer:
             for part in partial.left_out:  # a person's choice is taken whole or not at all
                 raise MessageError("message", part.text, path=f"$.{part.path}", id=message.id)

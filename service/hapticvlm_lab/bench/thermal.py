@@ -41,7 +41,7 @@ from hapticvlm.rendering.heat.contact import (
 )
 from hapticvlm.rendering.heat.trajectory import ThermalTrajectory
 from hapticvlm_lab.bench import figures
-from hapticvlm_lab.bench.printing import made_with, publish
+from hapticvlm_lab.bench.printing import publish
 from hapticvlm_lab.bench.rigs import least_us
 
 if TYPE_CHECKING:
@@ -161,13 +161,12 @@ def run(out: Path, *, as_json: bool) -> int:
     rows = measure()
     report = {
         "chart": "thermal",
-        **made_with(),
         "floor_c": [FINEST_C, THERMAL_FLOOR_C],
         "default": sentence(rows),
         "rows": [asdict(row) for row in rows],
-        "files": [str(path) for path in draw(rows, out / NAME)],
     }
-    return publish(out / f"{NAME}.json", report, as_json=as_json, show=lambda: _print(rows))
+    files = draw(rows, out / NAME)
+    return publish(out / NAME, report, files, as_json=as_json, show=lambda: _print(rows))
 
 
 def measure(methods: Sequence[Method] = METHODS) -> list[Row]:

@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hapticvlm.commands.parsing import add_json
+from hapticvlm.commands.parsing import add_json, number_within
 from hapticvlm.errors import UsageError, shell_word, usage_errors
 from hapticvlm_studio.commands import calibrate_hand
 
@@ -55,7 +55,7 @@ def add(subjects: Commands) -> None:
     )
     speaker.add_argument(
         "--level",
-        type=_level,
+        type=number_within(0.01, 1.0),
         default=0.5,
         metavar="SHARE",
         help="level of the sweep, 0.01 to 1 of full scale (%(default)s)",
@@ -65,13 +65,6 @@ def add(subjects: Commands) -> None:
     )
     speaker.add_argument("--out", type=Path, metavar="FILE", help="write the curve to this file")
     add_json(speaker)
-
-
-def _level(text: str) -> float:
-    value = float(text)
-    if not 0.01 <= value <= 1.0:
-        raise argparse.ArgumentTypeError(f"{text} is not within 0.01..1")
-    return value
 
 
 def _speaker(options: argparse.Namespace) -> int:

@@ -59,22 +59,17 @@ def add(commands: Commands) -> None:
         metavar="NAME",
         help="header that carries its token instead of Authorization (api-key for Azure)",
     )
-    ambient.add_argument(
-        "--out", type=Path, metavar="FOLDER", help="draw plots into this folder (no plots)"
-    )
     add_json(ambient)
 
 
 def _evaluate_ambient(options: argparse.Namespace) -> int:
-    from hapticvlm_studio.commands.evaluate_ambient import Plan, run
+    from hapticvlm_studio.commands.evaluate_ambient import run
     from hapticvlm_studio.evaluation.pictures import read_pictures
 
     with usage_errors():
         read_pictures(options.csv)
-        if options.out is not None:
-            import matplotlib  # noqa: F401
         method, ask = _method(options)
-        return run(Plan(options.csv, method, options.out, options.json), ask)
+        return run(options.csv, method, ask, as_json=options.json)
 
 
 def _method(options: argparse.Namespace) -> tuple[str, Ask]:

@@ -3,48 +3,29 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from hapticvlm.evidence.reading import COVERAGE
-from hapticvlm_studio.evaluation import plots
 from hapticvlm_studio.evaluation.asking import Ask, ask_all
 from hapticvlm_studio.evaluation.grades import Outcome, figures, grade
 from hapticvlm_studio.evaluation.pictures import read_pictures
 from hapticvlm_studio.evaluation.scores import PAPER, Score, Share, share
 
-NAME = "evaluate-ambient"
 MAX_LINES = 40  # pictures listed
 
 
-@dataclass(frozen=True, slots=True)
-class Plan:
-    """The CSV, the name of the method, the folder for plots (None: no plots), and the output."""
-
-    file: Path
-    method: str
-    out: Path | None
-    as_json: bool
-
-
-def run(plan: Plan, ask: Ask) -> int:
-    """Evaluate and print; return 1 where nothing was answered. Raises LabelledPictureError."""
-    answers = ask_all(ask, read_pictures(plan.file))
+def run(file: Path, method: str, ask: Ask, *, as_json: bool) -> int:
+    """Grade and print; return 1 where nothing was answered. Raises LabelledPictureError."""
+    answers = ask_all(ask, read_pictures(file))
     outcome = grade(answers)
-    files: list[Path] = []
-    if plan.out is not None:
-        plan.out.mkdir(parents=True, exist_ok=True)
-        files = plots.draw(outcome, plan.method, plan.out / NAME)
-    if plan.as_json:
-        report = figures(outcome, plan.method) | {"files": [str(path) for path in files]}
-        print(json.dumps(report))
+    if as_json:
+        print(json.dumps(figures(outcome, method)))
     else:
-        print_outcome(outcome, plan.method, files)
+        print_outcome(outcome, method)
     return 0 if outcome.score is not None else 1
 
 
-def print_outcome(outcome: Outcome, method: str, files: Sequence[Path]) -> None:
+def print_outcome(outcome: Outcome, method: str) -> None:
     """Print the outcome for a person."""
     _print_pictures(outcome)
     print(f"\n{'':<34}{'n':>5}  {'MAE, degC':<20}{'within 8 degC':<18}{'in interval':<18}width")
@@ -56,12 +37,7 @@ def print_outcome(outcome: Outcome, method: str, files: Sequence[Path]) -> None:
     print(
         f"{'the paper, on its own pictures':<34}{PAPER[1]:>5}  {'not stated':<20}{_percent(paper)}"
     )
-    for source, (ours, theirs) in outcome.sources.items():
-        _print_score(f"{source}: {method}", ours)
-        _print_score(f"{source}: best constant", theirs)
     print(_verdict(outcome, method))
-    for path in files:
-        print(f"wrote     {path}")
 
 
 def _print_pictures(outcome: Outcome) -> None:

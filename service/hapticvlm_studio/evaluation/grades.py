@@ -17,7 +17,6 @@ from hapticvlm_studio.evaluation.scores import (
     Guess,
     Rule,
     Score,
-    calibration,
     constant,
     gain,
     score,
@@ -29,26 +28,22 @@ from hapticvlm_studio.evaluation.scores import (
 class Outcome:
     """Scores of a method and of the constants over the answered pictures.
 
-    Where nothing was answered, the constants are graded on all pictures. `sources` has the scores
-    of the method and of the best constant on each source. `gain_c` is by how much the method's mean
-    absolute error is below the best constant's, (value, low, high).
+    Where nothing was answered, the constants are graded on all pictures. `gain_c` is by how much
+    the method's mean absolute error is below the best constant's, (value, low, high).
     """
 
     answers: Sequence[Answered]
     score: Score | None
     constants: dict[Rule, Score]
     best: Rule
-    sources: dict[str, tuple[Score, Score]]
-    calibration: Sequence[tuple[float, float]]
     gain_c: tuple[float, float, float] | None
 
 
 def grade(answers: Sequence[Answered]) -> Outcome:
     """Return the outcome of all answers."""
-    answered = [(answer, answer.guess) for answer in answers if answer.guess is not None]
-    guesses = [guess for _, guess in answered]
-    asked = [answer.labelled for answer, _ in answered] or [answer.labelled for answer in answers]
-    truths = [labelled.truth_c for labelled in asked]
+    guesses = [answer.guess for answer in answers if answer.guess is not None]
+    asked = [answer for answer in answers if answer.guess is not None] or answers
+    truths = [answer.labelled.truth_c for answer in asked]
     blind: dict[Rule, list[Guess]] = {}
     for rule in get_args(Rule):
         constants = constant(rule, truths)
@@ -56,19 +51,11 @@ def grade(answers: Sequence[Answered]) -> Outcome:
             blind[rule] = constants
     graded = {rule: _graded(constants, truths) for rule, constants in blind.items()}
     best = min(graded, key=lambda rule: graded[rule].mae_c)
-    sources = {}
-    for source in dict.fromkeys(answer.labelled.source for answer, _ in answered):
-        at = [place for place, labelled in enumerate(asked) if labelled.source == source]
-        true = [truths[place] for place in at]
-        ours, theirs = ([all_[place] for place in at] for all_ in (guesses, blind[best]))
-        sources[source] = _graded(ours, true), _graded(theirs, true)
     return Outcome(
         answers=answers,
         score=score(guesses, truths),
         constants=graded,
         best=best,
-        sources=sources,
-        calibration=calibration(guesses, truths) if guesses else [],
         gain_c=gain(guesses, blind[best], truths) if guesses else None,
     )
 
@@ -84,11 +71,6 @@ def figures(outcome: Outcome, method: str) -> dict[str, Any]:
         "constant": {"guess": outcome.best, **_flat(outcome.constants[outcome.best])},
         "constants": {rule: _flat(graded) for rule, graded in outcome.constants.items()},
         "gain_c": outcome.gain_c,
-        "calibration": outcome.calibration,
-        "sources": {
-            name: {**_flat(ours), "constant": _flat(theirs)}
-            for name, (ours, theirs) in outcome.sources.items()
-        },
         "paper": {"n": PAPER[1], "within_8c": asdict(share(*PAPER))},
         "images": [_image(answer) for answer in outcome.answers],
     }
@@ -120,7 +102,6 @@ def _image(answer: Answered) -> dict[str, Any]:
     )
     return {
         "image": answer.labelled.path.name,
-        "source": answer.labelled.source,
         "temperature_c": answer.labelled.truth_c,
         **guess,
         "seconds": round(answer.seconds, 4),

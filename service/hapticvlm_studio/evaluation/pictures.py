@@ -1,7 +1,6 @@
 """Reads pictures with known air temperature from a CSV with the columns image and temperature_c.
 
-`image` is a path relative to the CSV. An optional column `source` groups the rows; without it a
-picture belongs to the folder that contains it.
+`image` is a path relative to the CSV.
 """
 
 from __future__ import annotations
@@ -33,11 +32,10 @@ class LabelledPictureError(HapticVLMError, ValueError):
 
 @dataclass(frozen=True, slots=True)
 class LabelledPicture:
-    """A picture, the air temperature where it was taken in degC, and the source it belongs to."""
+    """A picture and the air temperature where it was taken, degC."""
 
     path: Path
     truth_c: float
-    source: str
 
 
 def read_pictures(file: Path) -> list[LabelledPicture]:
@@ -87,8 +85,7 @@ def _labelled(file: Path, line: int, row: Mapping[str | None, str | None]) -> La
     path = file.parent / image
     if not path.is_file():
         raise LabelledPictureError(f"{where}, column image: no file `{image}` beside the CSV")
-    source = (row.get("source") or "").strip() or Path(image).parent.name or file.stem
-    return LabelledPicture(path, _temperature(f"{where}, column temperature_c", stated), source)
+    return LabelledPicture(path, _temperature(f"{where}, column temperature_c", stated))
 
 
 def _temperature(where: str, stated: str) -> float:

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from statistics import NormalDist
 from typing import Literal
 
 import numpy as np
@@ -28,9 +27,6 @@ TOLERANCE_C = 8.0  # the paper's rule: correct within 8 degC
 PAPER = (13, 15)  # correct by that rule, and of how many; HapticVLM, arXiv 2505.02569
 RESAMPLES = 4000
 SEED = 5
-NORMAL = NormalDist()
-# Stated coverages of the calibration curve.
-LEVELS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95)
 
 Doubles = NDArray[np.float64]
 Rule = Literal["default", "leave-one-out median"]
@@ -144,25 +140,6 @@ def bootstrap(values: Doubles) -> tuple[float, float]:
     means = [values[rng.integers(0, values.size, values.size)].mean() for _ in range(RESAMPLES)]
     low, high = np.percentile(means, [2.5, 97.5])
     return float(low), float(high)
-
-
-def calibration(guesses: Sequence[Guess], truths: Sequence[float]) -> list[tuple[float, float]]:
-    """Return each of LEVELS with the share of truths inside an interval of that stated coverage.
-
-    A guess states one interval, of COVERAGE. For other levels each side of it is scaled by the
-    ratio of normal quantiles, as if the error were normal on either side. A well calibrated method
-    has equal pairs; smaller shares mean that its intervals are too narrow.
-    """
-    values, lows, highs = _columns(guesses)
-    truth = np.asarray(truths, dtype=np.float64)
-    stated = NORMAL.inv_cdf(0.5 + COVERAGE / 2)
-    curve = []
-    for level in LEVELS:
-        scale = NORMAL.inv_cdf(0.5 + level / 2) / stated
-        inside = values - scale * (values - lows) <= truth
-        inside &= truth <= values + scale * (highs - values)
-        curve.append((level, float(inside.mean())))
-    return curve
 
 
 def _columns(guesses: Sequence[Guess]) -> tuple[Doubles, Doubles, Doubles]:

@@ -6,12 +6,10 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hapticvlm.commands.parsing import add_json, add_outline
+from hapticvlm.commands.parsing import add_encoder, add_json, add_outline
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
-
-ENCODER_HELP = "image network, as in `serve` (the shipped one)"
 
 
 def add(commands: Commands) -> None:
@@ -48,7 +46,7 @@ def _add_build(kinds: Commands) -> None:
     build.add_argument(
         "-o", "--out", type=Path, required=True, metavar="GALLERY", help=".npz file or folder"
     )
-    build.add_argument("--encoder", metavar="NAME_OR_FILE", help=ENCODER_HELP)
+    add_encoder(build)
     build.add_argument(
         "--base",
         choices=["shipped", "none"],
@@ -101,7 +99,7 @@ def _add_add(kinds: Commands) -> None:
         help="gallery folder (%(default)s)",
     )
     add_outline(adding)
-    adding.add_argument("--encoder", metavar="NAME_OR_FILE", help=ENCODER_HELP)
+    add_encoder(adding)
 
 
 def _add_list(kinds: Commands) -> None:
@@ -128,7 +126,7 @@ def _add_list(kinds: Commands) -> None:
         metavar="FOLDER",
         help="folder of pictures to recognise, with a sub-folder for each material",
     )
-    listing.add_argument("--encoder", metavar="NAME_OR_FILE", help=ENCODER_HELP)
+    add_encoder(listing)
     add_outline(listing)
     add_json(listing)
 

@@ -25,7 +25,7 @@ from hapticvlm.palette import BLUE, SOFT, VERMILION
 from hapticvlm_lab.bench import figures
 from hapticvlm_lab.bench.latency.round_trip import echo
 from hapticvlm_lab.bench.latency.touch import measured
-from hapticvlm_lab.bench.printing import made_with, publish
+from hapticvlm_lab.bench.printing import publish
 from hapticvlm_lab.bench.rigs import is_priority_permitted, priority
 
 if TYPE_CHECKING:
@@ -47,9 +47,8 @@ def run(out: Path, *, as_json: bool) -> int:
     """Measure every condition, print a table or JSON, write picture and JSON."""
     rows = measure()
     files = _draw(out / NAME, rows)
-    result: dict[str, Any] = {"stability": "latency", **made_with(), "cpus": os.cpu_count()}
-    result |= {"late_ms": LATE_MS, "rows": rows, "files": [str(path) for path in files]}
-    return publish(out / f"{NAME}.json", result, as_json=as_json, show=lambda: _print(rows))
+    result = {"stability": "latency", "cpus": os.cpu_count(), "late_ms": LATE_MS, "rows": rows}
+    return publish(out / NAME, result, files, as_json=as_json, show=lambda: _print(rows))
 
 
 def measure() -> list[dict[str, Any]]:

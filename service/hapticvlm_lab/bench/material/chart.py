@@ -28,7 +28,7 @@ from hapticvlm_lab.bench.material.reading import load_sources
 from hapticvlm_lab.bench.material.scores import Open, Score, open_score, score
 from hapticvlm_lab.bench.material.timing import costs_ms
 from hapticvlm_lab.bench.pareto import pareto
-from hapticvlm_lab.bench.printing import made_with, publish
+from hapticvlm_lab.bench.printing import publish
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -82,8 +82,8 @@ def run(where: Where, named: Sequence[str], out: Path, *, as_json: bool) -> int:
         if not as_json:
             print_source(source, rows)
     files = draw(rows, out / NAME)
-    report = _report(sources, rows, skipped) | {"files": [str(path) for path in files]}
-    return publish(out / f"{NAME}.json", report, as_json=as_json, show=partial(print_end, skipped))
+    report = _report(sources, rows, skipped)
+    return publish(out / NAME, report, files, as_json=as_json, show=partial(print_end, skipped))
 
 
 def chart_source(
@@ -123,7 +123,6 @@ def _report(
 ) -> dict[str, object]:
     return {
         "chart": "material",
-        **made_with(),
         "chance": {"four": 1 / len(FOUR), "eleven": 1 / len(ELEVEN)},
         "sources": {
             source.name: {

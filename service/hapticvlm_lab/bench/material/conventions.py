@@ -28,7 +28,7 @@ from hapticvlm.palette import BLUE, SOFT, VERMILION
 from hapticvlm.vision.files import list_files
 from hapticvlm.vision.picture_recogniser import PictureRecogniser
 from hapticvlm_lab.bench import figures
-from hapticvlm_lab.bench.printing import made_with, publish
+from hapticvlm_lab.bench.printing import publish
 
 NAME = "stability-conventions"
 SIDE = 512
@@ -131,14 +131,12 @@ def run(folder: Path, limit: int, out: Path, *, as_json: bool) -> int:
     rows = {name: {fate: fates[name][fate] for fate, _ in FATES} for name in CONVENTIONS}
     report = {
         "stability": "conventions",
-        **made_with(),
         "pictures": len(paths),
         "decided": count,
         "conventions": rows,
-        "files": [str(file) for file in files],
     }
     show = partial(_print, rows, count)
-    return publish(out / f"{NAME}.json", report, as_json=as_json, show=show)
+    return publish(out / NAME, report, files, as_json=as_json, show=show)
 
 
 def pictures_in(folder: Path) -> list[Path]:

@@ -37,7 +37,7 @@ from hapticvlm_lab.bench.material.perturb import SHAKES, Shake, apply
 from hapticvlm_lab.bench.material.picture import Picture, as_frame, window
 from hapticvlm_lab.bench.material.reading import load_sources
 from hapticvlm_lab.bench.material.scores import Words, score
-from hapticvlm_lab.bench.printing import made_with, publish
+from hapticvlm_lab.bench.printing import publish
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -146,9 +146,9 @@ def run(where: Where, out: Path, *, as_json: bool) -> int:
             print(f"\n== {source.name}, {len(source.views)} pictures")
             print("\n".join(f"  {sentence(curve)}" for curve in results[source.name]))
     files = [path for name in results for path in draw(name, results[name], out / NAME)]
-    report = _report(encoder, results, skipped) | {"files": [str(f) for f in files]}
+    report = _report(encoder, results, skipped)
     ended = "\n".join(f"skipped  {text}" for text in skipped)
-    return publish(out / f"{NAME}.json", report, as_json=as_json, show=partial(print, ended))
+    return publish(out / NAME, report, files, as_json=as_json, show=partial(print, ended))
 
 
 def shake_source(source: Source, default: Default) -> list[Curve]:
@@ -237,7 +237,6 @@ def _report(
 ) -> dict[str, object]:
     return {
         "stability": "material",
-        **made_with(),
         "encoder": encoder.name,
         "sources": {
             name: [asdict(curve) | {"breaks": sentence(curve)} for curve in curves]

@@ -32,7 +32,7 @@ from hapticvlm.rendering.vibration.impacts import impact
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 from hapticvlm.rendering.vibration.voices import Command, Voices
 from hapticvlm_lab.bench import figures
-from hapticvlm_lab.bench.printing import made_with, publish
+from hapticvlm_lab.bench.printing import publish
 from hapticvlm_lab.bench.rigs import K, least_us
 from hapticvlm_lab.bench.vibration.spectra import JND_DB, difference_db, event_db, steady_db
 
@@ -87,13 +87,11 @@ def run(out: Path, *, as_json: bool) -> int:
     files = draw(rows, out / NAME, sentence(rows))
     report = {
         "chart": "vibration",
-        **made_with(),
         "jnd_db": JND_DB,
         "default": sentence(rows),
         "rows": [asdict(row) for row in rows],
-        "files": [str(path) for path in files],
     }
-    return publish(out / f"{NAME}.json", report, as_json=as_json, show=lambda: _print(rows))
+    return publish(out / NAME, report, files, as_json=as_json, show=lambda: _print(rows))
 
 
 def sentence(rows: Sequence[Row]) -> str:

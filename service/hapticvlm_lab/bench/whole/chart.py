@@ -32,7 +32,7 @@ from hapticvlm_lab.bench.material.methods import Floats, Method
 from hapticvlm_lab.bench.material.reading import Kind, sources_of
 from hapticvlm_lab.bench.material.timing import costs_ms
 from hapticvlm_lab.bench.pareto import pareto
-from hapticvlm_lab.bench.printing import made_with, publish
+from hapticvlm_lab.bench.printing import publish
 from hapticvlm_lab.bench.whole import baked, deciding, feeling
 from hapticvlm_lab.bench.whole.deciding import STATED, Decided
 
@@ -88,12 +88,10 @@ def run(data: Path | None, kits: Path | None, out: Path, *, as_json: bool) -> in
     files = draw(rows, out / NAME, sentence(rows))
     report = {
         "chart": "whole",
-        **made_with(),
         "default": sentence(rows),
         "rows": [asdict(row) for row in rows],
-        "files": [str(path) for path in files],
     }
-    return publish(out / f"{NAME}.json", report, as_json=as_json, show=lambda: show(rows))
+    return publish(out / NAME, report, files, as_json=as_json, show=lambda: show(rows))
 
 
 def measure(sources: Sequence[tuple[Source, Kind]]) -> list[Row]:
