@@ -1,11 +1,12 @@
 """Puts the browser scene of examples/webxr into the wheel, with the libraries that draw it.
 
 three.js and MessagePack for JavaScript are fetched by npm and are no part of the repository, so a
-wheel has the scene only if they were fetched before it was built:
+wheel draws the scene only if they were fetched before it was built:
 
     npm ci --prefix examples/webxr && python -m build
 
-Without them the wheel is built all the same, and `hapticvlm demo --browser` says what it lacks.
+Without them the wheel is built all the same, with the player that `hapticvlm demo --static` writes;
+`hapticvlm demo --browser` says what it lacks.
 """
 
 from __future__ import annotations
@@ -33,7 +34,6 @@ class SceneHook(BuildHookInterface[Any]):
             return
         if not (examples / MODULES / "three").is_dir():
             self.app.display_warning("no browser scene in it: npm ci --prefix examples/webxr first")
-            return
         for pattern in json.loads((Path(self.root) / SCENE).read_text(encoding="utf-8")):
             for file in examples.glob(pattern):
                 place = PLACE / file.relative_to(examples)

@@ -3,9 +3,9 @@
 What is replaced is hardware: the motors of a gamepad and of a phone.
 """
 
-import itertools
 import re
 import shutil
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -16,17 +16,14 @@ from pace import PACE
 from phone import PHONE, complaints
 from playwright.sync_api import Browser, Page, expect
 from static_server import served
+from try_page import at, sample
 from webxr_scene import EXAMPLES, SLOW_MS
 
 from hapticvlm.demo import static_site
-from hapticvlm.materials import MATERIALS
-from hapticvlm.rendering.vibration.vibration import IMPACTS, INTERACTIONS
 
 pytestmark = [pytest.mark.browser, pytest.mark.needs_toolchain("chromium", "three")]
 
 LEAST_DB = -30.0  # re full scale, at the loudness that the page begins with
-GRID = list(itertools.product(MATERIALS, INTERACTIONS))
-FEW = [("glass", "strike"), ("fabric", "press"), ("wood", "slide")]
 # A gamepad and a phone that count the pictures drawn between the newest contact and their pulse.
 MOTORS = """
   window.frames = 0;
@@ -35,12 +32,12 @@ MOTORS = """
   requestAnimationFrame(count);
   const pulse = (motor, strength) => strength > 0 && pulses[motor].push({frame: frames, strength});
   const playEffect = async (_, {strongMagnitude}) => pulse('gamepad', strongMagnitude);
-  navigator.getGamepads = () => [{id: 'pad', vibrationActuator: {playEffect}}];
+  navigator.getGamepads = () => [{id: 'pad', vibrationActuator: {playEffect, reset() {}}}];
   navigator.vibrate = (ms) => Boolean(pulse('phone', ms)) || true;
 """
 # Measures what leaves the page behind a fourth-order Butterworth high-pass at 350 Hz.
 LISTEN = """async () => {
-  const {sound} = await import('/hear.js');
+  const {sound} = await import(new URL('hear.js', document.baseURI));
   await sound.start();
   const {context} = sound.output;
   const q = [0.5412, 1.3066].map((factor) => 20 * Math.log10(factor));
@@ -55,29 +52,16 @@ LISTEN = """async () => {
   sound.output.connect(pass[0]).connect(pass[1]).connect(meter).connect(context.destination);
   window.meter = meter;
 }"""
-# Plays a gesture until it is heard, and felt within `most` pictures; a busy machine may be late.
-PLAY = """async ([material, kind, least, most, patience]) => {
-  const wait = (ms) => new Promise((done) => setTimeout(done, ms));
-  const end = performance.now() + patience;
-  const link = document.getElementById(`${material}/${kind}`);
-  const played = {};
-  const isDone = () => played.level > least && Math.max(...played.first) <= most;
-  do {
-    window.loudest = pulses.gamepad.length = pulses.phone.length = 0;
-    const at = frames;
-    link.click();
-    const over = performance.now() + 2000;
-    do {
-      await wait(20);
-      played.level = 10 * Math.log10(loudest + 1e-20);
-      played.first = Object.values(pulses).map(([pulse]) => pulse ? pulse.frame - at : 1e9);
-    } while (!isDone() && performance.now() < over);
-    played.strongest = Math.max(0, ...pulses.gamepad.map(({strength}) => strength));
-    document.getElementById('stop').click();
-    await wait(200);
-  } while (!isDone() && performance.now() < end);
-  return played;
+FORGET = "() => { loudest = pulses.gamepad.length = pulses.phone.length = 0; }"
+IS_PLAYED = """(least) => 10 * Math.log10(loudest + 1e-20) > least
+  && Math.max(0, ...pulses.gamepad.map(({strength}) => strength)) > 0.1
+  && pulses.phone.length > 0"""
+IS_STILL = """() => {
+  const before = loudest;
+  loudest = 0;
+  return before < 1e-8;
 }"""
+THINGS = {"metal": (0.41, 0.38), "glass": (0.62, 0.3), "wood": (0.3, 0.9), "fabric": (0.86, 0.7)}
 
 
 @pytest.fixture(scope="module")
@@ -88,10 +72,14 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
         yield f"{root}site/"
 
 
-@pytest.fixture(scope="module")
-def gallery(browser: Browser, address: str) -> Iterator[Page]:
-    page = browser.new_page()
-    yield from opened(page, f"{address}#glass/strike")
+@pytest.fixture
+def page(browser: Browser, address: str) -> Iterator[Page]:
+    calm = "reduce"  # no drawn hand touches the picture
+    phone = browser.new_context(viewport=PHONE, has_touch=True, is_mobile=True, reduced_motion=calm)
+    for page in opened(phone.new_page(), address):
+        expect(page.locator("#pane")).to_have_attribute("data-looked", "1", timeout=PATIENCE_MS)
+        yield page
+    phone.close()
 
 
 def opened(page: Page, address: str) -> Iterator[Page]:
@@ -115,8 +103,15 @@ def test_no_host_leaves_a_part_out_for_its_name(tmp_path: Path) -> None:
     assert [name for name in names if "node_modules" in name or name.endswith(".mjs")] == []
 
 
-@pytest.mark.parametrize("page", ["", "scene/webxr/"])
-@pytest.mark.parametrize("missing", ["scene/webxr/lib", "scene/webxr/client/feel.true.json"])
+@pytest.mark.parametrize(
+    ("page", "missing"),
+    [
+        ("", "try.scene.js"),
+        ("", "scene/webxr/client/feel.true.json"),
+        ("scene/webxr/", "scene/webxr/lib"),
+        ("scene/webxr/", "scene/webxr/client/feel.true.json"),
+    ],
+)
 def test_a_page_without_one_of_its_files_names_it(
     browser: Browser, tmp_path: Path, page: str, missing: str
 ) -> None:
@@ -128,6 +123,7 @@ def test_a_page_without_one_of_its_files_names_it(
         tab.goto(f"{root}{page}")
         status = tab.locator('[role="status"]').first
         expect(status).to_contain_text("cannot start", timeout=PATIENCE_MS)
+        expect(status).to_be_in_viewport()
         names = status.text_content() or ""
         assert "feel.true.json" in names if missing.endswith("json") else ".js" in names
         tab.close()
@@ -161,129 +157,59 @@ def test_a_page_opened_from_the_disk_says_what_it_needs(
     tab.close()
 
 
-def test_a_link_opens_at_its_moment_and_enter_plays_it(gallery: Page) -> None:
-    expect(gallery.locator(".opened")).to_be_focused()
-    expect(gallery.locator("#told")).to_contain_text("Enter")
-    gallery.keyboard.press("Enter")
-    gallery.wait_for_function("() => pulses.gamepad.length > 0", timeout=PATIENCE_MS)
-
-
-@pytest.mark.parametrize(("width", "height"), [(1280, 900), (400, 800)])
-def test_the_things_of_the_picture_are_touched_and_it_stays_where_it_is(
-    browser: Browser, address: str, width: int, height: int
-) -> None:
-    page = browser.new_page(viewport={"width": width, "height": height})
-    page.set_default_timeout(SLOW_MS)
-    page.goto(address)
-    swatch = page.locator("#photo")
-    expect(page.locator("#told")).to_contain_text("Press or stroke")
-    swatch.hover()
-    before = swatch.bounding_box()
+def press(page: Page, material: str) -> None:
+    """Press the thing of a material, and stroke it until it is heard and both motors have run."""
+    x, y = THINGS[material]
+    at(page, x, y)
+    expect(page.locator("#material")).to_have_text(material)
     page.mouse.down()
-    expect(page.locator("#told")).to_have_text("wood, your hand")
-    table = page.locator("#lit").get_attribute("points")
-    swatch.hover(position=swatch.evaluate("(e) => ({x: e.clientWidth*.41, y: e.clientHeight*.38})"))
-    expect(page.locator("#told")).to_have_text("metal, your hand")
-    assert page.locator("#lit").get_attribute("points") != table
+    gives_up_at = time.monotonic() + PATIENCE_MS / 1000
+    page.evaluate(FORGET)
+    while not page.evaluate(IS_PLAYED, LEAST_DB):
+        assert time.monotonic() < gives_up_at, page.evaluate("[loudest, pulses]")
+        at(page, x + 0.01, y)
+        at(page, x, y)
+    page.mouse.up()
+
+
+def test_each_thing_is_heard_by_a_small_speaker_and_felt_until_the_stop(page: Page) -> None:
+    at(page, *THINGS["metal"])
+    page.mouse.down()
     expect(page.locator("#hear")).to_have_text("Sound on")
-    assert swatch.bounding_box() == before
-    page.close()
+    page.mouse.up()
+    page.evaluate(LISTEN)  # the sound has begun
+    for material in THINGS:
+        press(page, material)
+        page.keyboard.press("Escape")
+        expect(page.locator("#stopped")).to_contain_text("Stopped at")
+        page.wait_for_function(IS_STILL, polling=200, timeout=PATIENCE_MS)  # some blocks of sound
 
 
-@pytest.mark.parametrize(
-    ("fragment", "named"),
-    [
-        ("#gold/strike", '"gold"'),
-        ("#glass/hit", '"hit"'),
-        ("#glass/strike/x", '"strike/x"'),
-        ("#glass/strike?speed=fast", 'speed "fast"'),
-        ("#glass/strike?force=201", 'force "201"'),
-        ("#glass/strike?speed=", 'speed ""'),
-        ("#glass/strike?colour=1", '"colour"'),
-        ("#%E0%A4%A", "%E0%A4%A"),
-    ],
-)
-def test_a_wrong_link_is_named_and_the_page_opens_as_usual(
-    gallery: Page, fragment: str, named: str
-) -> None:
-    gallery.evaluate("(fragment) => { location.hash = fragment; }", fragment)
-    expect(gallery.locator("#told")).to_contain_text(named)
-    assert gallery.locator(".opened").count() == 0
-    assert gallery.locator("article").count() == len(MATERIALS)
+def test_a_picture_of_ones_own_is_felt_as_what_one_says_that_it_is(page: Page) -> None:
+    sample(page, "kettle")
+    at(page, 0.5, 0.5)
+    expect(page.locator("#material")).to_have_text("Not recognised here")
+    page.mouse.down()
+    page.mouse.up()
+    assert page.evaluate("pulses.gamepad.length") == 0
+    page.get_by_text("Not right?", exact=True).click()
+    page.locator("#correct-material").select_option("metal")
+    expect(page.locator("#sure")).to_have_text("stated by you")
+    at(page, 0.5, 0.5)
+    page.mouse.down()
+    page.wait_for_function("pulses.gamepad.length > 0", timeout=PATIENCE_MS)
+    page.mouse.up()
 
 
-# Opens at a link, plays it and returns the highest amplitude of its first vibration.
-STRENGTH = """async (fragment) => {
-  const {felt} = await import(new URL('gallery.js', document.baseURI));
-  const changed = new Promise((done) => addEventListener('hashchange', done, {once: true}));
-  location.hash = fragment;
-  await changed;
-  const strength = new Promise((done) => {
-    felt.addEventListener('vibration', function first({detail: {amplitude = []}}) {
-      if (!amplitude.length) return;
-      felt.removeEventListener('vibration', first);
-      done(Math.max(...amplitude));
-    });
-  });
-  document.querySelector('.opened').click();
-  await strength;
-  document.getElementById('stop').click();
-  return strength;
-}"""
-
-
-def test_a_link_states_how_fast_the_strike_is(gallery: Page) -> None:
-    gentle, usual = (
-        gallery.evaluate(STRENGTH, f"#wood/strike{query}")
-        for query in ("?speed=0.1&force=1", "?speed=0.8")
-    )
-    print({"gentle": gentle, "usual": usual})
-    assert 0 < gentle < 0.7 * usual
-
-
-def test_a_copied_link_opens_at_the_moment_that_was_played(gallery: Page) -> None:
-    gallery.evaluate("() => { location.hash = '#stone/slide?speed=0.75'; }")
-    expect(gallery.locator(".opened")).to_have_attribute("id", "stone/slide")
-    gallery.locator(".opened").click()
-    expect(gallery.locator("#told")).to_have_text("stone, slide")
-    gallery.evaluate("() => { location.hash = ''; }")
-    gallery.locator("#link").click()
-    expect(gallery.locator("#link")).not_to_have_text("Copy link")
-    assert gallery.url.endswith("#stone/slide?speed=0.75")
-    gallery.get_by_role("link", name="press leather").click()
-    expect(gallery.locator("#told")).to_have_text("leather, press")
-    gallery.locator("#link").click()
-    expect(gallery.locator("#link")).not_to_have_text("Copy link")
-    assert gallery.url.endswith("#leather/press")
-
-
-@pytest.mark.parametrize(
-    ("material", "kind"),
-    [*FEW, *(pytest.param(*one, marks=pytest.mark.nightly) for one in GRID if one not in FEW)],
-)
-def test_each_gesture_is_heard_by_a_small_speaker_and_felt_in_the_next_picture(
-    gallery: Page, material: str, kind: str
-) -> None:
-    if not gallery.evaluate("Boolean(window.meter)"):
-        gallery.evaluate(LISTEN.replace("'/hear.js'", "new URL('hear.js', document.baseURI)"))
-    most = 1 if kind in IMPACTS else 1_000  # a stroke begins slowly
-    played = gallery.evaluate(PLAY, [material, kind, LEAST_DB, most, PATIENCE_MS])
-    print(material, kind, played)
-    assert played["level"] > LEAST_DB
-    assert played["strongest"] > 0.1
-    assert max(played["first"]) <= most
-
-
-@pytest.mark.nightly
-@pytest.mark.parametrize(("width", "height"), [(1280, 800), (390, 844)])
-def test_axe_finds_nothing_in_the_gallery(gallery: Page, width: int, height: int) -> None:
-    gallery.set_viewport_size({"width": width, "height": height})
-    gallery.evaluate(AXE.read_text(encoding="utf-8"))
-    violations = gallery.evaluate("axe.run()")["violations"]
-    assert [entry["id"] for entry in violations] == []
-    assert gallery.evaluate("document.scrollingElement.scrollWidth") <= width
-    gallery.evaluate("scrollTo(0, 0)")  # the header stays in front while the page scrolls
-    assert width > PHONE["width"] or complaints(gallery) == []
+def test_nothing_is_offered_that_needs_a_service(page: Page) -> None:
+    for name in ("#camera", "#screen", "#token-form", "#take"):
+        expect(page.locator(name)).to_be_hidden()
+    page.get_by_text("Feel it on your phone").click()
+    expect(page.locator("#reach-said")).to_contain_text("Open the address of this page")
+    page.get_by_text("Settings").click()
+    link = page.get_by_role("link", name="A room to touch")
+    assert link.get_attribute("href") == "scene/webxr/"
+    expect(page.get_by_role("link")).to_have_count(1)
 
 
 # Presses an object of the room; the pictures until the phone's motor, and what the page says.

@@ -32,13 +32,13 @@ DROP = """([name, data]) => {
 @contextmanager
 def visit(
     browser: Browser,
-    service: Service,
+    where: Service | str,
     size: tuple[int, int] = (1280, 900),
     hash_: str = "",
     slowed: int = 1,
     **options: Any,
 ) -> Iterator[Page]:
-    """Open the page; unless asked for, no drawn hand touches its first picture.
+    """Open the page, of a service or at an address; by default no drawn hand touches its picture.
 
     Its clock is `slowed` so many times.
     """
@@ -50,7 +50,7 @@ def visit(
     page.add_init_script(SLOWED % slowed)
     errors: list[str] = []
     page.on("pageerror", lambda error: errors.append(str(error)))
-    page.goto(f"{service.page}try{hash_}")
+    page.goto((where if isinstance(where, str) else f"{where.page}try") + hash_)
     try:
         expect(page.locator("#link")).to_contain_text("Connected to hapticvlm")
         yield page

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
 
 EXAMPLES = "examples"
-CURE = "npm ci --prefix examples/webxr"
+NO_THREE = "three.js is not installed (`npm ci --prefix examples/webxr` in a checkout)"
 
 _STREAM = """
 Send a recorded VR session to a running service, as a scene would, or the live picture of a screen
@@ -114,8 +114,8 @@ def _add_demo(commands: Commands) -> None:
         "--static",
         type=Path,
         metavar="FOLDER",
-        help="write a photograph to touch, all materials and the WebXR scene as plain files for "
-        "any web host; they are felt and heard without a service",
+        help="write the page /try and the WebXR scene as plain files for any web host; they are "
+        "felt and heard without a service",
     )
     touch_options.add_voice(demo, "sound", "voice of the speaker and of vibration.wav (sound)")
     demo.add_argument("--quiet", action="store_true", help="play no sound")
@@ -182,16 +182,20 @@ def _demo(options: argparse.Namespace) -> int:
 
 
 def _write_static(folder: Path) -> int:
-    """Write the scene and the gallery to a folder. Raises UsageError, OSError."""
+    """Write the page and the scene to a folder. Raises UsageError, OSError."""
     from hapticvlm.demo import static_site
 
-    size = static_site.write(_drawable_examples(), folder)
+    examples = _examples_folder()
+    if examples is None:
+        raise UsageError("this installation lacks the files of the web player; use a checkout")
+    size = static_site.write(examples, folder)
     served = f"-m http.server --directory {shell_word(folder)}"
+    scene = "http://127.0.0.1:8000/scene/webxr/"
     print(
         f"{folder}: {size / 1e6:.1f} MB of plain files\n"
         f"try it       {Path(sys.executable).name} {served}\n"
-        "gallery      http://127.0.0.1:8000/#glass/strike opens at a strike on glass\n"
-        "scene        http://127.0.0.1:8000/scene/webxr/"
+        "page         http://127.0.0.1:8000/\n"
+        f"scene        {scene if static_site.has_room(examples) else f'left out: {NO_THREE}'}"
     )
     return 0
 
@@ -204,11 +208,12 @@ def _browse() -> int:
     import webbrowser
 
     from hapticvlm.client.local_service import ending_on_sigterm, running
+    from hapticvlm.demo import static_site
 
     examples = _examples_folder()
-    has_scene = examples is not None and (examples / "webxr" / "node_modules" / "three").is_dir()
+    has_scene = examples is not None and static_site.has_room(examples)
     if not has_scene:
-        print(f"three.js is not installed (`{CURE}` in a checkout), so the page /try opens instead")
+        print(f"{NO_THREE}, so the page /try opens instead")
     folder = ["--scene", str(examples)] if has_scene else []
     try:
         with ending_on_sigterm(), running(folder) as service:
@@ -222,16 +227,6 @@ def _browse() -> int:
         return 0
     print("hapticvlm demo: the service ended unexpectedly", file=sys.stderr)
     return 1
-
-
-def _drawable_examples() -> Path:
-    """Return the folder of the scene and what draws it. Raises UsageError."""
-    examples = _examples_folder()
-    if examples is None:
-        raise UsageError("this wheel was built without the browser scene; use a checkout")
-    if not (examples / "webxr" / "node_modules" / "three").is_dir():
-        raise UsageError(f"three.js is not installed: {CURE}")
-    return examples
 
 
 def _examples_folder() -> Path | None:

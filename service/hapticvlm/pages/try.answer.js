@@ -6,7 +6,7 @@ import * as felt from "./felt.js";
 const LIKELY = 4; // materials offered as buttons where the one said is not right
 const COMMON = ["wood", "metal", "glass", "fabric", "plastic"]; // offered where nothing is more likely
 const SEEN = { picture: "the whole picture", thing: "the whole picture, and the thing outlined on its plain ground", part: "the part under the hand" };
-const CANNOT = { living: "I do not feel people or animals", else: "I cannot tell" };
+const CANNOT = { living: "I do not feel people or animals", unseen: "Not recognised here", else: "I cannot tell" }; // "unseen" comes from a bake alone
 
 let scene = null;
 

@@ -6,6 +6,7 @@
   const say = (text) => {
     if (document.readyState === "loading") return addEventListener("DOMContentLoaded", () => say(text));
     const status = document.querySelector('[role="status"]');
+    document.body.dataset.link = "gone"; // a page may show its status only then
     if (status.textContent.startsWith("Loading")) status.textContent = `This page cannot start: ${text}`;
   };
   const explain = ({ message, reason }) => {
