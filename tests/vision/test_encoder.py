@@ -41,6 +41,16 @@ def test_a_face_is_alive_and_the_same_face_as_a_mosaic_is_not() -> None:
     assert mosaic.beliefs.get("living", 0.0) < 0.1
 
 
+def test_noise_is_not_alive() -> None:
+    noise = np.random.default_rng(3)
+    for height, width in ((480, 640), (300, 300), (200, 900)):
+        pictures = (
+            noise.integers(0, 256, (height, width, 3), np.uint8),
+            noise.normal(128, 40, (height, width, 3)).clip(0, 255).astype(np.uint8),
+        )
+        assert [recognise(picture).beliefs.get("living", 0.0) for picture in pictures] == [0.0, 0.0]
+
+
 def test_only_animals_that_do_not_look_like_matter_are_counted_and_nothing_else_is_alive() -> None:
     classes = np.zeros((4, 1000), np.float32)
     classes[0, [251, 281]] = 0.45  # a dalmatian, a tabby cat

@@ -40,7 +40,7 @@ function connect() {
     },
   });
   watching.connect();
-  offerStop(scene.link, () => {});
+  offerStop(scene.link, () => scene.stopped());
 }
 
 function receive(message) {

@@ -146,6 +146,9 @@ export class TryScene {
 
   moved() { this.#want(); }
 
+  // A stop holds each hand until its next release, also one that touches nothing: the next tick sends it.
+  stopped() { this.#pressed = true; }
+
   #receive(message, onMessage) {
     if (message.type === "welcome") {
       this.owner = message.owner;

@@ -3,7 +3,8 @@
 ImageNet has 398 classes of animals. It has none of a person, but classes that a face is taken for:
 what is worn or held at a face (a wig, lipstick, a flute), and persons of a trade. Their
 probabilities are summed, and a ramp turns each sum into a belief, since a few per cent of them
-appear in pictures of anything. A person from behind, a hand and clothes do not count.
+appear in pictures of anything. A person from behind, a hand and clothes do not count. Nor does
+noise, which the network takes for an insect or a rug: there, neighbouring pixels hardly agree.
 
 Classes and ramps were chosen on halves of Caltech 101 (animals, and faces split by person) and of
 photographs of materials; hapticvlm_lab/training/LOG.md has the figures of the other halves.
@@ -36,6 +37,7 @@ _AT_A_FACE = (
 )
 _ANIMAL_RAMP = (0.5, 0.9)  # sums of probability with belief 0 and 1
 _FACE_RAMP = (0.25, 0.45)
+_LEAST_AGREEMENT = 0.6  # correlation of neighbouring pixels of the crop, below which it is noise
 
 
 def embed(encoder: Encoder, crops: Sequence[Crop]) -> tuple[Floats, Floats]:
@@ -46,7 +48,7 @@ def embed(encoder: Encoder, crops: Sequence[Crop]) -> tuple[Floats, Floats]:
     if not isinstance(encoder, OnnxEncoder) or not encoder.has_classes:
         return encoder.embed(crops), np.zeros(len(crops), np.float32)
     embeddings, classes = encoder.embed_and_classify(crops)
-    return embeddings, belief(classes)
+    return embeddings, belief(classes) * [not _is_noise(crop) for crop in crops]
 
 
 def belief(classes: Floats) -> Floats:
@@ -54,6 +56,15 @@ def belief(classes: Floats) -> Floats:
     animal = np.interp(classes[:, _ANIMALS].sum(axis=1), _ANIMAL_RAMP, (0.0, 1.0))
     face = np.interp(classes[:, _AT_A_FACE].sum(axis=1), _FACE_RAMP, (0.0, 1.0))
     return np.asarray(np.maximum(animal, face), np.float32)
+
+
+def _is_noise(crop: Crop) -> bool:
+    levels = crop.image.sum(axis=2, dtype=np.float32)
+    levels -= levels.mean()
+    least = _LEAST_AGREEMENT * np.square(levels).mean()
+    across = np.mean(levels[:, 1:] * levels[:, :-1])
+    down = np.mean(levels[1:] * levels[:-1])
+    return bool(max(abs(across), abs(down)) < least)
 
 
 def with_living(evidence: Evidence, belief: float) -> Evidence:
