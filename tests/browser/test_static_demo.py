@@ -74,8 +74,9 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
 
 @pytest.fixture
 def page(browser: Browser, address: str) -> Iterator[Page]:
-    calm = "reduce"  # no drawn hand touches the picture
-    phone = browser.new_context(viewport=PHONE, has_touch=True, is_mobile=True, reduced_motion=calm)
+    phone = browser.new_context(
+        viewport=PHONE, has_touch=True, is_mobile=True, reduced_motion="reduce"
+    )
     for page in opened(phone.new_page(), address):
         expect(page.locator("#pane")).to_have_attribute("data-looked", "1", timeout=PATIENCE_MS)
         yield page
