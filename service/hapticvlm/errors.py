@@ -25,6 +25,7 @@ FULL = (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC))
 CURES = {
     errno.ENOENT: "check the path; a folder in it may be missing",
     errno.EACCES: "choose a place that you may use",
+    errno.EEXIST: "name another place",
     errno.EISDIR: "name a file",
     errno.ENOTDIR: "name a folder",
     **dict.fromkeys(FULL, "free some space, or choose another place"),

@@ -69,10 +69,9 @@ def command(*arguments):
 WRONG_USES = Path(__file__).with_name("wrong_uses.csv")
 
 
-def test_each_of_44_wrong_uses_is_answered_in_one_line_that_names_the_cure(tmp_path, capsys):
+def test_each_wrong_use_is_answered_in_one_line_that_names_the_cure(tmp_path, capsys):
     with WRONG_USES.open(newline="", encoding="utf-8") as file:
         uses = list(csv.reader(file))
-    assert len(uses) == 44
     offenders = []
     for use, named in uses:
         try:

@@ -227,6 +227,8 @@ def _scenes(source: Path) -> Iterator[Scene]:
     else:
         several = document if isinstance(document, list) else [document]
         lines = [json.dumps(one) for one in several]
+    if not all(line.startswith("{") for line in lines):
+        raise UsageError(f"{source}: neither a glTF scene nor `scene` messages; give one of them")
     messages = [decode(line) for line in lines]
     scenes = [message for message in messages if isinstance(message, Scene)]
     if not scenes:

@@ -6,6 +6,7 @@ import argparse
 import re
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
+from itertools import takewhile
 from typing import (
     TYPE_CHECKING,
     Any,
@@ -59,6 +60,7 @@ class Parser(argparse.ArgumentParser):
     ) -> tuple[argparse.Namespace, list[str]]:
         """Refuse an unknown option or a superfluous word in the name of this command."""
         if self._subparsers is not None:
+            self._refuse_unknown([*takewhile(lambda word: word.startswith("--"), args or ())])
             return super().parse_known_args(args, namespace)
         self._refuse_unknown(args or ())  # before its value is taken for another argument
         parsed, unknown = super().parse_known_args(args, namespace)

@@ -21,10 +21,10 @@ def place(option: str) -> tuple[str, str, int]:
     """Return name, host and port of NAME or NAME=HOST:PORT. Raises ValueError."""
     name, _, address = option.partition("=")
     if name not in WORN:
-        raise ValueError(f"hand: {name[:60]} is none of {', '.join(WORN)}")
+        raise ValueError(f"--hand: `{name[:60]}`: choose one of {', '.join(WORN)}")
     host, _, port = (address or f"{HOST}:{WORN[name].port}").rpartition(":")
     if not host or not port.isdecimal() or not 0 < int(port) < 65_536:
-        raise ValueError(f"hand: {address[:60]} is not HOST:PORT; leave it out, or give both")
+        raise ValueError(f"--hand: {address[:60]} is not HOST:PORT; leave it out, or give both")
     return name, host, int(port)
 
 
