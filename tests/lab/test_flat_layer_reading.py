@@ -7,6 +7,7 @@ import pytest
 
 from hapticvlm.vision.loading import load_encoder
 from hapticvlm_lab.training import flat_layer
+from hapticvlm_lab.training.describing import NAMES
 
 
 @pytest.mark.nightly
@@ -20,7 +21,8 @@ def test_crops_are_read_with_their_kit(tmp_path: Path) -> None:
         path=["kits/toys/chair.glb", "kits/toys/pan.glb"],
     )
     encoder = load_encoder()
-    kits = flat_layer.read(tmp_path, encoder)
+    kits = flat_layer.embed(encoder, flat_layer.drawn(tmp_path))
     assert kits.embeddings.shape == (2, encoder.dimension)
     assert kits.flat.tolist() == [True, False]
-    assert kits.kits.tolist() == ["toys", "toys"]
+    assert kits.sources.tolist() == ["toys", "toys"]
+    assert [NAMES[label] for label in kits.labels] == ["wood", "metal"]

@@ -260,7 +260,8 @@ def test_the_layer_of_flat_pictures_learns_kits_and_keeps_what_the_other_knew(mo
     def taught(name):
         rows = looks[name][labels] + rng.normal(0, 0.3, (len(labels), 24))
         embeddings = joint_embedding.join(rows.astype("f4"), even)
-        return flat_layer.Taught(embeddings, labels, np.full(len(labels), name))
+        named = np.full(len(labels), name)
+        return flat_layer.Embedded(embeddings, labels, named, np.zeros(len(labels), np.bool_))
 
     def right(layer, pictures):
         logits = pictures.embeddings @ layer.weights + layer.bias

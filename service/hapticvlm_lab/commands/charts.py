@@ -49,7 +49,7 @@ def add(commands: Commands) -> None:
         "--kits",
         type=Path,
         metavar="FOLDER",
-        help="game kits, drawn there by `python -m hapticvlm_lab.training.kits` (none)",
+        help="game kits, drawn there by `python -m hapticvlm_lab.training --only held-back` (none)",
     )
     stability = commands.add_parser("stability", help="draw under which conditions a method fails")
     subjects = stability.add_subparsers(title="subjects", required=True, metavar="WHAT")

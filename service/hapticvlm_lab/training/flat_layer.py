@@ -8,14 +8,14 @@ stay valid.
 
 The factor of the scale (Calibration.flat) is that of least surprise on flat pictures that taught
 nothing: kits, each fold read by a layer that the others taught, rooms
-left out and web pictures. W holds what `rooms` and `kits` drew, W/rooms and W/kits; embeddings that
-exist in W are not computed again. No kit that is held back is read.
+left out and web pictures. W holds what `rooms` and `kits` drew, W/rooms and W/kits. No kit that is
+held back is read.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -59,33 +59,23 @@ KEPT = 1.0  # weight of the beliefs of the layer that it began as, beside a labe
 SEED = 1
 
 Floats = NDArray[np.float32]
-Flags = NDArray[np.bool_]
-Words = NDArray[np.str_]
 Doubles = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
-class Taught:
-    """embeddings (N, D); labels (N,) places in NAMES; sources (N,), sources.KITS for kits."""
+class Embedded:
+    """N crops: embeddings (N, D), places of labels in NAMES, sources or kits, and who is flat."""
 
     embeddings: Floats
     labels: NDArray[np.int64]
     sources: NDArray[np.str_]
+    flat: NDArray[np.bool_]
 
-
-@dataclass(frozen=True, slots=True)
-class Kits:
-    """N crops: embeddings (N, D), whether they are flat, their materials and objects' paths."""
-
-    embeddings: Floats
-    flat: Flags
-    truth: Words
-    paths: Words
-
-    @property
-    def kits(self) -> Words:
-        """The kit of each crop, (N,)."""
-        return np.array([path.split("/")[-2] for path in self.paths])
+    def rows(self, chosen: NDArray[np.bool_]) -> Embedded:
+        """Return some of the crops."""
+        return Embedded(
+            self.embeddings[chosen], self.labels[chosen], self.sources[chosen], self.flat[chosen]
+        )
 
 
 def add_to(data: Path, work: Path, out: Path) -> str:
@@ -93,65 +83,53 @@ def add_to(data: Path, work: Path, out: Path) -> str:
     encoder = load_encoder(str(out))
     gallery = load_gallery(out / FILE_NAME, encoder=encoder)
     shown = describing.teaching(data, work, encoder.side)
-    known = join([_embedded(encoder, shown[name], work, name) for name in KNOWN])
-    kits = read(work / sources.KITS, encoder)
-    fitted = add(gallery, known, kits, judging(data, work, encoder))
+    known = join([embed(encoder, track(shown[name], name)) for name in KNOWN])
+    others = describing.judging(data, work, encoder.side).values()
+    judged = [part for part in (embed(encoder, crops) for crops in others) if len(part.labels)]
+    fitted = add(gallery, known, embed(encoder, drawn(work / sources.KITS)), judged)
     save_gallery(fitted, out / FILE_NAME)
     return f"{encoder.name}: flat pictures, scale times {fitted.calibration.flat:.2f}"
 
 
-def read(folder: Path, encoder: Encoder) -> Kits:
-    """Embed the crops of every file of a folder, in the order of their names.
-
-    A file has big (N, 224, 224, 4) RGB and mask, label (N,), and path (N,) of the object.
-    """
-    rows = []
-    flat = []
-    labels: list[str] = []
-    paths: list[str] = []
+def drawn(folder: Path) -> Iterator[Labelled]:
+    """Yield the crops of every kit of a folder, in the order of their names; sources are kits."""
     for path in sorted(folder.glob("*.npz")):
         with np.load(path) as file:
-            labels += file["label"].tolist()
-            paths += file["path"].tolist()
-            drawn = [Crop(big[..., :3].copy(), big[..., 3].copy()) for big in file["big"]]
-        flat += [is_flat(crop) for crop in drawn]
-        rows.append(encoder.embed(drawn))
-    return Kits(np.concatenate(rows), np.array(flat), np.array(labels), np.array(paths))
+            for big, label in zip(file["big"], file["label"].tolist(), strict=True):
+                yield Crop(big[..., :3].copy(), big[..., 3].copy()), label, path.stem
 
 
-def judging(data: Path, work: Path, encoder: Encoder) -> list[Kits]:
-    """Embed the sets that choose and calibrate, but those of which nothing is drawn."""
-    parts = []
-    for name, labelled in describing.judging(data, work, encoder.side).items():
-        shown = [(encoder.embed([crop])[0], is_flat(crop), label) for crop, label, _ in labelled]
-        if shown:
-            rows, flat, labels = zip(*shown, strict=True)
-            paths = np.full(len(shown), f"{name}/")
-            parts.append(Kits(np.stack(rows), np.array(flat), np.array(labels), paths))
-    return parts
+def embed(encoder: Encoder, crops: Iterable[Labelled]) -> Embedded:
+    """Embed crops one by one."""
+    rows = [
+        (encoder.embed([crop])[0], label, source, is_flat(crop)) for crop, label, source in crops
+    ]
+    embeddings, labels, named, flat = zip(*rows, strict=True) if rows else ((), (), (), ())
+    places = np.array([NAMES.index(label) for label in labels], np.int64)
+    return Embedded(np.array(embeddings, np.float32), places, np.array(named), np.array(flat, bool))
 
 
-def add(gallery: Gallery, known: Taught, kits: Kits, others: Sequence[Kits]) -> Gallery:
+def add(gallery: Gallery, known: Embedded, kits: Embedded, others: Sequence[Embedded]) -> Gallery:
     """Return a gallery with the layer and the factor of flat pictures.
 
     `others` are pictures that taught nothing, for the factor.
     """
     begin = gallery.layer
     assert begin is not None
-    taught = Taught(kits.embeddings, _places(kits), np.full(len(kits.truth), sources.KITS))
-    logits = np.zeros((len(kits.truth), len(NAMES)))
+    taught = replace(kits, sources=np.full(len(kits.labels), sources.KITS))
+    logits = np.zeros((len(kits.labels), len(NAMES)))
     for fold in FOLDS:
-        out = np.array([kit.startswith(fold) for kit in kits.kits])
-        logits[out] = _logits(fit(join([known, _keep(taught, ~out)]), begin), kits.embeddings[out])
+        out = np.array([kit.startswith(fold) for kit in kits.sources])
+        logits[out] = _logits(fit(join([known, taught.rows(~out)]), begin), kits.embeddings[out])
     layer = fit(join([known, taught]), begin)
     shown = [(logits, kits), *((_logits(layer, other.embeddings), other) for other in others)]
     scale = gallery.calibration.scale
-    flat = [(scale * read[part.flat], _places(part)[part.flat]) for read, part in shown]
+    flat = [(scale * read[part.flat], part.labels[part.flat]) for read, part in shown]
     calibration = replace(gallery.calibration, flat=_factor(flat))
     return replace(gallery, flat_layer=layer, calibration=calibration)
 
 
-def fit(taught: Taught, begin: LinearLayer) -> LinearLayer:
+def fit(taught: Embedded, begin: LinearLayer) -> LinearLayer:
     """Train a layer on, on one thread: the same pictures give the same bytes on one machine."""
     # Only the rows of the features learn. Those of the beliefs that the network's own classes
     # imply keep their exponent.
@@ -164,7 +142,9 @@ def fit(taught: Taught, begin: LinearLayer) -> LinearLayer:
     return LinearLayer(joint_embedding.layer_of(read, EXPONENT), bias)
 
 
-def _train(features: Floats, taught: Taught, before: Floats, bias: Floats) -> tuple[Floats, Floats]:
+def _train(
+    features: Floats, taught: Embedded, before: Floats, bias: Floats
+) -> tuple[Floats, Floats]:
     torch.set_num_threads(1)
     torch.manual_seed(SEED)
     rows = torch.from_numpy(features)
@@ -212,33 +192,7 @@ def _logits(layer: LinearLayer, embeddings: Floats) -> Doubles:
     return np.asarray(embeddings @ layer.weights + layer.bias, np.float64)
 
 
-def _places(kits: Kits) -> NDArray[np.int64]:
-    return np.array([NAMES.index(name) for name in kits.truth], np.int64)
-
-
-def join(parts: Sequence[Taught]) -> Taught:
+def join(parts: Sequence[Embedded]) -> Embedded:
     """Join what teaches."""
-    return Taught(
-        np.concatenate([part.embeddings for part in parts]),
-        np.concatenate([part.labels for part in parts]),
-        np.concatenate([part.sources for part in parts]),
-    )
-
-
-def _keep(taught: Taught, rows: NDArray[np.bool_]) -> Taught:
-    return Taught(taught.embeddings[rows], taught.labels[rows], taught.sources[rows])
-
-
-def _embedded(encoder: Encoder, crops: Iterable[Labelled], work: Path, name: str) -> Taught:
-    """Embed a set, or read what W has of it."""
-    path = work / f"{encoder.name}_{name}.npz"
-    if not path.exists():
-        shown = [
-            (encoder.embed([crop])[0], NAMES.index(label), source)
-            for crop, label, source in track(crops, name)
-        ]
-        embeddings, labels, named = zip(*shown, strict=True)
-        with path.open("wb") as file:
-            np.savez(file, embeddings=np.stack(embeddings), labels=labels, sources=named)
-    with np.load(path, allow_pickle=False) as file:
-        return Taught(file["embeddings"], file["labels"].astype(np.int64), file["sources"])
+    fields = ("embeddings", "labels", "sources", "flat")
+    return Embedded(*(np.concatenate([getattr(part, name) for part in parts]) for name in fields))

@@ -1,7 +1,5 @@
 """Writes crops of game kits as a headset shows them.
 
-`python -m hapticvlm_lab.training.kits` draws those that are held back, for `chart whole --kits`.
-
 The objects of a kit stand in the rooms' scenes, each beside others of its kit, in rooms with
 photographed or plainly coloured grounds, by day or night, sometimes in fog, and every few crops
 glow as engines make them (bloom). Masks are the objects' own. One file a kit, since kits are left
@@ -10,9 +8,7 @@ out whole: objects of one kit share a palette.
 
 from __future__ import annotations
 
-import argparse
 import itertools
-import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -37,20 +33,6 @@ BRIGHT = 190  # grey level from which a pixel glows
 
 Pixels = NDArray[np.uint8]
 Drawn = tuple[Pixels, Prop]  # (224, 224, 4) RGB and mask, and what it shows
-
-
-def main() -> int:
-    """Read the command line and draw; existing files are left as they are."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, required=True, help="folder with kits/labels.csv")
-    parser.add_argument("--out", type=Path, required=True, help="folder to write to")
-    chosen = parser.parse_args()
-    try:
-        draw(chosen.data, chosen.out, kits(chosen.data, held_back=True))
-    except RoomsError as error:
-        sys.stderr.write(f"kits: {error}\n")
-        return 2
-    return 0
 
 
 def kits(data: Path, *, held_back: bool) -> list[str]:
@@ -118,7 +100,3 @@ def _write(rooms: Rooms, props: Sequence[Prop], path: Path) -> None:
             source=[sources.KITS] * len(shown), path=[prop.path for prop in shown],
         )  # fmt: skip
     part.replace(path)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,4 +1,4 @@
-"""Writes the reference pictures that ship: `python -m hapticvlm_lab.training.reference_pictures`.
+"""Writes the reference pictures that ship.
 
 They are crops of rendered rooms (CC0 materials, our own scenes), the same number of each material
 and of none, at most TWO of a shard and a class. Shards that calibrate are left out.
@@ -6,7 +6,6 @@ and of none, at most TWO of a shard and a class. Shards that calibrate are left 
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -28,17 +27,13 @@ SHARES = (0.15, 0.95)  # of the crop that the object covers
 Pixels = NDArray[np.uint8]
 
 
-def main() -> None:
-    """Read the command line and write a sheet and its masks for each material."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--renders", type=Path, required=True, help="folder of shards of rooms")
-    parser.add_argument("--out", type=Path, default=REFERENCES)
-    chosen = parser.parse_args()
-    shards = [s for s in sorted(chosen.renders.glob("shard_*.npz")) if _may_teach(s)]
-    chosen_crops = choose(shards)
-    chosen.out.mkdir(parents=True, exist_ok=True)
-    for name, crops in chosen_crops.items():
-        write_sheet(crops, chosen.out / name)
+def write(renders: Path, out: Path = REFERENCES) -> str:
+    """Write a sheet and its masks of each material; return a line on them."""
+    shards = [path for path in sorted(renders.glob("shard_*.npz")) if _may_teach(path)]
+    out.mkdir(parents=True, exist_ok=True)
+    for name, crops in choose(shards).items():
+        write_sheet(crops, out / name)
+    return f"{len(NAMES)} sheets of {EACH} reference pictures"
 
 
 def choose(shards: Sequence[Path]) -> dict[str, list[Pixels]]:
@@ -81,7 +76,3 @@ def _may_teach(shard: Path) -> bool:
 def _fits(crop: Pixels, size: NDArray[np.int16]) -> bool:
     share = float((crop[..., 3] > 0).mean())
     return bool(size.min() >= SMALLEST_PX) and SHARES[0] < share < SHARES[1]
-
-
-if __name__ == "__main__":
-    main()

@@ -81,7 +81,7 @@ def read_pictures(data: Path, name: str) -> Source | None:
 def sources_of(data: Path | None, kits: Path | None = None) -> list[tuple[Source, Kind]]:
     """Read the sets that taught, chose and calibrated nothing, with their kind.
 
-    `kits`: folder of drawn game kits, as `hapticvlm_lab.training.kits` writes them.
+    `kits`: folder of drawn game kits, as `hapticvlm_lab/training/kits.py` writes them.
     """
     sets: list[tuple[Source, Kind]] = [(read_capture(CAPTURE), "renders")]
     for name in ("caltech101", "report_web") if data is not None else ():
@@ -101,8 +101,8 @@ def read_kits(folder: Path, data: Path | None = None) -> Source:
     """
     files = sorted(folder.glob("*.npz"))
     if not files:
-        text = f"{folder} has no KIT.npz; `python -m hapticvlm_lab.training.kits` draws them"
-        raise captures.CaptureError(text)
+        drawing = "`python -m hapticvlm_lab.training --only held-back` draws them"
+        raise captures.CaptureError(f"{folder} has no KIT.npz; {drawing}")
     views: list[View] = []
     for path in files:
         with np.load(path) as file:

@@ -32,8 +32,8 @@ def _whole(folder: Path, picture: Path) -> None:
     kits: list[str] = []
     if SIBLING.is_dir():
         kits = ["--kits", str(folder / "kits")]
-        drawing = ("--data", str(SIBLING), "--out", str(folder / "kits"))
-        _run("hapticvlm_lab.training.kits", *drawing)
+        drawing = ("--data", str(SIBLING), "--work", str(folder / "kits"))
+        _run("hapticvlm_lab.training", "--only", "held-back", *drawing)
     _command("chart-whole.png", "chart", "whole", *kits)(folder, picture)
 
 
