@@ -83,9 +83,9 @@ def ring(axes: Axes, x: float, y: float) -> None:
     axes.plot(x, y, "o", color=INK, markerfacecolor="none", markersize=14, zorder=3)
 
 
-def level(axes: Axes, y: float, text: str, *, dashes: str = "--", align: str = "right") -> None:
+def level(axes: Axes, y: float, text: str, *, align: str = "right") -> None:
     """Draw a level across a panel, its name above it at one end."""
-    axes.axhline(y, color=SOFT, linewidth=0.8, linestyle=dashes, zorder=1)
+    axes.axhline(y, color=SOFT, linewidth=0.8, linestyle="--", zorder=1)
     axes.annotate(
         text,
         (0.01 if align == "left" else 0.995, y),
@@ -98,9 +98,9 @@ def level(axes: Axes, y: float, text: str, *, dashes: str = "--", align: str = "
     )
 
 
-def span(values: Sequence[float], below: float, above: float) -> tuple[float, float]:
-    """Return limits of a logarithmic axis: these times below the least, above the greatest."""
-    return min(values, default=1.0) / below, max(values, default=1.0) * above
+def span(values: Sequence[float]) -> tuple[float, float]:
+    """Return limits of a logarithmic axis, with room for labels at the right."""
+    return min(values, default=1.0) / 2.0, max(values, default=1.0) * 6.0
 
 
 def place(

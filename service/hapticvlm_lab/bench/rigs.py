@@ -9,11 +9,9 @@ import subprocess
 import sys
 import time
 import urllib.request
-from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any, TypeVar
-
-import numpy as np
 
 from hapticvlm.client.local_service import Service
 
@@ -39,12 +37,6 @@ def first_line(process: Process) -> str:
     """Wait for the line that a helper prints when it is ready; empty if it ended instead."""
     assert process.stdout is not None
     return process.stdout.readline().strip()
-
-
-def report_of(process: Process) -> dict[str, Any]:
-    """Wait for the end of a helper; return the JSON object of its last line."""
-    report: dict[str, Any] = json.loads(process.communicate()[0].splitlines()[-1])
-    return report
 
 
 @contextmanager
@@ -119,14 +111,3 @@ def least_us(
         for key, work in works.items():
             least[key] = min(least[key], core_us(work, times))
     return least
-
-
-def spread(values: Sequence[float]) -> dict[str, float]:
-    """Return n, and the median, p99 and greatest of any values."""
-    if not len(values):
-        return {"n": 0}
-    # The median tells the usual case, p99 what one touch in a hundred meets. A mean tells neither:
-    # one wait of a second hides a thousand short ones.
-    median, p99 = np.percentile(values, (50, 99))
-    figures = {"median": median, "p99": p99, "max": max(values)}
-    return {"n": len(values), **{name: round(float(x), 2) for name, x in figures.items()}}

@@ -283,7 +283,7 @@ def _panel(axes: Axes, rows: Sequence[Row], field: str) -> None:
     figures.level(axes, FINEST_C, f"cool floor {FINEST_C:g}")
     figures.level(axes, THERMAL_FLOOR_C, f"warm floor {THERMAL_FLOOR_C:g}")
     axes.set(xscale="log", yscale="log", ylim=(LOWEST_C / 1.6, 40.0))
-    axes.set_xlim(figures.span([x for x, _ in dots], 2.0, 6.0))
+    axes.set_xlim(figures.span([x for x, _ in dots]))
     axes.set_xlabel("us a step, at one contact a second")
     labels = [
         (x, y, f"{row.method}: {_degrees(getattr(row, field))} degC", INK)

@@ -26,7 +26,6 @@ from hapticvlm_lab.bench.rigs import (
     Process,
     first_line,
     helper,
-    report_of,
     service_status,
 )
 
@@ -46,7 +45,6 @@ class Row:
     touch_ms: list[float]
     echo_ms: list[float]
     load: float
-    frames: dict[str, Any] | None
     recogniser_busy: float
 
     def summary(self) -> dict[str, Any]:
@@ -66,7 +64,6 @@ class Row:
             "p99_ratio": round(float(touch_99 / echo_99), 2),
             "load": round(self.load, 2),
             "recogniser_busy": round(self.recogniser_busy, 2),
-            "frames": self.frames,
         }
 
 
@@ -88,8 +85,7 @@ async def measured(
             touch_ms, echo_ms = await alternate(touches, echoes, seconds)
             busy_s = service_status(service)["recogniser"]["busy_s"] - busy_s
             busy = busy_s / (time.monotonic() - started)
-        result = None if load is None else await asyncio.to_thread(report_of, load)
-    return Row(name, touch_ms, echo_ms, os.getloadavg()[0], result, busy)
+    return Row(name, touch_ms, echo_ms, os.getloadavg()[0], busy)
 
 
 async def alternate(

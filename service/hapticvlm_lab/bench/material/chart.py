@@ -232,7 +232,7 @@ def _panel(axes: Axes, rows: Sequence[Row], dots: Sequence[Row]) -> None:
         axes.step(*zip(*corners, strict=True), where="post", color=INK, linewidth=0.8, zorder=1)
     figures.level(axes, 25, "chance of 4")
     axes.set_xscale("log")
-    axes.set_xlim(figures.span([row.latency_ms or 0.0 for row in dots], 2.0, 6.0))
+    axes.set_xlim(figures.span([row.latency_ms or 0.0 for row in dots]))
     axes.set_ylim(0, 104)
     axes.set_title(_heading(rows))
     axes.set_xlabel("ms of one core a decision")

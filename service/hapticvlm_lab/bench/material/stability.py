@@ -21,9 +21,8 @@ from zlib import crc32
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm import materials
 from hapticvlm.commands.progress import track
-from hapticvlm.evidence.ladder import KNOWN, SURE
+from hapticvlm.evidence.ladder import SURE
 from hapticvlm.palette import BLUE, GREEN, SOFT, VERMILION
 from hapticvlm.vision.encoders.encoder import Encoder
 from hapticvlm.vision.flatness import is_flat
@@ -74,10 +73,10 @@ class Default:
 
 @dataclass(frozen=True, slots=True)
 class Predictions:
-    """Predictions for N pictures: forced and open answers, and the confidence."""
+    """Predictions for N pictures: among FOUR, among all, and the confidence in the latter."""
 
     forced: Words
-    open: Words
+    likeliest: Words
     confidence: NDArray[np.float64]
 
 
@@ -192,9 +191,8 @@ def _ask(embeddings: Floats, flat: Flags, gallery: Gallery) -> Predictions:
     beliefs = gallery.beliefs(embeddings, flat)
     names = np.array(gallery.candidates)
     among = np.where(np.isin(names, FOUR), beliefs, -np.inf)
-    best = beliefs.max(axis=1)
-    spoken = np.where(best >= KNOWN, names[beliefs.argmax(axis=1)], materials.UNKNOWN)
-    return Predictions(names[among.argmax(axis=1)], spoken, best)
+    likeliest = names[beliefs.argmax(axis=1)]
+    return Predictions(names[among.argmax(axis=1)], likeliest, beliefs.max(axis=1))
 
 
 def _step(severity: float, predictions: Predictions, clean: Clean, rows: NDArray[np.intp]) -> Step:
@@ -202,7 +200,7 @@ def _step(severity: float, predictions: Predictions, clean: Clean, rows: NDArray
     objects = clean.objects[rows]
     graded = score(predictions.forced[rows], truth, objects, FOUR)
     assert graded is not None
-    wrong = (predictions.open[rows] != truth) & (predictions.confidence[rows] >= SURE)
+    wrong = (predictions.likeliest[rows] != truth) & (predictions.confidence[rows] >= SURE)
     return Step(
         severity=severity,
         accuracy=graded.accuracy,

@@ -49,7 +49,7 @@ from hapticvlm_lab.bench.reliability.random_clients import (
     garbage,
     random_request,
 )
-from hapticvlm_lab.bench.rigs import service_status, spread
+from hapticvlm_lab.bench.rigs import service_status
 
 CLIENTS = 5
 REQUESTS_HZ = 150.0
@@ -81,8 +81,6 @@ class World:
     violations: list[dict[str, Any]] = field(default_factory=list)
     memory_mb: defaultdict[str, Samples] = field(default_factory=lambda: defaultdict(list))
     files: list[int] = field(default_factory=list)
-    threads: list[int] = field(default_factory=list)
-    back_s: defaultdict[str, list[float]] = field(default_factory=lambda: defaultdict(list))
     connected: int = 0
     disturbed_at: float = -1e9
 
@@ -133,7 +131,7 @@ class World:
             await client.ask(**message)
 
     def sample(self, status: dict[str, Any]) -> None:
-        """Note the memory of each process, and descriptors and threads of the gateway."""
+        """Note the memory of each process, and descriptors of the gateway."""
         import psutil
 
         now = time.monotonic()
@@ -146,7 +144,6 @@ class World:
                 self.memory_mb[name].append((now, held))
         with contextlib.suppress(psutil.Error):
             self.files.append(gateway.num_fds())
-            self.threads.append(gateway.num_threads())
 
 
 def run(*, minutes: float, seed: int, as_json: bool) -> int:
@@ -165,12 +162,10 @@ def run(*, minutes: float, seed: int, as_json: bool) -> int:
         "seed": seed,
         "load": round(os.getloadavg()[0], 1),
         "counts": dict(world.counts),
-        "back_s": {name: spread(times) for name, times in world.back_s.items()},
         "memory": {
             name: growth for name, held in world.memory_mb.items() if (growth := _growth(held))
         },
         "descriptors": _first_last_most(world.files),
-        "threads": _first_last_most(world.threads),
         "violations": world.violations,
     }
     if as_json:
@@ -233,13 +228,12 @@ async def _disturb(world: World, ends_at: float) -> None:
 
 
 async def _returns(world: World, part: str, dead: int) -> None:
-    """Note the time until another child works in place of the dead one."""
+    """Wait until another child works in place of the dead one."""
     killed_at = time.monotonic()
     while time.monotonic() - killed_at < BACK_WITHIN_S:
         child = (await _status(world))[part]
         works = child["plays"] if part == "speaker" else child["ready"]
         if works and child["pid"] not in (None, dead):
-            world.back_s[part].append(time.monotonic() - killed_at)
             return
         await asyncio.sleep(0.02)
     world.violated(f"{part} was not back {BACK_WITHIN_S:g} s after its death")

@@ -39,7 +39,7 @@ Doubles = NDArray[np.float64]
 def differences_db() -> dict[tuple[str, str], float]:
     """Return the difference of each pair of built-in materials, in their order, dB."""
     names = list(MATERIALS)
-    slides = {name: _bands_db(steady_db(rub(name, seed=1))) for name in names}
+    slides = {name: _bands_db(steady_db(rub(name))) for name in names}
     strikes = {
         name: _bands_db(event_db(impact(MATERIALS[name].vibration, "strike", STRIKE, 0)))
         for name in names

@@ -37,9 +37,9 @@ BANDS_HZ = 20.0 * 2.0 ** (np.arange(18) / 3.0)  # third octaves, 20 to 1016 Hz
 _EDGE = 2.0 ** (1.0 / 6.0)  # of a third octave, relative to its centre
 
 
-def rub(name: str, seed: int) -> NDArray[np.float32]:
+def rub(name: str) -> NDArray[np.float32]:
     """Rub a surface for STEADY_S as the product does."""
-    texture = Texture(MATERIALS[name].vibration, "slide", seed)
+    texture = Texture(MATERIALS[name].vibration, "slide", 1)
     texture.render(9600, RUBBED)
     return texture.render(int(STEADY_S * RATE_HZ), RUBBED)
 

@@ -130,7 +130,7 @@ def _at(wave: Callable[[str], Wave], what: Vibrating) -> Wave:
 
 @cache
 def _slide(name: str) -> Wave:
-    return rub(name, seed=1)
+    return rub(name)
 
 
 @cache
