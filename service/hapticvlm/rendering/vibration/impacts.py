@@ -197,7 +197,9 @@ def struck(
     pushed = gain * ((ring - 1.0) / pole - swing) * (rate_hz / pulse)
     free = _ring_out(pushed[:, -1:], pole / rate_hz, count - pulse)
     wave = np.concatenate((pushed[:, :-1].imag.sum(axis=0), free))
-    wave = low_passed(wave, EDGE_HZ, rate_hz) if limits else wave
+    if limits:
+        wave = low_passed(wave, EDGE_HZ, rate_hz)
+        wave[0] = 0.0  # which the filter leaves at 1e-18
     fade = min(int(END_FADE_S * rate_hz), count // 2)
     wave[-fade:] *= 0.5 + 0.5 * np.cos(np.linspace(0.0, math.pi, fade))
     return wave
