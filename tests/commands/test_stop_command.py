@@ -1,24 +1,13 @@
 """`hapticvlm stop` stops a running service's outputs, or reports why it could not."""
 
+import asyncio
 import json
-import subprocess
-import sys
 
 import pytest
 from conftest import peer, status
+from in_process import hapticvlm
 
 from hapticvlm.client.local_service import running
-
-
-def stop(*arguments, env=None):
-    return subprocess.run(
-        [sys.executable, "-m", "hapticvlm", "stop", *arguments],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=60,
-        env=env,
-    )
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +17,6 @@ def service():
 
 
 async def test_it_brings_the_outputs_of_another_owner_to_rest(service):
-    token = ["--token", "a token of twelve"]
     async with peer(service) as client:
         await client.hello(token="a token of twelve")
         objects = [{"object_id": "t", "material": "wood"}]
@@ -42,33 +30,25 @@ async def test_it_brings_the_outputs_of_another_owner_to_rest(service):
             force_n=1.0,
             captured_at=0.0,
         )
-        done = stop("--url", service.url, *token)
+        ask = ("stop", "--url", service.url, "--token", "a token of twelve")
+        done = await asyncio.to_thread(hapticvlm, *ask)
         held = status(service)["held"]
-    assert done.returncode == 0, done.stderr
-    assert "current of the plate is cut" in done.stdout
+    assert done.code == 0, done.err
+    assert "current of the plate is cut" in done.out
     assert held["right"], held
 
 
-def test_one_output_can_be_stopped_alone(service):
-    done = stop("speaker", "--url", service.url, "--token", "a token of twelve")
-    assert done.returncode == 0, done.stderr
-    assert "plate" not in done.stdout
-
-
-def test_a_wrong_token_stops_nothing_and_says_so(service):
-    done = stop("--url", service.url, "--token", "not the token here")
-    assert done.returncode == 2
-    assert "token" in done.stderr
-    assert len(done.stderr.strip().splitlines()) == 1
-
-
-def test_no_service_is_one_line_and_no_traceback():
-    done = stop("--url", "ws://127.0.0.1:9/")
-    assert done.returncode == 2
-    assert "nothing listens there; nothing was stopped" in done.stderr
-    assert len(done.stderr.strip().splitlines()) == 1
-
-
-def test_a_program_gets_json_and_nothing_else(service):
-    done = stop("speaker", "--json", "--url", service.url, "--token", "a token of twelve")
-    assert json.loads(done.stdout) == {"stopped": "speaker"}
+def test_one_output_can_be_stopped_alone_and_a_wrong_token_stops_nothing(service):
+    ask = ["stop", "speaker", "--url", service.url, "--token"]
+    done = hapticvlm(*ask, "a token of twelve")
+    assert (done.code, "plate" in done.out) == (0, False), done.err
+    done = hapticvlm(*ask, "a token of twelve", "--json")
+    assert json.loads(done.out) == {"stopped": "speaker"}
+    for arguments, told in (
+        ([*ask, "not the token here"], "token"),
+        (["stop", "--url", "ws://127.0.0.1:9/"], "nothing listens there; nothing was stopped"),
+    ):
+        done = hapticvlm(*arguments)
+        assert done.code == 2
+        assert told in done.err
+        assert len(done.err.strip().splitlines()) == 1

@@ -12,6 +12,7 @@ import soundfile
 from each_case import each
 from msgspec.structs import replace
 from numpy.typing import NDArray
+from waves import above_band_db, listen
 
 from hapticvlm.commands.main import main
 from hapticvlm.devices.speaker.engine import AudioSettings, Engine
@@ -40,20 +41,9 @@ def tone(seconds: float = 0.5, hertz: float = 120.0, rate_hz: int = RATE_HZ) -> 
     return np.asarray(0.3 * np.sin(2 * math.pi * hertz * time))
 
 
-def listen(voices: Voices, seconds: float, now: float = 0.0) -> NDArray[np.float32]:
-    starts = range(0, round(seconds * RATE_HZ), 128)
-    return np.concatenate([voices.render(128, now + start / RATE_HZ) for start in starts])
-
-
 def peak_hz(wave: NDArray[np.float32]) -> float:
     spectrum = np.abs(np.fft.rfft(wave * np.hanning(wave.size)))
     return float(np.argmax(spectrum)) * RATE_HZ / wave.size
-
-
-def above_band_db(wave: NDArray[np.float32]) -> float:
-    spectrum = np.abs(np.fft.rfft(wave * np.hanning(wave.size))) ** 2
-    frequency_hz = np.arange(float(spectrum.size)) * (RATE_HZ / wave.size)
-    return float(10 * np.log10(spectrum[frequency_hz > 1050].sum() / spectrum.sum()))
 
 
 @pytest.mark.parametrize("rate_hz", [8_000, 22_050, 44_100, 48_000, 96_000])

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from each_case import each
 from numpy.typing import NDArray
+from waves import Wave, rms
 
 from hapticvlm.materials import MATERIALS, Vibration
 from hapticvlm.perception import drive_threshold_db
@@ -21,7 +22,6 @@ from hapticvlm.rendering.vibration.vibration import IMPACTS, RATE_HZ, TEXTURES, 
 FOUR = ("wood", "glass", "fabric", "metal")
 SEEDS = range(8)  # of blows, as no two are equal
 WOOD = MATERIALS["wood"].vibration
-Wave = NDArray[np.float32]
 
 
 def rub(vibration: Vibration, interaction: str, motion: Motion, seconds: float = 1.0) -> Wave:
@@ -54,10 +54,6 @@ def band_db(wave: Wave, low_hz: float, high_hz: float) -> float:
 def centroid_hz(wave: Wave) -> float:
     frequency_hz, spectrum = power(wave)
     return float((frequency_hz * spectrum).sum() / spectrum.sum())
-
-
-def rms(wave: Wave) -> float:
-    return float(np.sqrt(np.mean(np.square(wave, dtype=np.float64))))
 
 
 def felt_db(wave: Wave) -> float:

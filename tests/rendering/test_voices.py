@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from each_case import each
 from msgspec.structs import replace
-from numpy.typing import NDArray
+from waves import BLOCK, Wave, above_band_db, listen, rms
 
 from hapticvlm.materials import MATERIALS, Vibration
 from hapticvlm.rendering.vibration.impacts import impact
@@ -16,11 +16,9 @@ from hapticvlm.rendering.vibration.textures import Texture
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 from hapticvlm.rendering.vibration.voices import DELAY_S, Command, Voices
 
-BLOCK = 128
 DELAY = round(DELAY_S * RATE_HZ)
 BLOCK_S = BLOCK / RATE_HZ
 SILENT_S = 0.020
-Wave = NDArray[np.float32]
 
 SLIDE = Command(
     hand=0,
@@ -32,22 +30,6 @@ SLIDE = Command(
     expires_at=100.0,
 )
 STRIKE = replace(SLIDE, interaction="strike", onset=True, motion=Motion(1.0, 1.0))
-
-
-def listen(voices: Voices, seconds: float, now: float = 0.0, block: int = BLOCK) -> Wave:
-    """Render block by block from `now` on, (N,)."""
-    starts = range(0, round(seconds * RATE_HZ), block)
-    return np.concatenate([voices.render(block, now + start / RATE_HZ) for start in starts])
-
-
-def rms(wave: Wave) -> float:
-    return float(np.sqrt(np.mean(np.square(wave, dtype=np.float64))))
-
-
-def above_band_db(wave: Wave) -> float:
-    spectrum = np.abs(np.fft.rfft(wave * np.hanning(wave.size))) ** 2
-    frequency_hz = np.arange(float(spectrum.size)) * (RATE_HZ / wave.size)
-    return float(10 * np.log10(spectrum[frequency_hz > 1050].sum() / spectrum.sum()))
 
 
 def test_nothing_commanded_is_silence() -> None:

@@ -1,7 +1,6 @@
 """Pages off this machine: none by default, with the token for the local network's browsers."""
 
 import base64
-import socket
 import time
 import urllib.error
 import urllib.request
@@ -10,6 +9,7 @@ from collections.abc import Iterator
 import pytest
 from asked import asked
 from each_case import each, each_row
+from lan_address import own_address
 from pace import PACE
 from websockets.asyncio.client import connect as open_socket
 from websockets.exceptions import InvalidStatus
@@ -23,20 +23,6 @@ from hapticvlm.server.web.lan_pages import LanPages, is_near, is_token, own_name
 TOKEN = "pässword of a dozen"
 
 
-def own_address() -> str | None:
-    """An address of this machine that is not loopback, if it is on any network."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        try:
-            probe.connect(("192.0.2.1", 9))
-        except OSError:
-            return None
-        return str(probe.getsockname()[0])
-
-
-OWN = own_address()
-networked = pytest.mark.skipif(OWN is None, reason="this machine is on no network")
-
-
 @pytest.fixture(scope="module")
 def visited() -> Iterator[Service]:
     with running(["--host", "0.0.0.0", "--token", TOKEN, "--pages-from", "lan"]) as found:
@@ -44,7 +30,7 @@ def visited() -> Iterator[Service]:
 
 
 def at_own_address(service: Service) -> str:
-    return service.page.replace("0.0.0.0", str(OWN))
+    return service.page.replace("0.0.0.0", own_address())
 
 
 def basic(password: str) -> str:
@@ -61,7 +47,6 @@ def got(url: str, **headers: str) -> tuple[int, dict[str, str], str]:
             return error.code, dict(error.headers), error.read().decode()
 
 
-@networked
 def test_no_page_is_served_to_the_network_without_the_token(visited):
     wrong = {"Authorization": basic("wrong")}, {"Authorization": "Bearer " + TOKEN}
     paths = ("", "dashboard.js", "status", "healthz", "nothing")
@@ -76,7 +61,6 @@ def headers_of(given: dict[str, str]) -> dict[str, str]:
     return {name: value.encode().decode("latin-1") for name, value in given.items()}
 
 
-@networked
 def test_pages_are_served_to_the_network_for_the_token(visited):
     code, told, text = got(at_own_address(visited), Authorization=basic(TOKEN))
     assert (code, told["Cache-Control"]) == (200, "no-store")
@@ -87,7 +71,6 @@ def test_pages_are_served_to_the_network_for_the_token(visited):
     assert (code, "HapticVLM" in text) == (200, True)
 
 
-@networked
 def test_a_page_learns_the_token_only_where_its_browser_has_given_it(visited):
     for base in (at_own_address(visited), visited.page.replace("0.0.0.0", "127.0.0.1")):
         assert got(base + "token", Authorization=basic(TOKEN))[::2] == (200, TOKEN)
@@ -98,16 +81,14 @@ def test_a_page_learns_the_token_only_where_its_browser_has_given_it(visited):
     assert got(visited.page.replace("0.0.0.0", "127.0.0.1") + "token")[0] == 404  # no dialog
 
 
-@networked
 def test_a_name_that_was_pointed_here_gets_no_page_even_with_the_token(visited):
     code, _, text = got(at_own_address(visited), Authorization=basic(TOKEN), Host="evil.example")
     assert code == 403
     assert "not this machine" in text
 
 
-@networked
 async def test_only_pages_of_this_service_may_connect_and_still_need_the_token(visited):
-    url = visited.url.replace("0.0.0.0", str(OWN))
+    url = visited.url.replace("0.0.0.0", own_address())
     own = at_own_address(visited).rstrip("/")
     port = own.rpartition(":")[2]
     for origin in (own.replace(port, "1"), own.replace("http", "https"), "http://evil.example"):
@@ -127,7 +108,6 @@ async def test_only_pages_of_this_service_may_connect_and_still_need_the_token(v
             pass
 
 
-@networked
 def test_without_the_flag_the_network_gets_no_page_with_any_token():
     with running(["--host", "0.0.0.0", "--token", TOKEN]) as service:
         code, _, text = got(at_own_address(service), Authorization=basic(TOKEN))
