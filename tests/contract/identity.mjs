@@ -1,6 +1,7 @@
 /**
  * Finds things in a bake through the package. `node identity.mjs cases FILE` answers the queries of the shared cases;
- * `touch FILE ID...` touches ids and says which are silent, and why; `scene SCENE MATERIALS` loads a glTF scene with
+ * `touch FILE ID...` touches ids and says which are silent, and why; `babylon FILE` finds copies as Babylon.js makes
+ * them; `scene SCENE MATERIALS` loads a glTF scene with
  * three.js and looks each mesh and a copy of it up: the node and primitive that it is, and those that are found.
  */
 import {readFileSync} from 'node:fs';
@@ -33,6 +34,17 @@ function touch(path, ...ids) {
   return {silences, warnings};
 }
 
+function babylon(path) {
+  const bake = new Bake(json(path));
+  const part = {name: 'Twins_primitive1', parent: {name: 'Twins', parent: {name: '__root__'}}, material: {name: 'Paint'}};
+  const clone = {...part, name: 'left', parent: {name: 'Shelf'}, source: part};
+  return {
+    'a clone of any name': bake.bakedOf(clone),
+    'an instance of that clone': bake.bakedOf({name: 'i7', sourceMesh: clone}),
+    'a spawned model': bake.bakedOf({name: 'Clone of Twins_primitive1', parent: {name: 'Clone of Twins'}}),
+  };
+}
+
 async function scene(path, materials) {
   globalThis.self = globalThis;
   const {GLTFLoader} = await import(`${THREE}examples/jsm/loaders/GLTFLoader.js`);
@@ -56,4 +68,4 @@ async function scene(path, materials) {
 }
 
 const [what, ...rest] = process.argv.slice(2);
-console.log(JSON.stringify(await {cases, touch, scene}[what](...rest)));
+console.log(JSON.stringify(await {cases, touch, babylon, scene}[what](...rest)));

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import base64
 import json
-import subprocess
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from pace import PACE
-from toolchains import require
+from node_programs import printed
 
 import player_vectors as vectors
 from hapticvlm.rendering.vibration.vibration import INTERACTIONS
@@ -26,17 +24,7 @@ HOSTILE: Json = json.loads((VECTORS / "player_hostile.json").read_text())
 
 def played(what: str, cases: Any) -> Any:
     """Return what the player made of cases: plans, sounds, or answers to hostile ones."""
-    require("node")
-    ran = subprocess.run(
-        ["node", str(HERE / "play_feel.mjs"), what],
-        input=json.dumps(cases),
-        capture_output=True,
-        text=True,
-        timeout=60.0 * PACE,
-        check=False,
-    )
-    assert ran.returncode == 0, ran.stderr
-    return json.loads(ran.stdout)
+    return printed(HERE / "play_feel.mjs", what, cases=cases)
 
 
 @pytest.fixture(scope="module")
@@ -99,17 +87,7 @@ def is_finite(plan: Json) -> bool:
 @pytest.fixture(scope="module")
 def felt() -> dict[str, Any]:
     """The motor's account of a scene whose service dies, freezes and comes back."""
-    require("node")
-    ran = subprocess.run(
-        ["node", str(HERE / "felt.mjs")],
-        capture_output=True,
-        text=True,
-        timeout=120.0 * PACE,
-        check=False,
-    )
-    assert ran.returncode == 0, ran.stderr
-    account: dict[str, Any] = json.loads(ran.stdout)
-    return account
+    return dict(printed(HERE / "felt.mjs"))
 
 
 def test_a_stroke_goes_on_while_the_service_dies_and_comes_back(felt: dict[str, Any]) -> None:

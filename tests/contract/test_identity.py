@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import json
-import subprocess
 from pathlib import Path
 from typing import Any
 
 import identity
 import pytest
-from toolchains import require
+from node_programs import printed
 
 from hapticvlm.commands.main import main
 
 HERE = Path(__file__).parent
-NODE_S = 60.0
 NAMES = (
     *("floor.007", "floor007", "floor_007", "Cup", "Cup", "Cup_1", "Cup 1", "a/b", "a:b", "[x] y"),
     *("Tür", "constructor", "Twins", None, None, "Scene", "Cup"),
@@ -22,11 +20,7 @@ NAMES = (
 
 
 def asked(*arguments: str | Path) -> Any:
-    require("node")
-    command = ["node", str(HERE / "identity.mjs"), *map(str, arguments)]
-    ran = subprocess.run(command, capture_output=True, text=True, timeout=NODE_S, check=False)
-    assert ran.returncode == 0, ran.stderr
-    return json.loads(ran.stdout)
+    return printed(HERE / "identity.mjs", *arguments)
 
 
 @pytest.fixture(scope="module")
@@ -75,6 +69,12 @@ def test_a_copy_made_at_run_time_is_felt_as_the_material_of_its_original(
     meshes: list[dict[str, Any]],
 ) -> None:
     assert [mesh for mesh in meshes if mesh["is"][1] not in mesh["copy"][1]] == []
+
+
+def test_what_babylon_copies_is_felt_as_the_part_that_it_was_made_of() -> None:
+    copies = ("a clone of any name", "an instance of that clone", "a spawned model")
+    right = {"object_id": "Twins", "surface": 1}
+    assert asked("babylon", identity.FILE) == dict.fromkeys(copies, right)
 
 
 def test_the_shared_cases_hold() -> None:

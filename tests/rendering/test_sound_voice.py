@@ -2,12 +2,12 @@
 
 import json
 import math
-import subprocess
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
+from node_programs import printed
 from numpy.typing import NDArray
 from scipy import signal
 
@@ -24,7 +24,6 @@ from hapticvlm.rendering.vibration.vibration import IMPACTS, INTERACTIONS, RATE_
 from hapticvlm.touches.sound import sound
 
 PAGE = Path(__file__).parents[2] / "service" / "hapticvlm" / "pages" / "sound.voice.js"
-NODE_S = 60.0
 PAGE_UP = 4
 PAGE_HZ = PAGE_UP * IN_HZ
 SMALL_SPEAKER_HZ = 350.0  # below it a laptop or a phone plays nothing
@@ -151,17 +150,10 @@ def test_pages_make_the_same_sound_as_python() -> None:
         [touch("glass", "strike"), touch("rubber", "slide"), np.zeros(9600, np.float32)]
     )[:: RATE_HZ // IN_HZ]
     pieces = [wave[at : at + 60].tolist() for at in range(0, wave.size, 60)]
-    ran = subprocess.run(
-        ["node", "--input-type=module", "-e", HEAR % json.dumps(PAGE.as_uri())],
-        input=json.dumps(pieces),
-        capture_output=True,
-        text=True,
-        timeout=NODE_S,
-        check=False,
-    )
-    assert ran.returncode == 0, ran.stderr
-    assert np.allclose(json.loads(ran.stdout), SoundVoice(PAGE_UP).render(wave), atol=1e-6)
-    assert np.abs(json.loads(ran.stdout)).max() > 0.1
+    program = HEAR % json.dumps(PAGE.as_uri())
+    heard = printed("--input-type=module", "-e", program, cases=pieces)
+    assert np.allclose(heard, SoundVoice(PAGE_UP).render(wave), atol=1e-6)
+    assert np.abs(heard).max() > 0.1
 
 
 @pytest.mark.nightly

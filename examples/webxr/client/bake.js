@@ -67,9 +67,11 @@ export class Bake {
 
   /** Looks an object of a page up by its names, then by those of its parents: a part of a mesh has none in the file. */
   #partOf(object, material) {
+    let original = object; // a clone or an instance of Babylon.js has any name, and knows what it was made of
+    while (original.sourceMesh ?? original.source) original = original.sourceMesh ?? original.source;
     const found = (at) => {
       const {own, raw} = pathsOf(at);
-      const ask = {material, primitive: at === object ? undefined : primitiveOf(object)};
+      const ask = {material, primitive: at === object || at === original ? undefined : primitiveOf(original)};
       const spelled = own && this.find({...ask, paths: [own], engine: object.isObject3D ? 'three' : AS_THE_SCENE});
       const answer = spelled?.by === 'path' ? spelled : raw && this.find({...ask, paths: [raw]});
       return answer?.by === 'path' ? {object_id: answer.object_id, surface: answer.surface} : undefined;
@@ -77,7 +79,7 @@ export class Bake {
     const isPart = object.parent?.isGroup && !object.userData?.name;
     const whole = isPart && found(object.parent);
     if (whole && this.#objects.get(whole.object_id).length > 1) return whole;
-    for (let at = object; at; at = at.parent) {
+    for (const at of [object, ...upwards(original), ...upwards(object.parent)]) {
       const answer = found(at);
       if (answer) return answer;
     }
@@ -110,23 +112,22 @@ export class Bake {
 
 /** Returns the surface with this material's name, else this primitive, else this index, else 0. */
 function surfaceOf(surfaces, material, primitive, index) {
-  let candidates = surfaces.map((_, at) => at);
-  for (const wanted of namesOf(material)) {
-    const named = candidates.filter((at) => namesOf(surfaces[at].name).includes(wanted));
-    if (!named.length) continue;
-    candidates = named;
-    break;
-  }
+  const all = surfaces.map((_, at) => at);
+  const named = namesOf(material).map((wanted) => all.filter((at) => namesOf(surfaces[at].name).includes(wanted)));
+  const candidates = named.find((each) => each.length) ?? all;
   return candidates.find((at) => surfaces[at].primitives?.includes(primitive)) ?? (candidates.includes(index) ? index : candidates[0]);
 }
+
+/** Returns an object and its parents. */
+const upwards = (object) => (object ? [object, ...upwards(object.parent)] : []);
 
 /** Returns the path of an object as its engine spells it, and as the file does: three.js keeps that in `userData`. */
 function pathsOf(object) {
   if (!object.name && !object.userData?.name) return {};
   const own = [];
   const raw = [];
-  for (let at = object; at; at = at.parent) {
-    if (at.name) own.unshift(at.name.replace(/_instance_\d+$/, ''));
+  for (const at of upwards(object)) {
+    if (at.name) own.unshift(at.name.replace(/^(Clone of )+|_instance_\d+$/g, ''));
     if (at.userData?.name ?? at.name) raw.unshift(at.userData?.name ?? at.name);
   }
   return {own: object.name ? own.join('/') : '', raw: raw.join('/')};
