@@ -215,10 +215,12 @@ class Player:
         clips = [self.feel["clips"][clip] for clip in impact["clips"]]
         first = min(int(place), len(clips) - 1)
         clip = _blended(clips[first], clips[min(first + 1, len(clips) - 1)], place - first)
+        rules, varied = self.feel["rules"], 2.0 * self.draw() - 1.0
+        level, rate = 1.0 - rules["level_varies"] * varied, 1.0 + rules["pitch_varies"] * varied
         palm, pad = (
-            min(impact[on] * self.look(table[on], *motion), clip["most"]) for on in ("palm", "pad")
+            min(level * impact[on] * self.look(table[on], *motion), clip["most"])
+            for on in ("palm", "pad")
         )
-        rate = 1.0 + self.feel["rules"]["pitch_varies"] * (2.0 * self.draw() - 1.0)
         skip_s = self.look(table["skip_s"], *motion)
         hand.voices.append(_Shot(clip, palm, pad, gain, rate, facts["hz"], skip_s, key=kind))
 

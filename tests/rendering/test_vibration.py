@@ -147,7 +147,15 @@ def test_a_hand_never_strikes_the_same_place_twice() -> None:
     overtone_db = [band_db(wave, 170.0, 230.0) - band_db(wave, 80.0, 120.0) for wave in waves]
 
     assert 1.2 < np.std(overtone_db) < 5.0  # of +-6 dB, equally often
-    assert np.std([felt_db(wave) for wave in waves]) < 1.6
+
+
+@each(name=MATERIALS)
+def test_equal_blows_differ_by_about_half_of_what_is_just_noticed(name: str) -> None:
+    facts = MATERIALS[name].vibration
+    levels_db = [felt_db(impact(facts, "strike", Motion(0.5, 2.0), seed)) for seed in range(40)]
+
+    assert np.mean(np.abs(np.diff(levels_db))) > 0.7
+    assert np.std(levels_db) < (3.0 if name == "metal" else 1.6)  # metal beats
 
 
 @pytest.mark.parametrize("name", ["glass", "ceramic", "plastic", "paper", "leather"])

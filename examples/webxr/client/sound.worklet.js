@@ -124,8 +124,9 @@ class Voices {
     const place = Math.min(this.#look(table.place, speed, force), clips.length - 1);
     const first = Math.floor(place);
     const clip = blended(this.#clip(clips[first]), this.#clip(clips[first + 1] ?? clips[first]), place - first);
-    const [palm, pad] = ['palm', 'pad'].map((on) => Math.min(levels[on] * this.#look(table[on], speed, force), clip.most));
-    const rate = 1 + this.rules.pitch_varies * (2 * this.#draw() - 1);
+    const varied = 2 * this.#draw() - 1;
+    const [level, rate] = [1 - this.rules.level_varies * varied, 1 + this.rules.pitch_varies * varied];
+    const [palm, pad] = ['palm', 'pad'].map((on) => Math.min(level * levels[on] * this.#look(table[on], speed, force), clip.most));
     hand.voices.push({kind: 'shot', isImpact: true, isNew: true, clip, palm, pad, fade: gain, aim: gain, rate, hz: facts.hz, at: this.#look(table.skip_s, speed, force)});
   }
 

@@ -46,6 +46,7 @@ namespace HapticVLM.Baked
             int first = Math.Min((int)place, impact.Clips.Length - 1), next = Math.Min(first + 1, impact.Clips.Length - 1);
             double share = next == first ? 0.0 : place - first;
             Wave clip = feel.Clips[impact.Clips[first]], other = feel.Clips[impact.Clips[next]];
+            double varied = 2.0 * Draw() - 1.0, level = 1.0 - rules.LevelVaries * varied;
             double most = (1.0 - share) * clip.Most + share * other.Most;
             hand.Add(new Voice
             {
@@ -54,11 +55,11 @@ namespace HapticVLM.Baked
                 Next = other,
                 Share = share,
                 Most = most,
-                Palm = Math.Min(impact.Palm * on.In(table.Palm, by), most),
-                Pad = Math.Min(impact.Pad * on.In(table.Pad, by), most),
+                Palm = Math.Min(level * impact.Palm * on.In(table.Palm, by), most),
+                Pad = Math.Min(level * impact.Pad * on.In(table.Pad, by), most),
                 Fade = impactGain,
                 Aim = impactGain,
-                Rate = 1.0 + rules.PitchVaries * (2.0 * Draw() - 1.0),
+                Rate = 1.0 + rules.PitchVaries * varied,
                 Hz = facts.Hz,
                 At = on.In(table.SkipS, by),
                 IsNew = true,

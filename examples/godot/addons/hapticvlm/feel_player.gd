@@ -249,10 +249,12 @@ func _strike(hand: Hand, facts: Dictionary, kind: String, speed: float, force: f
 	var next := mini(first + 1, clips.size() - 1)
 	var share := 0.0 if next == first else place - first
 	var clip := FeelVoices.blended(feel.clips[clips[first]], feel.clips[clips[next]], share, sound_hz > 0.0)
-	var palm := minf(facts[kind].palm * look(table.palm, speed, force), clip.most)
-	var pad := minf(facts[kind].pad * look(table.pad, speed, force), clip.most)
+	var varied := 2.0 * draw() - 1.0
+	var level: float = 1.0 - feel.rules.level_varies * varied
+	var palm := minf(level * facts[kind].palm * look(table.palm, speed, force), clip.most)
+	var pad := minf(level * facts[kind].pad * look(table.pad, speed, force), clip.most)
 	var shot := FeelVoices.Shot.new(clip, palm, pad, strength, look(table.skip_s, speed, force))
-	shot.rate = 1.0 + feel.rules.pitch_varies * (2.0 * draw() - 1.0)
+	shot.rate = 1.0 + feel.rules.pitch_varies * varied
 	shot.hz = facts.hz
 	shot.is_impact = true
 	hand.voices.append(shot)

@@ -251,6 +251,7 @@ class Rules(msgspec.Struct, frozen=True):
     max_impacts: Count
     max_ringing: Count
     max_textures: Count
+    level_varies: Annotated[float, Meta(ge=0.0, le=0.5)]
     pitch_varies: Annotated[float, Meta(ge=0.0, le=0.5)]
     grain_strength: Factor
     grains_per_s: Annotated[float, Meta(ge=1.0, le=1000.0)]
@@ -370,6 +371,7 @@ def _rules(voice: str) -> Rules:
         max_impacts=voices.MAX_IMPACTS,
         max_ringing=voices.MAX_RINGING,
         max_textures=voices.MAX_FADING_TEXTURES,
+        level_varies=impacts.LEVEL_VARIES,
         pitch_varies=impacts.PITCH_VARIES,
         grain_strength=grains.STRENGTH,
         grains_per_s=grains.MAX_RATE_HZ,

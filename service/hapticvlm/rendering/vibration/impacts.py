@@ -27,9 +27,10 @@ the threshold (`least_level`). That least level is added as a power, so it hardl
 that is felt anyway, and it grows with the speed as everything else does. Controllers have a scale
 of their own (controller_scale.py) and get the level as it is.
 
-No two impacts are equal. A hand never strikes the same place twice, and a mode is excited by how
-far it moves at the place of the blow. So the seed varies the gains of the higher modes by up to
-PLACE_DB either way, and pitch and strength of the first one by little.
+No two impacts are equal. A hand never strikes twice in the same way, so the seed varies level and
+pitch of the whole blow, by less than is noticed. Nor does it strike the same place, and a mode is
+excited by how far it moves there. So the seed also varies the gains of the higher modes by up to
+PLACE_DB either way, and tunes each mode by little.
 
 The band. Modes above about 500 Hz, or quickly damped ones above 300 Hz, ring beyond the end of the
 band, however softly they are struck. A user's material with such modes is filtered. The filter is
@@ -70,12 +71,15 @@ LEVEL = {"tap": 0.6, "strike": 1.0, "press": 0.5}
 HARDNESS = 0.75  # exponent of the first mode's frequency (physics.md 4.3)
 HARDEST_HZ = 350.0  # first mode of a material with full level
 COMPRESSION = 0.5  # exponent of the strength on a palm speaker
-LEAST_DB = 7.5  # above the threshold: every impact at this motion; seeds take up to 1.5 dB of it
+LEAST_DB = 8.5  # above the threshold: every impact at this motion; seeds take up to 2.4 dB of it
 LEAST_MPS = 0.1
 LEAST_N = 1.0
-PITCH_VARIES = 0.015  # share by which a seed varies all frequencies, either way
-GAIN_VARIES = 0.1  # share by which it varies the gain of the first mode
-PLACE_DB = 6.0  # by which it varies the gains of the others
+# Shares by which a seed varies a blow, either way (physics.md 4.3).
+LEVEL_VARIES = 0.12
+PITCH_VARIES = 0.01
+GOLDEN = 0.6180339887498949  # of a turn for each seed: two blows in a row are never equal
+TUNE_VARIES = 0.015  # of each mode for itself
+PLACE_DB = 6.0  # by which it varies the gains of all modes but the first
 STRIKE_AMPLITUDE = 5.9  # at it the hardest strike of glass, which needs most drive, peaks at 0.9
 LOUD_SPEED_MPS = 0.5  # an impact reaches 63 % of its level here
 LOUD_FORCE_N = 3.0  # the same for a press
@@ -95,7 +99,7 @@ def impact(
 
     The seed varies the modes, as no two real impacts are the same.
     """
-    modes = _varied(vibration.modes, np.random.default_rng(seed))
+    modes = _varied(vibration.modes, seed)
     length_s = contact_s(interaction, motion)
     level = level_of(vibration, interaction, motion, playback.full_scale_db)
     gains = log_gains(vibration, DAMPING[interaction])
@@ -239,20 +243,18 @@ def contact_s(interaction: str, motion: Motion) -> float:
     return max(CONTACT_S[interaction] * slow * hard, SHORTEST_S)
 
 
-def _varied(modes: tuple[Mode, ...], rng: np.random.Generator) -> tuple[Mode, ...]:
+def _varied(modes: tuple[Mode, ...], seed: int) -> tuple[Mode, ...]:
     """Return the modes as one blow excites them."""
-    varied = []
+    rng = np.random.default_rng(seed)
+    varied = 2.0 * (seed * GOLDEN % 1.0) - 1.0
+    level, pitch = 1.0 - LEVEL_VARIES * varied, 1.0 + PITCH_VARIES * varied
+    struck_modes = []
     for order, mode in enumerate(modes):
-        pitch, gain = 2.0 * rng.random() - 1.0, 2.0 * rng.random() - 1.0
-        factor = 10.0 ** (PLACE_DB / 20.0 * gain) if order else 1.0 + GAIN_VARIES * gain
-        varied.append(
-            Mode(
-                mode.frequency_hz * (1.0 + PITCH_VARIES * pitch),
-                mode.decay_per_s,
-                mode.gain * factor,
-            )
-        )
-    return tuple(varied)
+        tune, place = rng.uniform(-1.0, 1.0, 2).tolist()
+        gain = mode.gain * level * (10.0 ** (PLACE_DB / 20.0 * place) if order else 1.0)
+        hertz = mode.frequency_hz * pitch * (1.0 + TUNE_VARIES * tune)
+        struck_modes.append(Mode(hertz, mode.decay_per_s, gain))
+    return tuple(struck_modes)
 
 
 @lru_cache(maxsize=256)

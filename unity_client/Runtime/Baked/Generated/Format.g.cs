@@ -48,6 +48,7 @@ namespace HapticVLM.Baked.Format
         public readonly int MaxImpacts;
         public readonly int MaxRinging;
         public readonly int MaxTextures;
+        public readonly double LevelVaries;
         public readonly double PitchVaries;
         public readonly double GrainStrength;
         public readonly double GrainsPerS;
@@ -66,6 +67,7 @@ namespace HapticVLM.Baked.Format
             MaxImpacts = table.Get("max_impacts", Read.Whole(1, 1000));
             MaxRinging = table.Get("max_ringing", Read.Whole(1, 1000));
             MaxTextures = table.Get("max_textures", Read.Whole(1, 1000));
+            LevelVaries = table.Get("level_varies", Read.Number(0.0, 0.5));
             PitchVaries = table.Get("pitch_varies", Read.Number(0.0, 0.5));
             GrainStrength = table.Get("grain_strength", Read.Number(0.0, 10000.0));
             GrainsPerS = table.Get("grains_per_s", Read.Number(1.0, 1000.0));
