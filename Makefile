@@ -20,9 +20,10 @@ nightly: $(VENV)/.dev toolchains build/chat-servers/.done
 	@echo "About 1,000 long tests follow: some twenty minutes on two cores."
 	$(BIN)/python .ci/tests nightly
 
-# Every fault of the plate on every board, also those whose thermistors lag: an hour, before firmware is released.
+# Every fault and pair of both plates, and every fault where thermistors lag: hours, before firmware is released.
 sweep: $(VENV)/.dev toolchains
-	$(BIN)/python tests/firmware/sweep.py
+	$(BIN)/python tests/firmware/sweep.py --pairs
+	$(BIN)/python tests/firmware/sweep.py --pairs --one-resistor --keep .work/firmware-sweep-one-resistor.jsonl
 	for lag in 0.3 1.0; do for face in 0.6 1.0 1.5; do $(BIN)/python tests/firmware/sweep.py \
 	--lag $$lag --face $$face --keep .work/firmware-sweep-$$lag-$$face.jsonl || exit 1; done; done
 
