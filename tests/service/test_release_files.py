@@ -1,21 +1,28 @@
 """The files of `make release`: each is installed as its user installs it, from that file."""
 
+import fnmatch
 import json
+import re
 import subprocess
 import sys
 import tarfile
 import tempfile
 import zipfile
+from operator import attrgetter
 from pathlib import Path
 
 import godot_scene
 import mono
 import pytest
+import yaml
 
 from hapticvlm import __version__
 
 ROOT = Path(__file__).parents[2]
 RELEASE = ROOT / ".ci" / "release"
+WORKFLOW = ROOT / ".github" / "workflows" / "release.yml"
+FIRMWARE = ROOT / "service" / "hapticvlm" / "devices" / "plate" / "firmware"
+BILL = "hapticvlm.cdx.json"
 ADDRESS = "https://example.org/hapticvlm"
 WAIT_S = 600
 
@@ -65,12 +72,26 @@ def test_the_notes_are_at_most_ten_lines_and_readme_is_a_command_that_can_be_cop
     out, _ = release
     notes = (out / "RELEASE_NOTES.md").read_text().splitlines()
     assert 1 <= len([line for line in notes[1:] if line]) <= 10
+    links = re.findall(r"\]\((.*?)\)", "\n".join(notes))
+    assert {link.partition("/blob/")[0] for link in links} == {ADDRESS}
     with tarfile.open(out / f"hapticvlm-{__version__}.tar.gz") as archive:
         file = archive.extractfile(f"hapticvlm-{__version__}/README.md")
         assert file is not None
         readme = file.read().decode()
     assert f"git clone {ADDRESS} hapticvlm" in readme
     assert "REPOSITORY" not in readme
+
+
+def test_the_workflow_gives_the_index_the_wheel_and_the_sources_and_nothing_else(release):
+    out, _ = release
+    steps = yaml.safe_load(WORKFLOW.read_text(encoding="utf-8"))["jobs"]["index"]["steps"]
+    (removal,) = (step["run"].split()[1:] for step in steps if "run" in step)
+    programs = (path.name for path in FIRMWARE.glob("*.hex"))
+    files = [f"dist/{name}" for name in (*map(attrgetter("name"), out.iterdir()), *programs, BILL)]
+    assert [one for one in removal if not fnmatch.filter(files, one)] == []
+    left = [name for name in files if not any(fnmatch.fnmatch(name, one) for one in removal)]
+    assert {Path(name).suffix for name in left} == {".whl", ".gz"}
+    assert len(left) == 2
 
 
 def test_the_wheel_installs_and_feels(release, tmp_path):
@@ -112,7 +133,7 @@ def test_the_unity_tarball_compiles_and_passes_in_the_stand_in(release, tmp_path
             for folder in folders
         ]
         build.compile(name, mono.sources(*moved), mono.QUIET, using=using)
-    said = build.run("components.exe", "setup-camera", "ws://127.0.0.1:9/")
+    said = build.run("components.exe", "EditMode.SetUp", "")
     assert "first: clients 1 objects 2" in said
 
 
