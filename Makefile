@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 
-.PHONY: release demo fuzz test nightly sweep unit check rooms schemas hashes format pictures site toolchains coverage clean
+.PHONY: release demo defects fuzz test nightly sweep unit check rooms schemas hashes format pictures site toolchains coverage clean
 
 demo: $(VENV)/.demo
 	@$(BIN)/hapticvlm demo
@@ -64,10 +64,13 @@ format: $(VENV)/.dev
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-# Every planted defect, then every kind of input from strangers: hours on one core. `make nightly` plants those of the
-# service and three of the firmware, and `make test` fuzzes for a moment.
+# Every defect that the rules make, or those of some ROOMS: a day on one core. `make nightly` plants a sample.
+defects: $(VENV)/.dev toolchains
+	$(BIN)/python tests/defects.py $(ROOMS)
+
+# The defects of the firmware's port, then every kind of input from strangers: hours on one core. `make test` fuzzes
+# for a moment.
 fuzz: $(VENV)/.dev
-	$(BIN)/python tests/server/mutate.py
 	$(BIN)/python tests/firmware/mutate.py
 	$(BIN)/hapticvlm measure invariants --minutes 10
 	PYTHONPATH=tests:tests/support $(BIN)/python tests/fuzz/run.py

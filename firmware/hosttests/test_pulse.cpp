@@ -54,6 +54,24 @@ TEST_CASE("beads that lag answer late, and less, and frozen ones are found all t
     }
 }
 
+TEST_CASE("beads are read at the turn of a pulse and at its end, up to three ticks later where they lag") {
+    const struct { float lag_s; int half; } rows[] = {{0.0f, 4}, {0.3f, 6}, {1.0f, 7}};
+    for (const auto& row : rows) {
+        Sensors sensors{};
+        sensors.lag_s = row.lag_s;
+        Pulse pulse{};
+        int tick = pulse.ticks = 1;
+        pulse.from_c[0] = 99.0f;  // no answer, which would begin again
+        for (float middle_c = 0.0f; pulse.ticks; middle_c = pulse.middle_c[0]) {
+            sensors.past_c[0][0] = sensors.past_c[1][0] = (float)++tick;
+            watch_beads(pulse, sensors, true, false, 0.0f);
+            if (tick <= row.half) CHECK(middle_c == 0.0f);
+        }
+        CHECK(pulse.middle_c[0] == 1.0f + row.half);
+        CHECK(tick == 2 * row.half + 1);
+    }
+}
+
 TEST_CASE("one thermistor that answers does not speak for the other") {
     Rig half = holding(1.0, 0.1);
     half.hold_for(30.0, 800);

@@ -111,10 +111,10 @@ def test_an_object_the_encoder_leaves_unknown_is_asked_about_and_the_answer_is_a
 
 def test_a_question_without_an_answer_is_asked_again_a_minute_later():
     session = asking(BLOB)
-    (ask,) = unknown_look(session)
-    session.answered(ask, None, 3.0)
-    assert unknown_look(session, 30.0) == []
-    assert len(unknown_look(session, 62.0)) == 1
+    (ask,) = unknown_look(session, 100.0)
+    session.answered(ask, None, 103.0)
+    assert unknown_look(session, 159.0) == []
+    assert len(unknown_look(session, 161.0)) == 1
 
 
 def test_nothing_is_asked_about_an_object_that_is_known_or_when_nobody_can_be_asked():

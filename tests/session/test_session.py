@@ -10,6 +10,7 @@ from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.messages import (
     Decision,
     Error,
+    Feel,
     Hello,
     MessageError,
     Ok,
@@ -611,6 +612,11 @@ def test_what_a_role_may_not_say_is_refused_with_its_path(who, message, code, pa
         session.receive(message, 1.0)
     assert (refused.value.code, refused.value.path) == (code, path)
     assert session.leases == 0
+
+
+def test_an_owner_sets_gains_and_the_feel_of_its_hands():
+    wanted = Set(id=3, thermal_gain=0.5, feel=Feel(left="impulse", right="impulse"))
+    assert replies(owner().receive(wanted, 1.0), Ok)
 
 
 def test_thermal_gain_scales_the_deviation_from_neutral():

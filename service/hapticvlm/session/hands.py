@@ -107,7 +107,7 @@ class Hand:
     @property
     def is_touching(self) -> bool:
         """Whether this hand is in contact."""
-        return self.lease_until is not None and self.contact_at is not None
+        return self.contact_at is not None
 
     @property
     def interaction_name(self) -> str:
@@ -119,7 +119,7 @@ class Hand:
     @property
     def vibrates(self) -> bool:
         """Whether this hand vibrates: in contact, or swinging."""
-        return self.is_active and (self.contact_at is not None or self.interaction == "swing")
+        return self.is_touching or self.interaction == "swing"
 
     def lead_limit_c(self, now: float) -> float:
         """Return how far the plate may lead this approach, degC from neutral.

@@ -103,7 +103,7 @@ class Hums:
         """Return the path from the hand to each object near it; () for the touched one."""
         paths: dict[str, tuple[str, ...]] = {object_id: ()}
         edge = [object_id]
-        while edge and len(paths) < _MAX_OBJECTS:
+        while edge:
             reached = []
             for name in edge:
                 for other in sorted(self._touching.get(name, ())):

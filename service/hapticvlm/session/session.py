@@ -137,8 +137,7 @@ class SceneSession:
         return [_with_left_out(action, left_out) for action in actions] if left_out else actions
 
     def _carry_out(self, message: ClientMessage, now: float) -> list[Action]:
-        if not self._model.surroundings.is_settled:
-            self._model.surroundings.update(now)
+        self._model.surroundings.update(now)
         match message:
             case Touch():
                 check_touch(message, owner=self.owner)

@@ -56,7 +56,6 @@ class Surroundings:
         self._updated_at: float | None = None
         self._given: Ambient | None = None
         self.ambient = self._rendered  # to render with, as of the last `update`; degC
-        self.is_settled = True  # whether an `update` would change nothing
 
     def wants_scene_view(self, now: float) -> bool:
         """Whether to recognise a live frame as a whole now; it then counts as recognised."""
@@ -111,7 +110,6 @@ class Surroundings:
         """Move the ambient that is rendered towards what is believed; call it often."""
         self._approach_belief(now)
         self.ambient = self._rendered if self._given is None else self._given
-        self.is_settled = self._believed is self._rendered
 
     def _approach_belief(self, now: float) -> None:
         target = self._believed
@@ -194,7 +192,6 @@ class Surroundings:
         while len(self._climate) > READINGS:
             self._climate.popitem(last=False)
         self._believed = ambient(None, tuple(self._climate.values()))
-        self.is_settled = False
 
 
 def _is_alike(view: SceneView, other: SceneView) -> bool:
