@@ -20,6 +20,7 @@ import sys
 import tempfile
 import time
 import zlib
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -32,7 +33,7 @@ HOST_TESTS = "make -C firmware/hosttests SANITIZE= FLAGS=-std=gnu++14\\ -O0\\ -I
 ROOMS = {  # of each, its files and its tests
     "edge": (
         f"{SERVICE}/server/edge/*.py {SERVICE}/server/access.py",
-        "tests/server/test_[ebrp][dueh][dgqa]*.py tests/server/test_http.py",
+        "tests/server/test_[ebrp][dueh][dgqa]*.py tests/server/test_[hs][tc][te]*.py",
     ),
     "web": (
         f"{SERVICE}/server/web/*.py",
@@ -93,6 +94,7 @@ def defects(file: str) -> Iterator[Defect]:
     words = file.endswith((".py", ".gd"))
     blank = f"{STRING}|{HASH_COMMENT if words else SLASH_COMMENT}"
     code = re.sub(blank, lambda each: "_" * len(each[0]), text, flags=re.MULTILINE)
+    same: Counter[str] = Counter()
     for begin, end, planted in sorted(
         {*replaced(code, words), *shortened(code), *passed(code, words)}
     ):
@@ -103,6 +105,8 @@ def defects(file: str) -> Iterator[Defect]:
             for part in (text[begin:end], planted)
         )
         name = f"{file}: {was} -> {now}"
+        same[name] += 1
+        name += f" ({same[name]})" if same[name] > 1 else ""
         yield Defect(file, begin, end, planted, text.count("\n", 0, begin) + 1, name)
 
 

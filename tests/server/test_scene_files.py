@@ -23,7 +23,7 @@ from hapticvlm.client.local_service import ServiceError, running
 from hapticvlm.server.edge.limiter import SocketLimiter
 from hapticvlm.server.edge.limits import PHASES, Phase
 from hapticvlm.server.edge.listener import Listener
-from hapticvlm.server.edge.socket import PIECE, ClientSocket
+from hapticvlm.server.edge.socket import ClientSocket
 from hapticvlm.server.web import http, scene_files, scene_pages
 
 MAP = '\n  {"imports": {"three": "./three.js"}}\n'
@@ -173,7 +173,7 @@ async def test_forty_readers_of_a_large_file_that_read_nothing_hold_little_memor
         tracemalloc.stop()
         for each in readers:
             each.close()
-    assert peak < 40 * 4 * PIECE  # a few pieces of each, where whole files were 640 MiB
+    assert peak < 40 * 4 * 64 * 1024  # a few pieces of each, where whole files were 640 MiB
 
 
 async def test_a_browser_on_a_slow_network_gets_the_whole_of_a_large_file(big, monkeypatch):

@@ -4,6 +4,7 @@ import pytest
 from session_messages import TABLE, frame, only, owner, touch
 
 from hapticvlm.session.actions import PlayVibration
+from hapticvlm.session.frames import ClockOffset
 from hapticvlm.session.targets import RecognitionRequest
 
 STRIKES = 100
@@ -40,6 +41,15 @@ def test_a_clock_that_pauses_and_goes_on_loses_few_strikes():
         return 100.0 + (at if at < 3.0 else 3.0 if at < 6.0 else at - 3.0)
 
     assert len(silent_strikes(paused)) <= 3
+
+
+def test_the_fastest_trip_is_forgotten_after_one_to_two_windows():
+    clock = ClockOffset()
+    ages_s = []
+    for second in range(0, 27, 3):
+        clock.observe(second, second + (0.05 if second else 0.0))
+        ages_s.append(round(clock.age_s(second, second + 0.05), 6))
+    assert ages_s == [0.05] * 8 + [0.0]
 
 
 @pytest.mark.parametrize("scale", [1000.0, 1.0])

@@ -8,6 +8,7 @@ from session_messages import READING, TABLE, frame, only, owner, replies, scene,
 
 from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.messages import (
+    WHOLE,
     Decision,
     Error,
     Feel,
@@ -36,7 +37,7 @@ from hapticvlm.session.actions import (
     RestPlate,
 )
 from hapticvlm.session.frames import FrameRate
-from hapticvlm.session.hands import LEASE_S, Hold
+from hapticvlm.session.hands import LEASE_S, Hand, Hold
 from hapticvlm.session.scene_objects import MAX_REFERENCE_VIEWS
 from hapticvlm.session.session import SceneSession
 from hapticvlm.session.settings import SessionSettings
@@ -290,6 +291,7 @@ def test_a_held_speaker_leaves_the_plate_working():
     session = SceneSession(SessionSettings(owner=True), hold)
     session.receive(scene(SceneObject(object_id="table", material="metal")), 0.0)
     hold.stop("speaker")
+    assert hold.state == (("speaker", "left", False), ("speaker", "right", False))
     assert not only(session.receive(touch(), 1.0), PlayVibration)
     assert only(session.tick(1.02, READING), DrivePlate)
 
@@ -591,6 +593,13 @@ HELLO = Hello(
 )
 OWNER, GUEST = {"owner": True}, {"owner": False}
 OBSERVER = {"owner": False, "observer": True}
+
+
+def test_a_touch_of_an_object_in_a_region_is_of_the_object_and_keeps_its_nearest_distance():
+    hand = Hand(0)
+    for at, distance_m in enumerate((0.3, 0.1, 0.2)):
+        hand.update(touch("approach", region=WHOLE, distance_m=distance_m), 0.1 * at)
+    assert (hand.target, hand.nearest_m) == (ObjectTarget("table"), 0.1)
 
 
 @each_row(

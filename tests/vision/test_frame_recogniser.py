@@ -11,7 +11,7 @@ from tiny_encoders import picture, write_onnx
 from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.messages import Frame, Region
 from hapticvlm.vision.encoders.encoder import Encoder
-from hapticvlm.vision.frame_recogniser import FrameRecogniser
+from hapticvlm.vision.frame_recogniser import FrameRecogniser, _digest
 from hapticvlm.vision.galleries.gallery import Calibration, Gallery
 from hapticvlm.vision.loading import load_encoder
 from hapticvlm.vision.pictures import Crop
@@ -105,6 +105,21 @@ def test_a_picture_of_flat_colours_is_believed_less_wherever_it_is_recognised(
             assert np.allclose(beliefs(alone), beliefs(together))
             answers.append(alone.confidence)
         assert (answers[1] < answers[0] - 0.02) == differs
+
+
+def test_whatever_a_crop_depends_on_makes_it_another_picture():
+    base = frame(mask=b"m", region=REGIONS[0])
+    others = (
+        {"format": "png"},
+        {"width": 33},
+        {"height": 33},
+        {"origin": "bottom"},
+        {"region": None},
+        {"mask": None},
+        {"image": b"other"},
+    )
+    changed = {_digest(msgspec.structs.replace(base, **each)) for each in others}
+    assert len(changed | {_digest(base)}) == 1 + len(others)
 
 
 def test_the_very_same_bytes_of_an_object_are_skipped_without_decoding_them(
