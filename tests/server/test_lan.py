@@ -67,7 +67,9 @@ def test_what_it_makes_is_accepted_off_this_machine() -> None:
     options = lan.opened(ServeOptions(lan=True))
     address = service_info.address(options)
     assert (address.host, address.pages_from) == ("0.0.0.0", "lan")
-    assert len({lan.new_token() for _ in range(100)}) == 100
+    tokens = {lan.new_token() for _ in range(100)}
+    assert len(tokens) == 100
+    assert {len(token) for token in tokens} == {14}  # three groups of four letters
 
 
 def test_what_the_user_states_stays() -> None:

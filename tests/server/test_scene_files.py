@@ -109,6 +109,7 @@ def test_a_page_may_run_the_scripts_it_is_written_with_and_no_other_inline():
         ("index.pck", "application/octet-stream", None),
         ("build.data.br", "application/octet-stream", "br"),
         ("build.wasm.gz", "application/wasm", "gzip"),
+        ("photo.webp", "image/webp", None),
         ("notes.txt", None, None),
         ("archive.gz", None, "gzip"),
     ],
