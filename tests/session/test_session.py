@@ -777,7 +777,8 @@ def test_restating_the_same_objects_is_no_overflow_and_declared_ones_are_never_f
     session.receive(scene(*many, replace=False), 1.1)
     assert only(session.receive(touch(object_id="o0"), 1.2), PlayVibration)
     assert session._model.objects.state(ObjectTarget("o0")).facts is not None
-    assert len(session._model.objects.known) <= 8192
+    assert ObjectTarget("undeclared4999") in session.model.objects.known
+    assert len(session.model.objects.known) == 8192
 
 
 def test_live_looks_and_views_to_enrol_of_one_object_are_fused():
