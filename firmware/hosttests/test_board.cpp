@@ -74,6 +74,7 @@ TEST_CASE("a fault stays when its cause has gone, and no setpoint is taken until
     rig.step_on({16 * 1023, sum_at(32), sum_at(25)});
     rig.step(500);
     CHECK(rig.only(PLATE_A_OPEN));
+    CHECK(rig.say(OFF) == OK);
     CHECK(rig.hold(36.0) == FAULTED);
     CHECK(bench.counts == 0);
 }

@@ -151,8 +151,10 @@ def test_an_owner_that_gives_the_outputs_up_stays_and_may_take_them_again(gatewa
     now = gateway.ownership.leased_at
     gateway.ownership.change(second, asking("give"), now)  # they are not its own: nothing changes
     assert gateway.owner is first
+    first.session.receive(touch(), now)
     gateway.ownership.change(first, asking("give"), now)
     assert gateway.owner is None
+    assert first.session.leases == 0
     assert ownership_notes(second) == [(False, True)]
     with pytest.raises(MessageError, match="owns"):
         first.session.receive(touch(), now)

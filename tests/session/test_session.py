@@ -624,7 +624,7 @@ def test_what_a_role_may_not_say_is_refused_with_its_path(who, message, code, pa
 
 
 def test_an_owner_sets_gains_and_the_feel_of_its_hands():
-    wanted = Set(id=3, thermal_gain=0.5, feel=Feel(left="impulse", right="impulse"))
+    wanted = Set(id=3, thermal_gain=0.5, feel=Feel(left="amplitude", right="parametric"))
     assert replies(owner().receive(wanted, 1.0), Ok)
 
 
