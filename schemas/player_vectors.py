@@ -355,6 +355,7 @@ def _broken() -> Iterator[Json]:
         (["speeds_mps", 3], 0.01, "speeds_mps"),
         (["clips", "wood grain", "wave"], "", "clips.wood grain.wave"),
         (["clips", "wood grain", "wave"], "!!", "clips.wood grain.wave"),
+        (["loops", "wood relief", "wave"], "gA==", "loops.wood relief.wave"),
         (["clips", "wood grain", "drive", "bytes"], None, "clips.wood grain.drive.bytes"),
         (["materials", "wood", "grain"], "oak grain", "materials.wood"),
         (["materials", "wood", "tap", "clips"], ["oak"], "materials.wood"),

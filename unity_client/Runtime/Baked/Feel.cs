@@ -137,7 +137,7 @@ namespace HapticVLM.Baked
         {
             Loop = loop;
             Repeats = true;
-            if (Samples.Length == 0) throw Read.Wrong(field + ".wave", "has no sample");
+            if (loop.Wave.Length < 8) throw Read.Wrong(field + ".wave", "is shorter than the schema has it");
         }
 
         private Wave(int samples)

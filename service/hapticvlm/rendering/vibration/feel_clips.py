@@ -86,6 +86,7 @@ _Wave = NDArray[Any]  # of float64, or complex
 # What a player may assume of each number: with these limits no value of a file can make a loop
 # endless or a motor too strong. The schema of the file, by which players refuse one, has them.
 Text = Annotated[str, Meta(min_length=1)]
+Looped = Annotated[str, Meta(min_length=8)]  # four bytes at least: a loop of no sample has no place
 Share = Annotated[float, Meta(ge=0.0, le=1.0)]
 Factor = Annotated[float, Meta(ge=0.0, le=1e4)]
 Positive = Annotated[float, Meta(ge=1e-4, le=1e6)]
@@ -148,7 +149,7 @@ class LoopClip(msgspec.Struct, frozen=True):
 
     rate_hz: Rate
     peak: Factor
-    wave: Text
+    wave: Looped
     drive: Track
     gain: BySpeed
     rate: BySpeed
