@@ -12,13 +12,13 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import resample_poly
 
 from hapticvlm.devices.worn import touchdiver
 from hapticvlm.devices.worn.intiface import PLAN_S
 from hapticvlm.devices.worn.output import Touch, Wanted
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.vibration.controller_scale import CARRIER_HZ, MIN_IMPACT
+from hapticvlm.rendering.vibration.filters import resample
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 from hapticvlm.rendering.vibration.vibration_plan import PERIOD_S, PLAN_HZ, amplitudes
 from hapticvlm.touches import GLOVE
@@ -37,11 +37,9 @@ def sound_on(output: str, of: Sound) -> Sound:
         return replace(of, wave=np.zeros_like(of.wave))
     if output == "quest":
         step = RATE_HZ // QUEST_HZ
-        wave = resample_poly(resample_poly(of.wave, 1, step), step, 1)
+        wave = resample(resample(of.wave, 1, step), step, 1)
         return replace(of, wave=np.asarray(wave[: of.wave.size], dtype=np.float32))
-    strength = amplitudes(
-        np.asarray(resample_poly(of.wave, 1, RATE_HZ // PLAN_HZ), dtype=np.float32), "amplitude"
-    )
+    strength = amplitudes(resample(of.wave, 1, RATE_HZ // PLAN_HZ).astype(np.float32), "amplitude")
     onset, _ = commands(of.material.name, of.interaction, of.motion)
     if onset is not None:
         strength[:1] = np.maximum(strength[:1], MIN_IMPACT)

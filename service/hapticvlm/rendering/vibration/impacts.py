@@ -54,7 +54,7 @@ from hapticvlm.rendering.vibration.perceived_level import perceived_amplitude, s
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 
 BAND_END_HZ = 1050.0
-BAND_DB = -50.5  # share of an event's energy that may lie above; seeds vary it by half a dB
+BAND_DB = -50.5  # share of an event's energy that may lie above; seeds lift it, by 3 dB at most
 EDGE_HZ = 800.0  # to which the filter is flat; our choice
 
 _Floats = NDArray[np.float64]
