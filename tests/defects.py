@@ -1,7 +1,7 @@
 """Plant defects by rule, one at a time: `python tests/defects.py [ROOM ...] [--most N]`.
 
 Each number becomes ten times as much, each member of `and`, `or`, `+`, `-` and of a tuple, set or
-list of three is left out, each guard is never true, each `True` is `False`, each call that is a
+list of three is left out, each guard is never true, each truth is turned, each call that is a
 statement is left out. Then the tests of the room run. A defect that they do not notice is a value
 that no test states, or code that nobody needs; `defects.txt` lists those that are left, each after
 one word: `equal` (no difference by meaning), `speed` (only slower) or `open` (a test is missing).
