@@ -1,4 +1,4 @@
-"""Plant defects by rule, one at a time: `python tests/defects.py [ROOM ...] [--most N]`.
+"""Plant defects by rule, one at a time: `python tests/defects.py [ROOM ...] [--share S]`.
 
 Each number becomes ten times as much, each member of `and`, `or`, `+`, `-` and of a tuple, set or
 list of three is left out, each guard is never true, each truth is turned, each call that is a
@@ -196,11 +196,11 @@ def unseen(room: str, chosen: list[Defect], scratch: Path) -> Iterator[Defect]:
         file.write_text(sound, "utf-8")
 
 
-def planned(room: str, most: int | None = None) -> list[Defect]:
-    """Return the defects of a room, or `most` of them: the same ones until the code changes."""
+def planned(room: str, share: float = 1.0) -> list[Defect]:
+    """Return the defects of a room, or a share of them: which, their names alone decide."""
     files = sorted({file for pattern in ROOMS[room][0].split() for file in ROOT.glob(pattern)})
     every = [each for file in files for each in defects(file.relative_to(ROOT).as_posix())]
-    return sorted(every, key=lambda each: zlib.crc32(each.name.encode()))[:most]
+    return [each for each in every if zlib.crc32(each.name.encode()) < share * 2**32]
 
 
 def copied(scratch: Path) -> Path:
@@ -226,13 +226,13 @@ def main() -> int:
     """Plant those of the rooms named, or all; return how many unlisted ones nobody noticed."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("room", nargs="*", choices=[*ROOMS, []])
-    parser.add_argument("--most", type=int, help="of each room, only so many")
+    parser.add_argument("--share", type=float, default=1.0, help="of each room, only such a part")
     asked = parser.parse_args()
     survivors, known = 0, listed()
     with tempfile.TemporaryDirectory() as folder:
         scratch = copied(Path(folder))
         for room in asked.room or ROOMS:
-            chosen = [each for each in planned(room, asked.most) if each.name not in known]
+            chosen = [each for each in planned(room, asked.share) if each.name not in known]
             print(f"{room}: {len(chosen)} defects", flush=True)
             for each in unseen(room, chosen, scratch):
                 survivors += 1

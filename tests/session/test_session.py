@@ -623,6 +623,13 @@ def test_what_a_role_may_not_say_is_refused_with_its_path(who, message, code, pa
     assert session.leases == 0
 
 
+def test_a_region_that_is_not_recognised_yet_leaves_the_plate_at_neutral():
+    session = owner()
+    session.receive(touch(object_id=None, region=WHOLE), 1.0)
+    (drive,) = only(session.tick(1.02, READING), DrivePlate)
+    assert drive.setpoint_c == NEUTRAL_C
+
+
 def test_an_owner_sets_gains_and_the_feel_of_its_hands():
     wanted = Set(id=3, thermal_gain=0.5, feel=Feel(left="amplitude", right="parametric"))
     assert replies(owner().receive(wanted, 1.0), Ok)
