@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import itertools
 import json
+import signal
 import time
 import urllib.request
 from collections.abc import AsyncIterator, Iterator
@@ -24,6 +25,10 @@ from hapticvlm.client.local_service import Service, running
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
+
+# A shell's background job ignores Ctrl-C, and so would what tests start and then interrupt.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # A busy machine must not fail a property: what they cost is measured elsewhere.
 settings.register_profile("project", deadline=None)
