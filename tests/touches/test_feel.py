@@ -82,6 +82,9 @@ def test_a_glove_is_told_its_texture_click_force_and_heat(capsys):
     contact, later = capsys.readouterr().out.splitlines()[-2:]
     assert contact.startswith("at contact: force:0.50:0.0:0.0, texture:0:0.5:0.0:0.50:60.0, temp")
     assert re.fullmatch(r"after it: force:0.50.*, texture:20:.*, temperature:0.00", later)
+    document = feel(capsys, "metal", "--object-c", "5", "--force", "2.5", "--on", "weart")
+    assert document["texts"] == [contact, later]
+    assert "vibration" not in document  # which would be a wave of zeros
 
 
 @pytest.mark.parametrize(

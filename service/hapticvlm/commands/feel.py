@@ -9,7 +9,7 @@ import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from hapticvlm.commands import touch_options
 from hapticvlm.commands.parsing import add_json, number_within
@@ -141,8 +141,7 @@ def _feel(options: argparse.Namespace) -> int:
             touch = _touch(find(options.material, table), options.interaction, options, table)
             written = [line for path in options.save for line in _save(touch, path, options, table)]
     if touch is not None and options.json:
-        document = {"thermal": asdict(touch.heat), "vibration": touch.sound.describe()}
-        print(json.dumps(document), flush=True)
+        print(json.dumps(_document(touch, is_glove=options.on == GLOVE)), flush=True)
         return 0
     if touch is not None:
         _print_heat(touch.heat)
@@ -220,6 +219,17 @@ def _save_page(
     return f"{path}: {len(clips)} touches, {path.stat().st_size / 1e6:.1f} MB; open it in a browser"
 
 
+def _document(touch: FeltTouch, *, is_glove: bool) -> dict[str, Any]:
+    felt = {"texts": _glove_texts(touch)} if is_glove else {"vibration": touch.sound.describe()}
+    return {"thermal": asdict(touch.heat), **felt}
+
+
+def _glove_texts(touch: FeltTouch) -> list[str]:
+    from hapticvlm.touches.owned import glove_texts
+
+    return glove_texts(touch.sound, touch.heat)
+
+
 def _print_heat(heat: Heat) -> None:
     print(f"{heat.material} at {heat.surface_c:g} degC, skin at {heat.skin_start_c:g} degC")
     print(
@@ -239,9 +249,7 @@ def _print_heat(heat: Heat) -> None:
 
 def _vibration(touch: FeltTouch, *, is_glove: bool) -> str:
     if is_glove:
-        from hapticvlm.touches.owned import glove_texts
-
-        return "\n".join(("", *glove_texts(touch.sound, touch.heat)))
+        return "\n".join(("", *_glove_texts(touch)))
     vibration = touch.sound.describe()
     levels = vibration["spectrum"]["level_db"]
     loudest_hz = vibration["spectrum"]["frequency_hz"][levels.index(max(levels))]

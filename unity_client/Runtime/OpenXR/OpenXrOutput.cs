@@ -6,8 +6,9 @@ using UnityEngine.XR.OpenXR.Input;
 namespace HapticVLM
 {
     /// <summary>
-    /// Plays through OpenXR: samples where the feature Haptic Pcm is enabled and the controller takes them, as on Quest,
-    /// else impulses with a frequency. Add it beside a Controller Haptics. Runtimes may ignore the frequency; Quest's does.
+    /// Plays through OpenXR: samples where the feature "HapticVLM: samples on controllers" is enabled and the controller
+    /// takes them, as on Quest, else impulses with a frequency. Add it beside a Controller Haptics. Runtimes may ignore
+    /// the frequency; Quest's does.
     /// </summary>
     [RequireComponent(typeof(ControllerHaptics)), AddComponentMenu("HapticVLM/Output through OpenXR")]
     public sealed class OpenXrOutput : MonoBehaviour, IHapticWaveOutput
