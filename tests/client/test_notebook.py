@@ -18,7 +18,6 @@ SOON_S = 30.0 * PACE
 # A cell that is interrupted while it touches, and the next one; the whole group gets the signal.
 INTERRUPTED = """
 import os, signal, sys, threading, hapticvlm
-signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs ignore it
 service = hapticvlm.serve()
 client = hapticvlm.connect_blocking(service.url)
 client.scene([{"object_id": "cup", "material": "ceramic"}])

@@ -67,15 +67,13 @@ def test_the_smallest_scene_says_how_to_start_the_service_that_it_lacks():
 
 
 INTERRUPTIBLE = """
-import signal, sys
-signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job would ignore it
+import sys
 from hapticvlm.__main__ import run
 print("begun", flush=True)
 sys.exit(run())
 """
 INTERRUPTED_AT = """
 import os, signal, sys
-signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job would ignore it
 lines = 0
 def trace(frame, event, _):
     global lines
@@ -149,7 +147,6 @@ def test_ctrl_c_of_a_terminal_stops_a_service_that_starts_with_all_its_processes
 
 LOST_IN_A_DESTRUCTOR = """
 import os, signal, sys, time
-signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job would ignore it
 class Finder:
     def find_spec(self, name, path, target=None):
         if name == "hapticvlm.doctor":
