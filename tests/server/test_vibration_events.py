@@ -77,7 +77,9 @@ async def test_a_contact_is_planned_at_once_with_its_transient(service):
         await feeling(client, left="parametric")
         began = time.monotonic()
         await client.touch("contact", "pane", hand="left", interaction="tap")
-        plan = await client.event("vibration", hand="left")
+        # A lease of the slides that lapsed on a busy machine leaves a plan of theirs to come.
+        while "transients" not in (plan := await client.event("vibration", hand="left")):
+            pass
         assert time.monotonic() - began < SILENCE_S
         (pulse,) = plan["transients"]
         assert pulse["frequency_hz"] == 350.0
