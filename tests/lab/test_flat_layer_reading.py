@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hapticvlm.vision.loading import load_encoder
-from hapticvlm_lab.training import flat_layer
+from hapticvlm_lab.training import describing, flat_layer
 from hapticvlm_lab.training.describing import NAMES
 
 
@@ -21,7 +21,7 @@ def test_crops_are_read_with_their_kit(tmp_path: Path) -> None:
         path=["kits/toys/chair.glb", "kits/toys/pan.glb"],
     )
     encoder = load_encoder()
-    kits = flat_layer.embed(encoder, flat_layer.drawn(tmp_path))
+    kits = flat_layer.embed(encoder, describing.drawn([tmp_path / "toys.npz"]))
     assert kits.embeddings.shape == (2, encoder.dimension)
     assert kits.flat.tolist() == [True, False]
     assert kits.sources.tolist() == ["toys", "toys"]

@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 from rich.progress import track
 
 from hapticvlm import materials
@@ -24,6 +23,7 @@ from hapticvlm.vision.encoders.onnx_encoder import open_session
 from hapticvlm.vision.galleries.network_gallery import read_references
 from hapticvlm.vision.pictures import Crop
 from hapticvlm_lab.training import pool, sources
+from hapticvlm_lab.training.shipped_graph import SIDE
 
 NAMES = (*materials.MATERIALS, materials.UNKNOWN)
 ROOMS = "rooms"
@@ -84,39 +84,34 @@ def _read(path: Path) -> Described:
         )
 
 
-def teaching(data: Path, renders: Path, side: int) -> dict[str, Iterable[Labelled]]:
+def teaching(data: Path, renders: Path) -> dict[str, Iterable[Labelled]]:
     """Return every set of crops that may teach: references, photographs, renders."""
-    sets: dict[str, Iterable[Labelled]] = {"references": _references(side)}
-    sets |= {f"photographs_{turn}": _photographs(data, side, turn) for turn in range(len(MOST))}
-    return sets | {ROOMS: _renders(renders / ROOMS, side, calibrates=False)}
+    sets: dict[str, Iterable[Labelled]] = {"references": _references()}
+    sets |= {f"photographs_{turn}": _photographs(data, turn) for turn in range(len(MOST))}
+    return sets | {ROOMS: _rooms(renders / ROOMS, calibrates=False)}
 
 
-def judging(data: Path, renders: Path, side: int) -> dict[str, Iterable[Labelled]]:
+def judging(data: Path, renders: Path) -> dict[str, Iterable[Labelled]]:
     """Return the sets that choose and calibrate: renders of other rooms, and sources.CHOICE."""
-    left_out = _renders(renders / ROOMS, side, calibrates=True)
-    return {sources.CHOICE: _chosen(data, side), f"{ROOMS}_left_out": left_out}
+    left_out = _rooms(renders / ROOMS, calibrates=True)
+    return {sources.CHOICE: _chosen(data), f"{ROOMS}_left_out": left_out}
 
 
-def calibrating(data: Path, renders: Path, side: int, count: int) -> list[Pixels]:
-    """Return crops (S, S, 4) from which ranges of activations are taken; no label is read."""
-    folder = data / sources.UNLABELLED[0]
-    barred = sources.SAME_AS_HELD_BACK | sources.LIVING_HELD_BACK
-    paths = [path for path in sorted(folder.rglob("*.jpg")) if path.parent.name not in barred]
-    chosen = np.random.default_rng(SEED).choice(len(paths), count, replace=False)
-    whole = np.full((side, side), 255, np.uint8)
-    crops = [_pixels(Crop(_resized(pool.read(paths[at]), side), whole)) for at in chosen]
-    rooms = _renders(renders / ROOMS, side, calibrates=False)
-    crops += [_pixels(crop) for (crop, _, _), _ in zip(rooms, range(count), strict=False)]
-    return crops
+def drawn(paths: Iterable[Path]) -> Iterator[Labelled]:
+    """Yield the drawn crops of files; the source of each is the name of its file."""
+    for path in paths:
+        with np.load(path) as file:
+            for big, label in zip(file["big"], file["label"].tolist(), strict=True):
+                yield Crop(big[..., :3].copy(), big[..., 3].copy()), label, path.stem
 
 
-def _references(side: int) -> Iterator[Labelled]:
-    crops, labels = read_references(side)
+def _references() -> Iterator[Labelled]:
+    crops, labels = read_references(SIDE)
     for crop, label in zip(crops, labels.tolist(), strict=True):
         yield crop, NAMES[label], "references"
 
 
-def _photographs(data: Path, side: int, turn: int) -> Iterator[Labelled]:
+def _photographs(data: Path, turn: int) -> Iterator[Labelled]:
     """Cut photographs that teach, at most MOST of each source and class, another part each turn."""
     every = pool.pictures(data)
     order = np.random.default_rng(SEED + turn).permutation(len(every))
@@ -126,36 +121,21 @@ def _photographs(data: Path, side: int, turn: int) -> Iterator[Labelled]:
         cell = (picture.source, picture.label)
         if taken[cell] < MOST[turn].get(picture.source, OTHERS[turn]):
             taken[cell] += 1
-            yield pool.cut(data, picture, turn, every, side), picture.label, picture.source
+            yield pool.cut(data, picture, turn, every), picture.label, picture.source
 
 
-def _renders(folder: Path, side: int, *, calibrates: bool) -> Iterator[Labelled]:
-    for path in sorted(folder.glob("*.npz")):
-        if sources.is_calibration_shard(path.stem) != calibrates:
-            continue
-        with np.load(path, allow_pickle=False) as file:
-            shown = file["big"]
-            labels = file["label"].tolist()
-        for crop, label in zip(shown, labels, strict=True):
-            yield Crop(_resized(crop[..., :3], side), _mask(crop[..., 3], side)), label, folder.name
+def _rooms(folder: Path, *, calibrates: bool) -> Iterator[Labelled]:
+    shards = sorted(folder.glob("*.npz"))
+    chosen = [path for path in shards if sources.is_calibration_shard(path.stem) == calibrates]
+    return ((crop, label, ROOMS) for crop, label, _ in drawn(chosen))
 
 
-def _chosen(data: Path, side: int) -> Iterator[Labelled]:
+def _chosen(data: Path) -> Iterator[Labelled]:
     """Cut sources.CHOICE as `recognise` cuts pictures without a mask: whole."""
     for path, label in sources.labelled(data, sources.CHOICE):
-        crop = pictures.crop(files.read_frame(path), side)
+        crop = pictures.crop(files.read_frame(path), SIDE)
         yield crop, sources.material_of(label), sources.CHOICE
 
 
 def _pixels(crop: Crop) -> Pixels:
     return np.dstack([crop.image, np.where(crop.mask > 0, 255, 0).astype(np.uint8)])
-
-
-def _resized(pixels: Pixels, side: int) -> Pixels:
-    image = Image.fromarray(np.ascontiguousarray(pixels))
-    return np.asarray(image.resize((side, side), Image.Resampling.BILINEAR))
-
-
-def _mask(mask: Pixels, side: int) -> Pixels:
-    image = Image.fromarray(np.ascontiguousarray(mask))
-    return np.asarray(image.resize((side, side), Image.Resampling.NEAREST))

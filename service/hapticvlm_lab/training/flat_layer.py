@@ -15,7 +15,7 @@ held back is read.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -33,7 +33,6 @@ from hapticvlm.vision.galleries.gallery import Gallery, LinearLayer
 from hapticvlm.vision.galleries.network_gallery import EXPONENT
 from hapticvlm.vision.galleries.storage import FILE_NAME, load_gallery, save_gallery
 from hapticvlm.vision.loading import load_encoder
-from hapticvlm.vision.pictures import Crop
 from hapticvlm_lab.training import describing, head, making, sources
 from hapticvlm_lab.training.describing import NAMES, Labelled
 from hapticvlm_lab.training.making import FOUR
@@ -82,21 +81,14 @@ def add_to(data: Path, work: Path, out: Path) -> str:
     """Add the layer to the gallery of the encoder in `out`; return a line on what was chosen."""
     encoder = load_encoder(str(out))
     gallery = load_gallery(out / FILE_NAME, encoder=encoder)
-    shown = describing.teaching(data, work, encoder.side)
+    shown = describing.teaching(data, work)
     known = join([embed(encoder, track(shown[name], name)) for name in KNOWN])
-    others = describing.judging(data, work, encoder.side).values()
+    others = describing.judging(data, work).values()
     judged = [part for part in (embed(encoder, crops) for crops in others) if len(part.labels)]
-    fitted = add(gallery, known, embed(encoder, drawn(work / sources.KITS)), judged)
+    kits = describing.drawn(sorted((work / sources.KITS).glob("*.npz")))
+    fitted = add(gallery, known, embed(encoder, kits), judged)
     save_gallery(fitted, out / FILE_NAME)
     return f"{encoder.name}: flat pictures, scale times {fitted.calibration.flat:.2f}"
-
-
-def drawn(folder: Path) -> Iterator[Labelled]:
-    """Yield the crops of every kit of a folder, in the order of their names; sources are kits."""
-    for path in sorted(folder.glob("*.npz")):
-        with np.load(path) as file:
-            for big, label in zip(file["big"], file["label"].tolist(), strict=True):
-                yield Crop(big[..., :3].copy(), big[..., 3].copy()), label, path.stem
 
 
 def embed(encoder: Encoder, crops: Iterable[Labelled]) -> Embedded:
@@ -157,21 +149,15 @@ def _train(
     with torch.no_grad():
         layer.weight.copy_(torch.from_numpy(before.T))
         layer.bias.copy_(torch.from_numpy(bias))
+
+    def cost(batch: torch.Tensor) -> torch.Tensor:
+        logits = layer(functional.dropout(rows[batch], head.DROPPED))
+        apart = asked[batch].exp() * (asked[batch] - logits.log_softmax(dim=1))
+        surprise = head.surprise(logits, labels[batch])
+        return torch.mul(costs[batch], surprise + kept[batch] * apart.sum(dim=1))
+
     optimiser = torch.optim.AdamW(layer.parameters(), weight_decay=0.0)
-    steps = len(rows) // head.BATCH
-    rate = torch.optim.lr_scheduler.OneCycleLR(optimiser, RATE, EPOCHS * steps)
-    for _ in range(EPOCHS):
-        for batch in torch.randperm(len(rows))[: steps * head.BATCH].reshape(steps, head.BATCH):
-            logits = layer(functional.dropout(rows[batch], head.DROPPED))
-            surprise = functional.cross_entropy(
-                logits, labels[batch], reduction="none", label_smoothing=head.SMOOTHING
-            )
-            apart = asked[batch].exp() * (asked[batch] - logits.log_softmax(dim=1))
-            cost = surprise + kept[batch] * apart.sum(dim=1)
-            optimiser.zero_grad()
-            (costs[batch] * cost).mean().backward()
-            optimiser.step()
-            rate.step()
+    head.descend(optimiser, cost, len(rows), (EPOCHS, RATE))
     return layer.weight.detach().numpy().T.copy(), layer.bias.detach().numpy().copy()
 
 

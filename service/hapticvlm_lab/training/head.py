@@ -7,7 +7,7 @@ embedding; the linear layer of the gallery reads the materials off it. The seed 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,7 +19,7 @@ from hapticvlm.vision.encoders import joint_embedding
 from hapticvlm.vision.galleries.gallery import LinearLayer
 from hapticvlm_lab.training import sources
 from hapticvlm_lab.training.describing import NAMES, ROOMS, Described
-from hapticvlm_lab.training.lite_graph import Head, Network
+from hapticvlm_lab.training.shipped_graph import LAST, STAGES, Head
 
 WIDTH = 256  # of the hidden layer
 EPOCHS = 10
@@ -66,12 +66,12 @@ class Fitted:
         return joint_embedding.join(self.activation(described.features), beliefs)
 
 
-def fit(sets: Sequence[Described], network: Network, seed: int) -> Fitted:
+def fit(sets: Sequence[Described], seed: int) -> Fitted:
     """Fit a head; the same sets and seed give the same bytes on one machine."""
     labels = np.concatenate([each.labels for each in sets])
     weights = weigh(labels, np.concatenate([each.sources for each in sets]))
     features = np.concatenate([each.features for each in sets]).astype(np.float32)
-    mean, scale = _standard(features, weights, network)
+    mean, scale = _standard(features, weights)
     rows = torch.from_numpy(_unit((features - mean) * scale) * np.float32(GAIN))
     hidden, last = _train(rows, torch.from_numpy(labels), weights, seed)
     wide = hidden.weight.detach().numpy().T * np.float32(GAIN)
@@ -104,12 +104,10 @@ def _weigh_kind(weights: Doubles, chosen: NDArray[np.bool_], sources_of: NDArray
     weights[chosen] *= min(1.0, chosen.sum() / RARE_KIND) / weights[chosen].sum()
 
 
-def _standard(features: Floats, weights: Doubles, network: Network) -> tuple[Floats, Floats]:
+def _standard(features: Floats, weights: Doubles) -> tuple[Floats, Floats]:
     """Return mean and scale by which each stage's features count equally, the last map's more."""
-    groups = [width for width in network.widths[1:] for _ in range(2)]
-    last = network.features - sum(groups)
-    share = [np.full(width, width**-0.5) for width in groups] + [np.full(last, last**-0.5)]
-    share[-1] *= LAST_WEIGHT
+    share = [np.full(width, width**-0.5) for width in STAGES for _ in range(2)]
+    share.append(np.full(LAST, LAST_WEIGHT * LAST**-0.5))
     mean = weights @ features
     deviation = np.sqrt(weights @ (features - mean) ** 2)
     scale = np.concatenate(share) / np.maximum(deviation, LEAST_DEVIATION * deviation.max())
@@ -125,22 +123,38 @@ def _train(
     hidden = torch.nn.Linear(rows.shape[1], WIDTH)
     last = torch.nn.Linear(WIDTH, len(NAMES))
     costs = torch.from_numpy((weights * len(weights)).astype(np.float32))
+
+    def cost(batch: torch.Tensor) -> torch.Tensor:
+        seen = functional.dropout(rows[batch], DROPPED_FEATURES)
+        active = HIDDEN_GAIN * functional.normalize(torch.relu(hidden(seen)), dim=1)
+        return costs[batch] * surprise(last(functional.dropout(active, DROPPED)), labels[batch])
+
     optimiser = torch.optim.AdamW([*hidden.parameters(), *last.parameters()], weight_decay=DECAY)
-    steps = len(rows) // BATCH
-    rate = torch.optim.lr_scheduler.OneCycleLR(optimiser, RATE, EPOCHS * steps)
-    for _ in range(EPOCHS):
-        for batch in torch.randperm(len(rows))[: steps * BATCH].reshape(steps, BATCH):
-            seen = functional.dropout(rows[batch], DROPPED_FEATURES)
-            active = HIDDEN_GAIN * functional.normalize(torch.relu(hidden(seen)), dim=1)
-            logits = last(functional.dropout(active, DROPPED))
-            surprise = functional.cross_entropy(
-                logits, labels[batch], reduction="none", label_smoothing=SMOOTHING
-            )
+    descend(optimiser, cost, len(rows), (EPOCHS, RATE))
+    return hidden, last
+
+
+def surprise(logits: torch.Tensor, labels: torch.Tensor) -> torch.Tensor:
+    """Return the smoothed surprise of each row."""
+    return functional.cross_entropy(logits, labels, reduction="none", label_smoothing=SMOOTHING)
+
+
+def descend(
+    optimiser: torch.optim.Optimizer,
+    cost: Callable[[torch.Tensor], torch.Tensor],
+    count: int,
+    schedule: tuple[int, float],
+) -> None:
+    """Take steps down the mean cost of batches of `count` rows; schedule: epochs, highest rate."""
+    epochs, highest = schedule
+    steps = count // BATCH
+    rate = torch.optim.lr_scheduler.OneCycleLR(optimiser, highest, epochs * steps)
+    for _ in range(epochs):
+        for batch in torch.randperm(count)[: steps * BATCH].reshape(steps, BATCH):
             optimiser.zero_grad()
-            (costs[batch] * surprise).mean().backward()  # type: ignore[no-untyped-call, unused-ignore]
+            cost(batch).mean().backward()  # type: ignore[no-untyped-call, unused-ignore]
             optimiser.step()
             rate.step()
-    return hidden, last
 
 
 def _unit(rows: Floats) -> Floats:

@@ -21,21 +21,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm import materials
-from hapticvlm.vision.encoders.encoder import CARD
+from hapticvlm.vision.encoders.encoder import CARD, DEFAULT, SHIPPED
 from hapticvlm.vision.encoders.joint_embedding import layer_of
-from hapticvlm.vision.encoders.onnx_encoder import GRAPH, open_session
+from hapticvlm.vision.encoders.onnx_encoder import GRAPH
 from hapticvlm.vision.galleries.gallery import Calibration, Gallery, LinearLayer, log_softmax
 from hapticvlm.vision.galleries.network_gallery import EXPONENT
 from hapticvlm.vision.galleries.storage import FILE_NAME, save_gallery
-from hapticvlm_lab.training import describing, head, lite_graph, sources, start_weights
+from hapticvlm_lab.training import describing, head, shipped_graph, sources
 from hapticvlm_lab.training.describing import NAMES, Described
-from hapticvlm_lab.training.graph_writer import Ranges, filled
 from hapticvlm_lab.training.head import Fitted
-from hapticvlm_lab.training.lite_graph import LITE0
 
 VERSION = 2  # of the heads: galleries made with another do not fit
 NAME = f"lite0-{VERSION}"
-CALIBRATING = 60  # pictures, and as many rooms, that ranges of activations are taken of
 SHARPNESS = 16.0  # of the shipped references, which teach a user's own ones what is none of them
 SEEDS = (0, 1, 2)  # of the fit; the one is kept that is least surprised by what taught nothing
 FOUR = ("wood", "glass", "fabric", "metal")
@@ -52,22 +49,19 @@ Indices = NDArray[np.int64]
 
 def make(data: Path, work: Path, out: Path) -> str:
     """Write the folder of the encoder; return a line on what was chosen."""
-    layers = start_weights.fold(start_weights.read())
-    ranges = _ranges(layers, data, work)
-    model, graph = lite_graph.describing(LITE0, ranges)
-    describes = filled(model, start_weights.quantise(layers, graph.scales))
-    teaching = describing.teaching(data, work, LITE0.side)
-    judging = describing.judging(data, work, LITE0.side)
-    described = describing.describe_all(describes, teaching | judging, work / NAME)
+    graph = (SHIPPED / DEFAULT / GRAPH).read_bytes()
+    teaching = describing.teaching(data, work)
+    judging = describing.judging(data, work)
+    at = work / NAME
+    described = describing.describe_all(shipped_graph.describing(graph), teaching | judging, at)
     taught = [described[name] for name in teaching]
     judged = {name: described[name] for name in judging if len(described[name].labels)}
-    fits = [head.fit(taught, LITE0, seed) for seed in SEEDS]
+    fits = [head.fit(taught, seed) for seed in SEEDS]
     galleries = [make_gallery(each, taught, judged) for each in fits]
     (gallery, surprise), fitted = min(
         zip(galleries, fits, strict=True), key=lambda pair: pair[0][1]
     )
-    shipped, last = lite_graph.embedding(LITE0, ranges, fitted.head)
-    _write(out, filled(shipped, start_weights.quantise(layers, last.scales)), fitted.head.dimension)
+    _write(out, shipped_graph.with_head(graph, fitted.head), fitted.head.dimension)
     save_gallery(gallery, out / FILE_NAME)
     pictures = sum(len(described[name].labels) for name in teaching)
     surprises = ", ".join(f"{each:.3f}" for _, each in galleries)
@@ -150,32 +144,10 @@ def among(logits: Doubles, labels: NDArray[np.int64], admitted: Sequence[str]) -
     return -float(np.mean([right[truth == value].mean() for value in np.unique(truth)]))
 
 
-def _ranges(layers: Mapping[str, start_weights.Layer], data: Path, work: Path) -> Ranges:
-    """Take the ranges of all activations from pictures without labels; cached in `work`."""
-    path = work / NAME / "ranges.json"
-    if path.exists():
-        return {name: (low, high) for name, (low, high) in json.loads(path.read_bytes()).items()}
-    model, graph = lite_graph.describing(LITE0, None)
-    session = open_session(filled(model, start_weights.floats(layers)), 1)
-    ranges: dict[str, tuple[float, float]] = {}
-    for crop in describing.calibrating(data, work, LITE0.side, CALIBRATING):
-        seen = session.run(graph.watched, {"crops": crop[None]})
-        for name, values in zip(graph.watched, seen, strict=True):
-            low, high = ranges.get(name, (np.inf, -np.inf))
-            ranges[name] = (min(low, float(values.min())), max(high, float(values.max())))
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(ranges))
-    return ranges
-
-
 def _write(out: Path, graph: bytes, dimension: int) -> None:
     out.mkdir(parents=True, exist_ok=True)
+    card = json.loads((SHIPPED / DEFAULT / CARD).read_bytes())
+    digest = hashlib.sha256(graph).hexdigest()
+    card |= {"name": NAME, "dimension": dimension, "sha256": {GRAPH: digest}}
     (out / GRAPH).write_bytes(graph)
-    card = {
-        "name": NAME,
-        "side": LITE0.side,
-        "dimension": dimension,
-        "sha256": {GRAPH: hashlib.sha256(graph).hexdigest()},
-        "start": {"package": start_weights.PACKAGE, "sha256": start_weights.SHA256},
-    }
     (out / CARD).write_text(json.dumps(card, indent=2) + "\n", encoding="utf-8")

@@ -13,6 +13,7 @@ from PIL import Image
 
 from hapticvlm.vision.pictures import Crop
 from hapticvlm_lab.training import crops, sources
+from hapticvlm_lab.training.shipped_graph import SIDE
 
 SEED = 20261122
 
@@ -39,16 +40,16 @@ def pictures(data: Path) -> list[Picture]:
     return teaching + _living(data)
 
 
-def cut(data: Path, picture: Picture, turn: int, behind: Sequence[Picture], side: int) -> Crop:
+def cut(data: Path, picture: Picture, turn: int, behind: Sequence[Picture]) -> Crop:
     """Cut a picture, each turn another part; `behind` are pictures to put behind a texture."""
     rng = np.random.default_rng([SEED, crc32(picture.path.encode()), turn])
     pixels = read(data / picture.path)
     if picture.source in sources.TEXTURES:
         backgrounds = [other for other in behind if other.source not in sources.TEXTURES]
         ground = read(data / backgrounds[int(rng.integers(len(backgrounds)))].path)
-        return Crop(*crops.dress(pixels, ground, side, rng))
+        return Crop(*crops.dress(pixels, ground, SIDE, rng))
     how = crops.on_board if picture.source == sources.ON_BOARD else crops.photograph
-    return Crop(*how(pixels, side, rng))
+    return Crop(*how(pixels, SIDE, rng))
 
 
 def read(path: Path) -> Pixels:
