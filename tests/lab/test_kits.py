@@ -80,7 +80,6 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_kits_are_held_back_whole_and_the_rest_may_teach(data: Path) -> None:
     assert kits.kits(data, held_back=False) == [TEACHES]
     assert kits.kits(data, held_back=True) == [HELD_BACK]
-    assert not sources.KITS_HELD_BACK_BY_KIT & sources.KITS_HELD_BACK_BY_AUTHOR
 
 
 def test_what_is_mixed_or_doubtful_has_no_label(data: Path) -> None:

@@ -12,16 +12,17 @@ from hapticvlm.vision.encoders.encoder import SHIPPED  # noqa: E402
 from hapticvlm.vision.encoders.onnx_encoder import open_session  # noqa: E402
 from hapticvlm.vision.galleries.gallery import LinearLayer  # noqa: E402
 from hapticvlm_lab.training import (  # noqa: E402
+    describing,
     flat_layer,
     head,
     making,
-    pool,
     shipped_graph,
     sources,
 )
+from hapticvlm_lab.training.crops import SIDE  # noqa: E402
 from hapticvlm_lab.training.describing import NAMES, Described  # noqa: E402
 from hapticvlm_lab.training.making import choose_references  # noqa: E402
-from hapticvlm_lab.training.shipped_graph import FEATURES, SIDE, Head  # noqa: E402
+from hapticvlm_lab.training.shipped_graph import FEATURES, Head  # noqa: E402
 
 pytestmark = pytest.mark.nightly
 
@@ -65,7 +66,6 @@ def test_no_source_both_teaches_and_is_reported():
     groups.append((sources.CHOICE, sources.REPORT))
     everything = [name for group in groups for name in group]
     assert len(everything) == len(set(everything))
-    assert not sources.LIVING_TAUGHT & sources.LIVING_HELD_BACK
 
 
 def test_variants_of_one_texture_are_held_back_together():
@@ -84,7 +84,7 @@ def test_nothing_that_is_only_reported_on_teaches(tmp_path):
     (tmp_path / "labels.csv").write_text(
         "path,class\n" + "".join(f"{name}/x/a.jpg,wood\n" for name in NEVER_TAUGHT)
     )
-    assert pool.pictures(tmp_path) == []
+    assert describing.photographs(tmp_path) == []
 
 
 def test_classes_count_alike_whatever_their_sources_give():

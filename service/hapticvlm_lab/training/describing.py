@@ -8,24 +8,27 @@ long as the fit. `sources` alone decides which picture may do what.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from zlib import crc32
 
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image
 from rich.progress import track
 
 from hapticvlm import materials
+from hapticvlm.materials import UNKNOWN
 from hapticvlm.vision import files, pictures
 from hapticvlm.vision.encoders.onnx_encoder import open_session
 from hapticvlm.vision.galleries.network_gallery import read_references
 from hapticvlm.vision.pictures import Crop
-from hapticvlm_lab.training import pool, sources
-from hapticvlm_lab.training.shipped_graph import SIDE
+from hapticvlm_lab.training import crops, sources
+from hapticvlm_lab.training.crops import SIDE
 
-NAMES = (*materials.MATERIALS, materials.UNKNOWN)
+NAMES = (*materials.MATERIALS, UNKNOWN)
 ROOMS = "rooms"
 SEED = 20261122
 # Crops of one source and class, by round: the second round adds to the sources that show most.
@@ -47,25 +50,34 @@ class Described:
     sources: NDArray[np.str_]
 
 
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """One file of the data folder: its path there, its label, its source."""
+
+    path: str
+    label: str
+    source: str
+
+
 def describe_all(
     graph: bytes, sets: Mapping[str, Iterable[Labelled]], at: Path
 ) -> dict[str, Described]:
     """Describe every set without a file in the folder `at`, and read all of them."""
     session = open_session(graph, 1)
     at.mkdir(parents=True, exist_ok=True)
-    for name, crops in sets.items():
+    for name, shown in sets.items():
         path = at / f"{name}.npz"
         if not path.exists():
-            _write(session, track(crops, name), path)
+            _write(session, track(shown, name), path)
     return {name: _read(at / f"{name}.npz") for name in sets}
 
 
-def _write(session: Any, crops: Iterable[Labelled], path: Path) -> None:  # noqa: ANN401
+def _write(session: Any, shown: Iterable[Labelled], path: Path) -> None:  # noqa: ANN401
     features = []
     scores = []
     labels = []
     named = []
-    for crop, label, source in crops:
+    for crop, label, source in shown:
         outputs = session.run(["features", "_fc"], {"crops": _pixels(crop)[None]})
         features.append(outputs[0][0].astype(np.float16))
         scores.append(outputs[1][0].astype(np.float16))
@@ -97,6 +109,22 @@ def judging(data: Path, renders: Path) -> dict[str, Iterable[Labelled]]:
     return {sources.CHOICE: _chosen(data), f"{ROOMS}_left_out": left_out}
 
 
+def photographs(data: Path) -> list[Picture]:
+    """List every labelled photograph that may teach, and living things, which are unknown."""
+    every = [
+        Picture(path.relative_to(data).as_posix(), sources.material_of(label), source)
+        for source in sources.TEACHING
+        for path, label in sources.labelled(data, source)
+        if source != sources.TILES or not sources.is_tile_held_back(path.name)
+    ]
+    kept = [each for each in every if each.source == sources.TILES or each.label != UNKNOWN]
+    folders = [data / sources.LIVING / name for name in sorted(sources.LIVING_TAUGHT)]
+    living = [path for folder in folders for path in sorted(folder.glob("*.jpg"))]
+    return kept + [
+        Picture(path.relative_to(data).as_posix(), UNKNOWN, sources.LIVING) for path in living
+    ]
+
+
 def drawn(paths: Iterable[Path]) -> Iterator[Labelled]:
     """Yield the drawn crops of files; the source of each is the name of its file."""
     for path in paths:
@@ -106,14 +134,15 @@ def drawn(paths: Iterable[Path]) -> Iterator[Labelled]:
 
 
 def _references() -> Iterator[Labelled]:
-    crops, labels = read_references(SIDE)
-    for crop, label in zip(crops, labels.tolist(), strict=True):
+    shown, labels = read_references(SIDE)
+    for crop, label in zip(shown, labels.tolist(), strict=True):
         yield crop, NAMES[label], "references"
 
 
 def _photographs(data: Path, turn: int) -> Iterator[Labelled]:
     """Cut photographs that teach, at most MOST of each source and class, another part each turn."""
-    every = pool.pictures(data)
+    every = photographs(data)
+    behind = [picture for picture in every if picture.source not in sources.TEXTURES]
     order = np.random.default_rng(SEED + turn).permutation(len(every))
     taken: Counter[tuple[str, str]] = Counter()
     for place in order:
@@ -121,7 +150,23 @@ def _photographs(data: Path, turn: int) -> Iterator[Labelled]:
         cell = (picture.source, picture.label)
         if taken[cell] < MOST[turn].get(picture.source, OTHERS[turn]):
             taken[cell] += 1
-            yield pool.cut(data, picture, turn, every), picture.label, picture.source
+            yield _cut(data, picture, turn, behind), picture.label, picture.source
+
+
+def _cut(data: Path, picture: Picture, turn: int, behind: Sequence[Picture]) -> Crop:
+    """Cut a picture, each turn another part; `behind` are pictures to put behind a texture."""
+    rng = np.random.default_rng([SEED, crc32(picture.path.encode()), turn])
+    pixels = _read_rgb(data / picture.path)
+    if picture.source in sources.TEXTURES:
+        ground = _read_rgb(data / behind[int(rng.integers(len(behind)))].path)
+        return Crop(*crops.dress(pixels, ground, rng))
+    how = crops.on_board if picture.source == sources.ON_BOARD else crops.photograph
+    return Crop(*how(pixels, rng))
+
+
+def _read_rgb(path: Path) -> Pixels:
+    with Image.open(path) as image:
+        return np.asarray(image.convert("RGB"))
 
 
 def _rooms(folder: Path, *, calibrates: bool) -> Iterator[Labelled]:

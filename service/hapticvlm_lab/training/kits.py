@@ -21,7 +21,7 @@ from scipy import ndimage
 
 from hapticvlm_lab.training import sources
 from hapticvlm_lab.training.rooms import Rooms, RoomsError, opened
-from hapticvlm_lab.training.rooms.shards import LEAST, cut
+from hapticvlm_lab.training.rooms.shards import cut, is_large, store
 from hapticvlm_lab.training.sources import Prop
 
 ROUNDS = 2  # of rooms in which each object is the subject of one view
@@ -81,22 +81,17 @@ def _crops(rooms: Rooms, props: Sequence[Prop], rng: np.random.Generator) -> Ite
     first = int(rng.integers(SEEDS))  # neighbouring seeds share their painted maps
     for seed, (shown, beside) in enumerate(plans, first):
         for picture in rooms.place(seed, shown, beside):
-            if not picture.things or (picture.ids == picture.things[0].id).mean() < LEAST:
+            if not is_large(picture):
                 continue
             is_glowing = rng.random() < GLOWS
             pixels = glow(picture.pixels, rng.uniform(0.5, 3.0)) if is_glowing else picture.pixels
-            yield cut(replace(picture, pixels=pixels)), props[shown[picture.things[0].id - 1]]
+            yield cut(replace(picture, pixels=pixels)), props[shown[picture.id - 1]]
 
 
 def _write(rooms: Rooms, props: Sequence[Prop], path: Path) -> None:
-    """Write big (N, 224, 224, 4) RGB and mask, label, source and the object's path."""
+    """Write big, label and the object's path."""
     rooms.take([(prop.path, prop.label) for prop in props])
     rng = np.random.default_rng(crc32(path.stem.encode()))
     big, shown = zip(*_crops(rooms, props, rng), strict=True)
-    part = path.with_suffix(".part")
-    with part.open("wb") as file:
-        np.savez(
-            file, big=np.stack(big), label=[prop.label for prop in shown],
-            source=[sources.KITS] * len(shown), path=[prop.path for prop in shown],
-        )  # fmt: skip
-    part.replace(path)
+    labels, paths = zip(*((prop.label, prop.path) for prop in shown), strict=True)
+    store(path, big=np.stack(big), label=labels, path=paths)

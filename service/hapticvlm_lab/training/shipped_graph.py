@@ -21,7 +21,6 @@ from hapticvlm.vision.encoders import joint_embedding
 STAGES = (24, 40, 80, 112, 192, 320)  # channels of the maps with mean and standard deviation
 LAST = 1280  # channels of the last map
 FEATURES = 2 * sum(STAGES) + LAST
-SIDE = 224  # px of a crop
 
 Floats = NDArray[np.float32]
 

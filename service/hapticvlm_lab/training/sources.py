@@ -15,18 +15,20 @@ from zlib import crc32
 
 from hapticvlm import materials
 
-# Labelled pictures that teach the probes and galleries of the bench.
-LABELLED = ("ambientcg_tiles", "trashnet", "clothing", "woodboards")
-# Photographs that teach the head; unlabelled_caltech101 gives its living things beside them.
+TILES = "ambientcg_tiles"
+# Photographs that teach the head; LIVING gives its living things beside them.
 TEACHING = (
-    *LABELLED,
+    TILES,
+    "trashnet",
+    "clothing",
+    "woodboards",
     "imagenet_small",
     "ccp_garments",
     "clothing_full",
     "coins",
     "glass_vessels_matsim",
 )
-TEXTURES = frozenset({"ambientcg_tiles", "woodboards"})  # fill the picture
+TEXTURES = frozenset({TILES, "woodboards"})  # fill the picture
 ON_BOARD = "trashnet"  # objects on a plain board
 # Choose and calibrate; report on: no gradient sees either.
 CHOICE = "choose_web"
@@ -35,21 +37,12 @@ REPORT = "report_web"
 HELD_BACK = ("caltech101", "models", "pbr")
 # Calibrate the confidence and nothing else: other people's renders, and scenery of no material.
 CALIBRATION = ("pb_renders", "weather")
-# Pictures without labels; some of the living things among them teach "none of ours", others are
-# held back to measure it.
-UNLABELLED = ("unlabelled_caltech101", "unlabelled_mini_imagenet")
 UNKNOWN = materials.UNKNOWN
-# Folders of UNLABELLED that show the objects of the held-back caltech101: never used.
-SAME_AS_HELD_BACK = frozenset(
-    "cup euphonium mandolin metronome saxophone scissors umbrella windsor_chair wrench".split()  # noqa: SIM905
-)
+# Pictures without labels; of the living things among them these teach "none of ours".
+LIVING = "unlabelled_caltech101"
 LIVING_TAUGHT = frozenset(
     """Leopards ant crab crocodile crocodile_head dolphin dragonfly emu gerenuk ibis llama mayfly
     okapi panda platypus rhino scorpion sea_horse strawberry tick wild_cat""".split()  # noqa: SIM905
-)
-LIVING_HELD_BACK = frozenset(
-    """Faces Faces_easy beaver brain cougar_body cougar_face crayfish dalmatian elephant flamingo
-    flamingo_head hedgehog kangaroo lobster octopus pigeon pizza rooster starfish""".split()  # noqa: SIM905
 )
 KITS = "kits"  # game kits, a folder each, with labels.csv of their own
 # Kits that are only reported on: a fifth of the objects (243 of 1,214; 178 of 819 with a clear
@@ -58,12 +51,10 @@ KITS = "kits"  # game kits, a folder each, with labels.csv of their own
 # alone, so that all but leather occur; a palette of that author may be known. Authors of whom
 # nothing teaches: hand-painted, measured maps, and a mix of many authors. Chosen before any of them
 # was drawn or read by a network.
-KITS_HELD_BACK_BY_KIT = frozenset(
+KITS_HELD_BACK = frozenset(
     """kaykit_prototype kenney_survival quaternius_dungeon_old quaternius_survival
-    quaternius_village""".split()  # noqa: SIM905
+    quaternius_village gdquest misc_pbr polypizza_mix""".split()  # noqa: SIM905
 )
-KITS_HELD_BACK_BY_AUTHOR = frozenset({"gdquest", "misc_pbr", "polypizza_mix"})
-KITS_HELD_BACK = KITS_HELD_BACK_BY_KIT | KITS_HELD_BACK_BY_AUTHOR
 HDRI_HELD_BACK = frozenset({"forest_slope", "lebombo", "studio_small_03", "venice_sunset"})
 
 _SAME = {"brick": "stone", "concrete": "stone"}
@@ -125,10 +116,16 @@ def props(data: Path) -> list[Prop]:
         ]
 
 
-def labelled(data: Path, source: str) -> Iterator[tuple[Path, str]]:
-    """Yield every existing picture of a source, with its class in labels.csv."""
+def rows(data: Path, source: str) -> Iterator[dict[str, str]]:
+    """Yield the rows of labels.csv of a source whose files exist."""
     with (data / "labels.csv").open(newline="", encoding="utf-8") as file:
         for row in csv.DictReader(file):
-            path = data / row["path"]
-            if row["path"].startswith(f"{source}/") and path.suffix == ".jpg" and path.is_file():
-                yield path, row["class"]
+            if row["path"].startswith(f"{source}/") and (data / row["path"]).is_file():
+                yield row
+
+
+def labelled(data: Path, source: str) -> Iterator[tuple[Path, str]]:
+    """Yield every picture of a source, with its class in labels.csv."""
+    for row in rows(data, source):
+        if row["path"].endswith(".jpg"):
+            yield data / row["path"], row["class"]

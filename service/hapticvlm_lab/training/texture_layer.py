@@ -12,14 +12,12 @@ material is true. W keeps the embeddings; delete a file there to compute it agai
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
 
 import numpy as np
-from msgspec.structs import replace as with_fields
 from numpy.typing import NDArray
 from PIL import Image
 from rich.progress import track
@@ -34,10 +32,9 @@ from hapticvlm.vision.galleries.network_gallery import fit_layer
 from hapticvlm.vision.galleries.storage import FILE_NAME, load_gallery, save_gallery
 from hapticvlm.vision.loading import load_encoder
 from hapticvlm.vision.pictures import Crop
-from hapticvlm_lab.training import sources
+from hapticvlm_lab.training import crops, sources
 from hapticvlm_lab.training.describing import NAMES
 
-TILES = "ambientcg_tiles"
 SEED = 20261126
 VARIED = 3  # further windows of a tile that teaches
 PENALTY = 2e-4  # of the squared weights; chosen with the tiles of sources.CHOICE (LOG.md)
@@ -96,14 +93,12 @@ def calibrate(gallery: Gallery, choice: Maps, atlases: Maps) -> Gallery:
     """Choose scale and agreement on maps and atlases that taught nothing."""
     layer = gallery.texture_layer
     assert layer is not None
-    parts = [
-        Maps(part.windows[~part.flat], part.flat[~part.flat], part.labels[~part.flat])
-        for part in (choice, atlases)
-    ]
+    fields = ("windows", "flat", "labels")
     maps = Maps(
-        np.concatenate([part.windows for part in parts]),
-        np.concatenate([part.flat for part in parts]),
-        np.concatenate([part.labels for part in parts]),
+        *(
+            np.concatenate([getattr(part, field)[~part.flat] for part in (choice, atlases)])
+            for field in fields
+        )
     )
     logits = maps.windows.astype(np.float64) @ layer.weights + layer.bias
     alike = np.array([agreement(windows) for windows in maps.windows])
@@ -170,11 +165,11 @@ def _taught(encoder: Encoder, data: Path) -> Maps:
     for path, label in track([*_tiles(data)], "taught"):
         with Image.open(path) as image:
             tile = image.convert("RGB")
-        crops = textures.windows(_frame(tile), encoder.side)
-        if not crops:
+        windows = textures.windows(_frame(tile), encoder.side)
+        if not windows:
             continue
-        crops += [_varied(tile, encoder.side, rng) for _ in range(VARIED)]
-        rows.append(encoder.embed(crops))
+        windows += [_varied(tile, encoder.side, rng) for _ in range(VARIED)]
+        rows.append(encoder.embed(windows))
         labels.append(NAMES.index(label))
     return Maps(np.stack(rows), np.zeros(len(rows), np.bool_), np.array(labels))
 
@@ -199,40 +194,29 @@ def _embedded(encoder: Encoder, frames: Iterator[tuple[Frame, str]]) -> Maps:
     flat = []
     labels = []
     for frame, label in frames:
-        crops = textures.windows(frame, encoder.side)
-        flat.append(not crops)
+        windows = textures.windows(frame, encoder.side)
+        flat.append(not windows)
         silent = np.zeros((len(textures.WINDOWS), encoder.dimension), np.float32)
-        rows.append(encoder.embed(crops) if crops else silent)
+        rows.append(encoder.embed(windows) if windows else silent)
         labels.append(NAMES.index(label))
     return Maps(np.stack(rows), np.array(flat), np.array(labels))
 
 
 def _maps(data: Path, source: str) -> Iterator[tuple[Path, str]]:
     """List a source's base-colour maps with their materials."""
-    with (data / "labels.csv").open(newline="", encoding="utf-8") as file:
-        for row in csv.DictReader(file):
-            is_map = row["kind"] in ("texture_albedo", "pbr_material")
-            if is_map and row["path"].startswith(f"{source}/") and (data / row["path"]).is_file():
-                yield data / row["path"], sources.material_of(row["class"])
+    for row in sources.rows(data, source):
+        if row["kind"] in ("texture_albedo", "pbr_material"):
+            yield data / row["path"], sources.material_of(row["class"])
 
 
 def _tiles(data: Path) -> Iterator[tuple[Path, str]]:
-    for path, label in sources.labelled(data, TILES):
-        if not sources.is_tile_held_back(path.relative_to(data).as_posix()):
+    for path, label in sources.labelled(data, sources.TILES):
+        if not sources.is_tile_held_back(path.name):
             yield path, sources.material_of(label)
 
 
 def _frame(image: Image.Image) -> Frame:
-    frame = Frame(
-        id=1,
-        captured_at=0.0,
-        format="rgb8",
-        width=image.width,
-        height=image.height,
-        image=image.tobytes(),
-        origin="top",
-    )
-    return with_fields(frame, purpose="texture")
+    return crops.frame(np.asarray(image), purpose="texture")
 
 
 def _kept(path: Path, embed: Callable[[], Maps]) -> Maps:

@@ -5,14 +5,14 @@ A set that is missing is skipped and reported. Raises CaptureError for one that 
 
 from __future__ import annotations
 
-import csv
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from io import BytesIO
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
+from msgspec.structs import replace as with_fields
 from numpy.typing import NDArray
 
 from hapticvlm import captures, messages
@@ -27,7 +27,7 @@ from hapticvlm_lab.bench.material.data import (
     by_object,
     thin,
 )
-from hapticvlm_lab.training import sources
+from hapticvlm_lab.training import crops, sources
 
 PICTURES = ("caltech101", "report_web", "pb_renders")
 Kind = Literal["renders", "photographs", "game kits"]
@@ -64,12 +64,14 @@ def read_capture(path: Path, limit: int = 0) -> Source:
 
 def read_pictures(data: Path, name: str) -> Source | None:
     """Read one held-back set of labelled pictures; None if it does not exist."""
-    rows = [(path, sources.material_of(label)) for path, label in _rows(data, (name,))]
+    rows = list(sources.labelled(data, name)) if (data / "labels.csv").is_file() else []
     if not rows:
         return None
     views = [
-        picture(path, truth, _RENDERER.sub("", f"{path.parent.name}/{path.stem}"))
-        for path, truth in rows
+        picture(
+            path, sources.material_of(label), _RENDERER.sub("", f"{path.parent.name}/{path.stem}")
+        )
+        for path, label in rows
     ]
     note = "a class is a few kinds of thing" if name == "caltech101" else "one shape"
     if name in sources.CALIBRATION:
@@ -134,16 +136,8 @@ def scene_of(object_id: str) -> str:
 
 
 def _drawn(big: NDArray[np.uint8], label: str, object_id: str) -> View:
-    from PIL import Image
-
-    height, width, _ = big.shape
-    frame = messages.Frame(
-        id=1, captured_at=0.0, format="rgb8", width=width, height=height, origin="top",
-        image=big[..., :3].tobytes(),
-    )  # fmt: skip
-    mask = BytesIO()
-    Image.fromarray(big[..., 3]).save(mask, "PNG")
-    return View(frame, object_id, label, mask.getvalue())
+    frame = crops.frame(big[..., :3], big[..., 3] > 0)
+    return View(with_fields(frame, mask=None), object_id, label, frame.mask)
 
 
 def picture(path: Path, truth: str, object_id: str) -> View:
@@ -156,16 +150,6 @@ def picture(path: Path, truth: str, object_id: str) -> View:
         id=1, captured_at=0.0, format="jpeg", width=width, height=height, image=data, origin="top"
     )
     return View(frame, object_id, truth)
-
-
-def _rows(data: Path, names: Collection[str]) -> list[tuple[Path, str]]:
-    """Return (path, class) of the JPEG pictures of some sets, in the order of labels.csv."""
-    table = data / "labels.csv"
-    if not table.is_file():
-        return []
-    with table.open(newline="", encoding="utf-8") as file:
-        rows = [row for row in csv.DictReader(file) if row["path"].split("/")[0] in names]
-    return [(data / row["path"], row["class"]) for row in rows if row["path"].endswith(".jpg")]
 
 
 def _view(fields: Mapping[str, Any], message: Mapping[str, Any], truth: str) -> View:

@@ -35,23 +35,16 @@ class RoomsError(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class Thing:
-    """One thing of a picture: its number in the ids, and its material or "unknown"."""
-
-    id: int
-    label: str
-
-
-@dataclass(frozen=True, slots=True)
 class Picture:
-    """pixels (H, W, 3) uint8 RGB; ids (H, W) uint8, the number of the visible thing, 0 = none.
+    """A thing of a room: pixels (H, W, 3) uint8 RGB, and a mask (H, W) of where it is seen.
 
-    `things`: the one it is of, none if that is hidden.
+    `id` is its number in the room, from 1; `label` its material or "unknown".
     """
 
     pixels: NDArray[np.uint8]
-    ids: NDArray[np.uint8]
-    things: tuple[Thing, ...]
+    mask: NDArray[np.bool_]
+    id: int
+    label: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,11 +82,9 @@ class Rooms:
         return [_picture(**shot) for shot in shots]
 
 
-def _picture(size: tuple[int, int], things: list[dict[str, Any]], pixels: str) -> Picture:
+def _picture(size: tuple[int, int], pixels: str, **thing: Any) -> Picture:
     rows = np.frombuffer(base64.b64decode(pixels), np.uint8).reshape(size[1], size[0], 4)[::-1]
-    ids = rows[..., 3].copy()
-    visible = tuple(Thing(**thing) for thing in things if (ids == thing["id"]).any())
-    return Picture(rows[..., :3].copy(), ids, visible)
+    return Picture(rows[..., :3].copy(), rows[..., 3] == thing["id"], **thing)
 
 
 @contextmanager

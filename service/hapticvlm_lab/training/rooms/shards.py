@@ -2,28 +2,25 @@
 
 from __future__ import annotations
 
-import io
 import itertools
-from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 from rich.progress import track
 
-from hapticvlm import messages
 from hapticvlm.vision import pictures
+from hapticvlm_lab.training import crops
+from hapticvlm_lab.training.crops import SIDE
 from hapticvlm_lab.training.rooms.page import Picture, Rooms, opened
 
-SIDE = 224
 PER_SHARD = 500
 ROOMS_A_SHARD = 50  # seeds set aside for each shard, so that any may be drawn alone
 SHARDS_A_PAGE = 10  # then the browser is restarted: it keeps some memory of every room
 LEAST = 0.05  # share of its crop that a thing must fill
 
-# (224, 224, 4) RGB and mask, label, and height and width in px before it was scaled to SIDE
-Crop = tuple[NDArray[np.uint8], str, tuple[int, ...]]
+Pixels = NDArray[np.uint8]
 
 
 def draw(data: Path, out: Path, numbers: range) -> None:
@@ -36,39 +33,37 @@ def draw(data: Path, out: Path, numbers: range) -> None:
                 _shard(rooms, number, _path(out, number))
 
 
-def cut(picture: Picture) -> NDArray[np.uint8]:
-    """Cut the first thing of a picture as the service does: (224, 224, 4), RGB and mask."""
-    inside = picture.ids == picture.things[0].id
-    mask = io.BytesIO()
-    Image.fromarray(np.where(inside, 255, 0).astype(np.uint8)).save(mask, "PNG", compress_level=0)
-    frame = messages.Frame(
-        id=1, captured_at=0.0, format="rgb8", width=inside.shape[1], height=inside.shape[0],
-        origin="top", image=picture.pixels.tobytes(), mask=mask.getvalue(),
-    )  # fmt: skip
-    crop = pictures.crop(frame, SIDE)
+def cut(picture: Picture) -> Pixels:
+    """Cut the thing of a picture as the service does: (224, 224, 4), RGB and mask."""
+    crop = pictures.crop(crops.frame(picture.pixels, picture.mask), SIDE)
     return np.dstack([crop.image, crop.mask])
+
+
+def is_large(picture: Picture) -> bool:
+    """Return whether the thing of a picture is large enough to be read."""
+    return bool(picture.mask.mean() >= LEAST)
+
+
+def store(path: Path, /, **arrays: Any) -> None:
+    """Write arrays of N crops: big (N, 224, 224, 4), label and more; whole or not at all."""
+    part = path.with_suffix(".part")
+    with part.open("wb") as file:
+        np.savez(file, **arrays)
+    part.replace(path)
 
 
 def _path(out: Path, number: int) -> Path:
     return out / f"shard_{number:05d}.npz"
 
 
-def _crops(rooms: Rooms, seeds: Iterable[int], most: int) -> Iterator[Crop]:
-    pictures = (picture for seed in seeds for picture in rooms.crops(seed))
-    large = (p for p in pictures if p.things and (p.ids == p.things[0].id).mean() >= LEAST)
-    for picture in itertools.islice(large, most):
-        yield cut(picture), picture.things[0].label, picture.ids.shape
-
-
 def _shard(rooms: Rooms, number: int, path: Path) -> None:
-    """Write a shard: big (N, 224, 224, 4) RGB and mask, label, source, size (N, 2) in px."""
+    """Write a shard: big, label, and size (N, 2) in px, before it was scaled."""
     seeds = range(number * ROOMS_A_SHARD, (number + 1) * ROOMS_A_SHARD)
-    crops = list(_crops(rooms, seeds, PER_SHARD))
-    order = np.random.default_rng(number).permutation(len(crops))
-    big, labels, sizes = zip(*(crops[index] for index in order), strict=True)
-    part = path.with_suffix(".part")
-    with part.open("wb") as file:
-        np.savez(
-            file, big=np.stack(big), label=labels, source=["rooms"] * len(crops), size=sizes
-        )  # fmt: skip
-    part.replace(path)
+    drawn = (picture for seed in seeds for picture in rooms.crops(seed) if is_large(picture))
+    shown = [
+        (cut(picture), picture.label, picture.mask.shape)
+        for picture in itertools.islice(drawn, PER_SHARD)
+    ]
+    order = np.random.default_rng(number).permutation(len(shown))
+    big, labels, sizes = zip(*(shown[at] for at in order), strict=True)
+    store(path, big=np.stack(big), label=labels, size=sizes)

@@ -69,7 +69,7 @@ function* pictures(d, room, subject = anything(d, room), also = seldom(room)) {
     const thing = things[id - 1], {label} = thing;
     const isWanted = thing === subject || d.chance(also(thing));
     if (isWanted && Math.min(...size) >= 24) yield {
-      size, things: [{id, label}], pixels: camera.shoot(room, lens, region, size, look).toBase64()};
+      size, id, label, pixels: camera.shoot(room, lens, region, size, look).toBase64()};
   }
 }
 
