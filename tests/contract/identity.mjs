@@ -52,19 +52,21 @@ async function scene(path, materials) {
   const file = json(materials);
   const bake = new Bake(file);
   const meshes = [];
+  const found = (object) => {
+    const part = bake.bakedOf(object, {face: {materialIndex: 0}});
+    const {node: index, surfaces} = file.objects[part?.object_id] ?? {};
+    return [index, surfaces?.[part.surface].primitives];
+  };
   root.traverse((mesh) => {
     if (!mesh.isMesh) return;
     let node = mesh;
     while (parser.associations.get(node)?.nodes === undefined) node = node.parent;
-    const found = (object) => {
-      const part = bake.bakedOf(object, {face: {materialIndex: 0}});
-      const {node: index, surfaces} = file.objects[part?.object_id] ?? {};
-      return [index, surfaces?.[part.surface].primitives];
-    };
     const is = [parser.associations.get(node).nodes, parser.associations.get(mesh).primitives ?? 0];
-    meshes.push({name: mesh.name, is, found: found(mesh), copy: found(mesh.clone())});
+    meshes.push({name: mesh.name, is, found: found(mesh), copy: found(mesh.clone()), mesh});
   });
-  return meshes;
+  Bake.learn(root);
+  for (const each of meshes) each.made = found(Object.assign(each.mesh.clone(), {name: '', userData: {}}));
+  return meshes.map(({mesh, ...told}) => told);
 }
 
 const [what, ...rest] = process.argv.slice(2);

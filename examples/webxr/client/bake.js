@@ -6,6 +6,7 @@
  */
 const VERSION = 2;
 const AS_THE_SCENE = 'scene'; // the spelling of engines that keep names
+const originals = new WeakMap(); // geometry -> object of the loaded model that has it
 
 export class Bake {
   #objects; // [id, surfaces]
@@ -40,7 +41,13 @@ export class Bake {
     let known = this.#parts.get(object);
     if (!known) this.#parts.set(object, (known = new Map()));
     if (!known.has(material)) known.set(material, this.#partOf(object, material?.name));
-    return known.get(material);
+    const {object_id, surface} = known.get(material) ?? {};
+    return object_id === undefined ? undefined : {object_id, surface};
+  }
+
+  /** Remembers whose geometry is whose in a loaded model, for pages that make nameless meshes of them (react-three-fiber). */
+  static learn(model) {
+    model.traverse((object) => object.geometry && originals.set(object, object).set(object.geometry, object));
   }
 
   /** Returns {object_id, surface, by} of what is known of a thing, by id, path or material; undefined: nothing is. */
@@ -67,31 +74,29 @@ export class Bake {
 
   /** Looks an object of a page up by its names, then by those of its parents: a part of a mesh has none in the file. */
   #partOf(object, material) {
-    let original = object; // a clone or an instance of Babylon.js has any name, and knows what it was made of
+    let original = originals.get(object) ?? originals.get(object.geometry) ?? object; // a clone of Babylon.js knows its source, too
     while (original.sourceMesh ?? original.source) original = original.sourceMesh ?? original.source;
+    const ask = {material, primitive: primitiveOf(original)};
     const found = (at) => {
       const {own, raw} = pathsOf(at);
-      const ask = {material, primitive: at === object || at === original ? undefined : primitiveOf(original)};
-      const spelled = own && this.find({...ask, paths: [own], engine: object.isObject3D ? 'three' : AS_THE_SCENE});
-      const answer = spelled?.by === 'path' ? spelled : raw && this.find({...ask, paths: [raw]});
-      return answer?.by === 'path' ? {object_id: answer.object_id, surface: answer.surface} : undefined;
+      const spellings = [{paths: own, engine: object.isObject3D ? 'three' : AS_THE_SCENE}, {paths: raw}];
+      return spellings.map((each) => this.find({...ask, ...each})).find((answer) => answer?.by === 'path');
     };
-    const isPart = object.parent?.isGroup && !object.userData?.name;
-    const whole = isPart && found(object.parent);
-    if (whole && this.#objects.get(whole.object_id).length > 1) return whole;
+    const wholeOf = ({parent, userData}) => { // a Group has the parts of its mesh first, then other nodes
+      const whole = parent?.isGroup && !userData?.name ? found(parent) : undefined;
+      const parts = this.#objects.get(whole?.object_id)?.flatMap(({primitives = []}) => primitives);
+      return ask.primitive < parts?.length ? whole : undefined;
+    };
     for (const at of [object, ...upwards(original), ...upwards(object.parent)]) {
-      const answer = found(at);
+      const answer = wholeOf(at) ?? found(at);
       if (answer) return answer;
     }
-    const answer = this.find({material});
-    return answer && {object_id: answer.object_id, surface: answer.surface};
+    return this.find({material});
   }
 
   #byId(id) {
-    if (id === undefined || id === null) return undefined;
-    if (this.#objects.has(id)) return id;
-    const original = id.slice(0, Math.max(0, id.lastIndexOf('~'))); // a copy's id is `original~copy`
-    return this.#objects.has(original) ? original : undefined;
+    const original = /^(.*)~/s.exec(id ?? '')?.[1]; // a copy's id is `original~copy`
+    return [id, original].find((each) => this.#objects.has(each));
   }
 
   /** Returns the object whose names agree farthest, from its own up to its parents'. */
@@ -123,14 +128,10 @@ const upwards = (object) => (object ? [object, ...upwards(object.parent)] : []);
 
 /** Returns the path of an object as its engine spells it, and as the file does: three.js keeps that in `userData`. */
 function pathsOf(object) {
-  if (!object.name && !object.userData?.name) return {};
-  const own = [];
-  const raw = [];
-  for (const at of upwards(object)) {
-    if (at.name) own.unshift(at.name.replace(/^(Clone of )+|_instance_\d+$/g, ''));
-    if (at.userData?.name ?? at.name) raw.unshift(at.userData?.name ?? at.name);
-  }
-  return {own: object.name ? own.join('/') : '', raw: raw.join('/')};
+  const path = (nameOf) => (nameOf(object) ? [upwards(object).map(nameOf).filter(Boolean).reverse().join('/')] : []);
+  const own = ({name}) => name;
+  const copied = ({name}) => name?.replace(/^(Clone of )+|_instance_\d+$/g, '');
+  return {own: [...path(own), ...path(copied)], raw: path(({name, userData}) => userData?.name ?? name)};
 }
 
 /** Returns the index of a part in its mesh: the number that Babylon.js gives it, or its place in the Group of three.js. */
@@ -148,9 +149,8 @@ function namesOf(name) {
 }
 
 function shared(names, others) {
-  let count = 0;
-  while (count < names.length && count < others.length && names.at(-1 - count) === others.at(-1 - count)) count += 1;
-  return count;
+  const differs = [...names].reverse().findIndex((name, at) => name !== others.at(-1 - at));
+  return differs < 0 ? names.length : differs;
 }
 
 function pairsOf(text = '') {
@@ -158,6 +158,4 @@ function pairsOf(text = '') {
   return new Set(Array.from({length: Math.max(0, low.length - 1)}, (_, at) => low.slice(at, at + 2)));
 }
 
-function alike(pairs, others) {
-  return (2 * [...pairs].filter((pair) => others.has(pair)).length) / Math.max(1, pairs.size + others.size);
-}
+const alike = (pairs, others) => (2 * [...pairs].filter((pair) => others.has(pair)).length) / Math.max(1, pairs.size + others.size);

@@ -222,6 +222,8 @@ export class Bake {
   constructor(file: unknown);
   /** Returns the part of the bake that an object of three.js, A-Frame or Babylon.js is; `hit` tells the surface. */
   bakedOf(object: {name: string; parent: any}, hit?: Hit): BakedPart | undefined;
+  /** Remembers a loaded model of three.js, so that nameless meshes that a page makes of its geometries are found. */
+  static learn(model: {traverse(visit: (object: any) => void): void}): void;
   /** Finds a thing by its id, else the path of its names, else its material's name. */
   find(query: BakeQuery): (Required<BakedPart> & {by: 'id' | 'path' | 'material'}) | undefined;
   surface(part: Required<BakedPart>): FeltSurface | undefined;
