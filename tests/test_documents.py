@@ -2,8 +2,6 @@
 
 import io
 import json
-import os
-import sys
 import tomllib
 import zipfile
 from pathlib import Path
@@ -52,13 +50,6 @@ def test_a_capture_that_is_no_text_is_blamed_by_name(tmp_path):
     (tmp_path / "capture.jsonl").write_bytes(b"\xff\xfe")
     with pytest.raises(CaptureError, match="UTF-8"):
         read_lines(tmp_path / "capture.jsonl")
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no fifos")
-def test_a_fifo_is_refused_and_not_waited_for(tmp_path):
-    os.mkfifo(tmp_path / "fifo")
-    with pytest.raises(OSError, match="not a regular file"):
-        documents.read_bytes(tmp_path / "fifo")
 
 
 def test_a_file_is_read_up_to_its_limit_and_no_byte_beyond(tmp_path):

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import errno
 import os
 import stat
+import subprocess
+import sys
 import threading
 from collections.abc import Callable
 from pathlib import Path
@@ -14,7 +17,7 @@ import pytest
 from hapticvlm import documents
 from hapticvlm.captures.lines import CaptureError, Line
 from hapticvlm.commands import flash
-from hapticvlm.errors import HapticVLMError
+from hapticvlm.errors import CURES, HapticVLMError
 from hapticvlm.recordings.session_log import read_session_log
 from hapticvlm.scenes.reading import read_scene
 from hapticvlm.server import options
@@ -61,6 +64,7 @@ DOORS: dict[str, Callable[[Path], object]] = {
     ),
     "a scene": read_scene,
     "an accelerometer's record": speaker_response.read_csv,
+    "a file to write": lambda path: documents.replace_file(path, "new"),
 }
 KINDS = ("a fifo", "a folder", "a device")
 
@@ -97,13 +101,6 @@ def test_what_is_no_file_is_refused_at_once(door: str, kind: str, tmp_path: Path
     assert "regular file" in str(error) or "a folder" in str(error), error
 
 
-def test_a_file_swapped_for_a_fifo_after_the_look_at_it_does_not_hang(tmp_path: Path) -> None:
-    path = tmp_path / "given"
-    os.mkfifo(path)
-    with pytest.raises(OSError, match="not a regular file"):
-        documents.open_file(path)
-
-
 def test_too_large_a_file_is_named_with_the_limit(tmp_path: Path) -> None:
     path = tmp_path / "large.jpg"
     with path.open("wb") as file:
@@ -132,6 +129,7 @@ def test_what_is_written_is_on_the_disk_before_it_takes_its_name(
 ) -> None:
     path = tmp_path / "study.json"
     path.write_text("before")
+    path.chmod(0o600)
     synced: list[tuple[int, str]] = []
     to_disk = os.fsync
 
@@ -145,3 +143,35 @@ def test_what_is_written_is_on_the_disk_before_it_takes_its_name(
     folders = [] if os.name == "nt" else [(0, "after that")]  # the new name, too
     assert synced == [(len("after that"), "before"), *folders]
     assert [found.name for found in tmp_path.iterdir()] == ["study.json"]
+    assert os.name == "nt" or stat.S_IMODE(path.stat().st_mode) == 0o600
+
+
+FULL = """
+import resource, sys
+from hapticvlm.commands.main import main
+resource.setrlimit(resource.RLIMIT_FSIZE, (100, resource.RLIM_INFINITY))
+for words in sys.stdin.read().splitlines():
+    print(main(words.split()))
+"""
+
+
+def test_each_command_says_which_file_a_full_disk_refused_and_leaves_no_part_of_it(
+    tmp_path: Path,
+) -> None:
+    pytest.importorskip("resource", reason="limits of a process, which Windows lacks")
+    commands = {
+        "feel metal --save": "felt.svg",
+        "feel wood --save": "felt.wav",
+        "study new": "study",
+        "study report --paper --out": "report",
+        "calibrate speaker --simulate --out": "speaker.csv",
+    }
+    lines = "\n".join(f"{words} {tmp_path / name}" for words, name in commands.items())
+    done = subprocess.run(
+        [sys.executable, "-c", FULL], input=lines, capture_output=True, text=True, check=True
+    )
+    said = [line for line in done.stderr.splitlines() if line.startswith("hapticvlm ")]
+    for line, name in zip(said, commands.values(), strict=True):
+        assert line.endswith(f": File too large; {CURES[errno.EFBIG]}")
+        assert str(tmp_path / name) in line
+    assert [path for path in tmp_path.rglob("*") if path.is_file()] == []

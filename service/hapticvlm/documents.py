@@ -68,22 +68,47 @@ def read_bytes(path: Path, max_bytes: int = MAX_BYTES, timeout_s: float = READ_T
     return bytes(data)
 
 
-def replace_file(path: Path, data: bytes) -> None:
-    """Write a file whole or not at all, in place of the file or link of its name. Raises OSError.
+def replace_file(path: Path, data: bytes | str) -> None:
+    """Write a file whole or not at all, in place of the file or link of its name.
 
     After a power failure the old file or the new one is there. The temporary name is random, so
-    nobody can put a link there, and begins with a dot, so who lists the folder ignores it.
+    nobody can put a link there, and begins with a dot, so who lists the folder ignores it. A file
+    keeps its permissions. Raises OSError, which names `path`, also for a file that is read-only,
+    and for a device or a pipe, whose name would be given to a file.
     """
     part = path.with_name(f".{path.name}.{os.urandom(4).hex()}.part")
     try:
+        mode = _kept_mode(path)
         with part.open("xb") as file:
-            file.write(data)
+            if mode is not None:
+                part.chmod(mode)
+            file.write(data.encode() if isinstance(data, str) else data)
             file.flush()
             os.fsync(file.fileno())
         part.replace(path)
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(path)) from None
     finally:
-        part.unlink(missing_ok=True)
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
     sync_folder(path.parent)
+
+
+def _kept_mode(path: Path) -> int | None:
+    """Return the permissions of the file to replace; None for a link, and where there is none."""
+    try:
+        mode = path.stat().st_mode
+    except FileNotFoundError:
+        return None
+    if not stat.S_ISREG(mode):
+        if stat.S_ISDIR(mode):
+            raise IsADirectoryError(errno.EISDIR, "a folder, and not a file")
+        raise OSError(errno.EINVAL, "not a regular file; name another")
+    if path.is_symlink():
+        return None
+    if not os.access(path, os.W_OK):
+        raise PermissionError(errno.EACCES, "read-only")
+    return mode & 0o777
 
 
 def sync_folder(folder: Path) -> None:

@@ -27,6 +27,9 @@ CURES = {
     errno.EACCES: "choose a place that you may use",
     errno.EEXIST: "name another place",
     errno.EISDIR: "name a file",
+    errno.EBUSY: "it may be mounted by itself: mount its folder instead",
+    errno.EROFS: "choose a place that you may use",
+    errno.EFBIG: "raise the limit (ulimit -f), or choose another place",
     errno.ENOTDIR: "name a folder",
     **dict.fromkeys(FULL, "free some space, or choose another place"),
 }

@@ -16,6 +16,7 @@ import threading
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hapticvlm import documents
 from hapticvlm.commands.parsing import add_encoder
 from hapticvlm.errors import UsageError, usage_errors
 
@@ -161,7 +162,7 @@ def _write(settings: AppSettings, options: argparse.Namespace) -> None:
     from hapticvlm_recogniser_app.settings import serve_config
 
     config = serve_config(settings, options.host, options.port)
-    options.write.write_text(yaml.safe_dump(config, sort_keys=False), "utf-8")
+    documents.replace_file(options.write, yaml.safe_dump(config, sort_keys=False))
     command = f"RAY_worker_niceness=0 serve run {options.write}"
     print(f"wrote {options.write}; run it with `{command}`,")
     print("or use `serve deploy` on a cluster whose nodes set RAY_worker_niceness=0")

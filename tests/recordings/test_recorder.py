@@ -3,6 +3,7 @@
 import asyncio
 import json
 import logging
+import re
 import subprocess
 import sys
 import threading
@@ -92,27 +93,32 @@ async def test_a_log_line_of_another_thread_reaches_observers_on_the_event_loop(
 FULL = """
 import resource, signal, sys
 from pathlib import Path
+from hapticvlm.messages import Frame
 from hapticvlm.recordings.recorder import Recorder
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-recorder = Recorder(Path(sys.argv[1]), frames=False)
+recorder = Recorder(Path(sys.argv[1]), frames=True)
 tell = recorder.begin({"owner": True})
+picture = Frame(
+    id=1, captured_at=0.0, format="rgb8", width=16, height=16, image=bytes(768), origin="top"
+)
 resource.setrlimit(resource.RLIMIT_FSIZE, (400, resource.RLIM_INFINITY))
-for _ in range(100):
-    tell({"now": 1.0, "in": "tick", "reading": {}}, None)
+for number in range(100):
+    tell({"now": 1.0, "in": "tick", "reading": {}}, picture if number == 1 else None)
 recorder.close()
 print(recorder.lost)
 """
 
 
-def test_a_line_that_a_full_disk_cuts_is_not_kept(tmp_path):
+def test_neither_a_line_nor_a_picture_that_a_full_disk_cuts_is_kept(tmp_path):
     pytest.importorskip("resource", reason="limits of a process, which Windows lacks")
     done = subprocess.run(
         [sys.executable, "-c", FULL, str(tmp_path)], capture_output=True, text=True, check=True
     )
     written = numbers(tmp_path)  # every one is whole
-    assert written == list(range(len(written)))
+    assert written == [number for number in range(len(written) + 1) if number != 2]
     assert len(written) == 101 - int(done.stdout)
-    assert int(done.stdout) > 0
+    assert list(tmp_path.rglob("*.rgb")) == []
+    assert re.search(r"000001\.rgb: .*; (free|raise)", done.stderr)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux limits another process's files")

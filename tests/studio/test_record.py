@@ -56,12 +56,27 @@ def test_each_event_is_flushed_to_the_disk_before_it_counts_as_kept(tmp_path, mo
 
     monkeypatch.setattr(os, "fsync", note)
     log = Log(tmp_path, "P01")
-    assert flushed == [0, tmp_path.stat().st_size]  # the empty file, then its name in the folder
+    # The empty file, then its name in the folder, then the folder's own.
+    assert flushed == [0, tmp_path.stat().st_size, tmp_path.parent.stat().st_size]
     for number in range(3):
         log.add({"event": "answered", "number": number})
         assert flushed[-1] == (tmp_path / "P01.jsonl").stat().st_size
     log.close()
-    assert len(set(flushed)) == 5
+    assert flushed[3:] == sorted(set(flushed[3:]))
+
+
+@pytest.mark.parametrize("how", ["moved", "emptied", "replaced"])
+def test_no_answer_is_kept_in_a_file_that_another_program_has_changed(tmp_path, how):
+    path, log = tmp_path / "P01.jsonl", Log(tmp_path, "P01")
+    log.add({"event": "answered", "number": 1})
+    before = path.read_bytes()
+    if how != "emptied":
+        path.rename(tmp_path / "P01.jsonl.1")
+    if how != "moved":
+        path.write_bytes(before if how == "replaced" else b"")
+    with pytest.raises(StudyError, match=r"P01\.jsonl was moved or changed by another program"):
+        log.add({"event": "answered", "number": 2})
+    log.close()
 
 
 def test_a_torn_line_in_the_middle_leaves_every_other_event_readable(tmp_path):

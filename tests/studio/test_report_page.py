@@ -2,16 +2,13 @@
 
 import codecs
 import csv
-import errno
 import re
 from pathlib import Path
 from typing import Any
 
 import pytest
-from plain_words import is_plain
 
 from hapticvlm.commands.main import main
-from hapticvlm.errors import CURES
 from hapticvlm_studio.design import design as designs
 from hapticvlm_studio.design.design import Plan
 from hapticvlm_studio.design.form import Form, read
@@ -202,16 +199,3 @@ def test_a_study_without_a_form_needs_no_file_of_people(tmp_path: Path) -> None:
     assert found.form == Form()
     report.report(tmp_path, None, as_json=False)
     assert not (tmp_path / "report" / "participants.csv").exists()
-
-
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="only Linux has a disk that is full")
-@pytest.mark.parametrize("file", ["trials.csv", "report.md"])
-def test_a_full_disk_is_named_with_the_folder_and_a_cure(
-    nine: Path, file: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    (tmp_path / file).symlink_to("/dev/full")
-    assert main(["study", "report", str(nine), "--out", str(tmp_path)]) == 2
-    message = capsys.readouterr().err
-    assert is_plain(message)
-    assert str(tmp_path) in message
-    assert CURES[errno.ENOSPC] in message

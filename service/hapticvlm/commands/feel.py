@@ -11,6 +11,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hapticvlm import documents
 from hapticvlm.commands import touch_options
 from hapticvlm.commands.parsing import add_json, number_within
 from hapticvlm.errors import UsageError, usage_errors
@@ -215,7 +216,7 @@ def _save_page(
         for material in materials
         for interaction in interactions
     ]
-    path.write_text(gallery.page(clips, options.voice or "sound"), encoding="utf-8")
+    documents.replace_file(path, gallery.page(clips, options.voice or "sound"))
     return f"{path}: {len(clips)} touches, {path.stat().st_size / 1e6:.1f} MB; open it in a browser"
 
 

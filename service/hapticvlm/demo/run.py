@@ -17,6 +17,7 @@ from pathlib import Path
 
 from rich.console import Console
 
+from hapticvlm import documents
 from hapticvlm.captures import Capture, Line, Recorder, read
 from hapticvlm.captures.contacts import contacts
 from hapticvlm.client import connect
@@ -139,10 +140,11 @@ def _ignore(line: Line, answer: Message) -> None:
 
 
 def _record(show: Show, path: Path) -> None:
-    recorder = Recorder(path)
-    for at, event in sorted([*show.decisions, *show.telemetry], key=lambda item: item[0]):
-        recorder.write(at, event)
-    recorder.close()
+    with documents.naming(path):
+        recorder = Recorder(path)
+        for at, event in sorted([*show.decisions, *show.telemetry], key=lambda item: item[0]):
+            recorder.write(at, event)
+        recorder.close()
 
 
 def _timeline(sessions: Path, console: Console) -> Timeline:

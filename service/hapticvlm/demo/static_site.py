@@ -87,7 +87,8 @@ def write(examples: Path, folder: Path) -> int:
     for name, content in files.items():
         path = _place(folder, name)
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(content)
+        with documents.naming(path):
+            path.write_bytes(content)
     _list(folder, {name: _digest(content) for name, content in files.items()})
     return sum(len(content) for content in files.values())
 

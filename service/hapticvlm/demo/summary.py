@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from hapticvlm import documents
 from hapticvlm.captures import Capture
 from hapticvlm.captures.contacts import Contact, Timed, contacts
 from hapticvlm.client.sending import Outcome
@@ -23,8 +24,8 @@ def write(
     """Write the summary into `out` as text and as JSON; return the JSON file."""
     result = summary(capture, outcome, contacts(capture, decisions), decisions, telemetry)
     file = out / "summary.json"
-    file.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
-    (out / "summary.txt").write_text(as_text(result), encoding="utf-8")
+    documents.replace_file(file, json.dumps(result, indent=1) + "\n")
+    documents.replace_file(out / "summary.txt", as_text(result))
     return file
 
 

@@ -9,6 +9,7 @@ stays.
 
 from __future__ import annotations
 
+import errno
 import itertools
 import json
 import logging
@@ -21,6 +22,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from hapticvlm import documents
+from hapticvlm.errors import one_line
 from hapticvlm.messages import Frame
 from hapticvlm.recordings.lines import Input, Key, Line, Output
 from hapticvlm.recordings.metadata import without_metadata
@@ -123,7 +126,7 @@ class Recorder:
         now = time.monotonic()
         if now - self._complained_at >= COMPLAIN_S:
             self._complained_at = now
-            logger.error("the record misses lines, %d by now: %s", self.lost, error)
+            logger.error("the record misses lines, %d by now: %s", self.lost, one_line(error))
 
 
 class _Record:
@@ -186,18 +189,24 @@ class _Record:
         return len(image) + len(frame.mask or b""), extras
 
     def _write(self, name: str, data: bytes) -> None:
-        with open(self._folder / name, "wb", opener=_private) as file:
-            file.write(data)
+        path = self._folder / name
+        try:
+            with documents.naming(path), open(path, "wb", opener=_private) as file:
+                file.write(data)
+        except OSError:
+            path.unlink(missing_ok=True)  # a part of a picture cannot be read
+            raise
 
     def _append(self, name: str, line: dict[str, Any]) -> int:
         """Write one line, whole or not at all: part of a line would make the log unreadable."""
         data = (json.dumps(line, allow_nan=False) + "\n").encode()
-        with open(self._folder / name, "ab", buffering=0, opener=_private) as file:
+        path = self._folder / name
+        with documents.naming(path), open(path, "ab", buffering=0, opener=_private) as file:
             before = file.tell()
             written = file.write(data)
             if written != len(data):
                 file.truncate(before)
-                raise OSError(f"the disk is full: {written} of {len(data)} bytes were written")
+                raise OSError(errno.ENOSPC, f"only {written} of {len(data)} bytes fitted")
         return len(data)
 
 

@@ -102,9 +102,11 @@ class LogWriter(logging.Handler):
 
     def _run(self) -> None:
         while (line := self._waiting.get()) is not None:
-            with suppress(OSError):  # the reader is gone
+            try:
                 while line:
                     line = line[os.write(STDERR, line) :]
+            except OSError:  # the reader is gone, or the disk is full
+                self.lost += 1
 
 
 class ObserverLog(logging.Handler):

@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hapticvlm import documents
 from hapticvlm.errors import UsageError
 from hapticvlm.palette import BLUE, GRID, GROUND, INK, ORANGE, SOFT, VERMILION
 from hapticvlm.perception import NEUTRAL_C
@@ -44,7 +45,7 @@ class Drawing:
         path = Path(path)
         if path.suffix.lower() != ".svg":
             raise UsageError(f"{path}: a drawing is SVG; name a file that ends with .svg")
-        path.write_text(self.svg, encoding="utf-8")
+        documents.replace_file(path, self.svg)
 
     def _repr_svg_(self) -> str:
         return self.svg

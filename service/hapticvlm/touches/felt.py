@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hapticvlm import documents
 from hapticvlm.errors import UsageError
 from hapticvlm.materials import Material, find, nearest
 from hapticvlm.perception import NEUTRAL_C
@@ -231,4 +232,4 @@ def heat_document(of: Heat) -> dict[str, Any]:
 
 
 def _write_json(path: Path, document: dict[str, Any]) -> None:
-    path.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+    documents.replace_file(path, json.dumps(document, indent=1) + "\n")

@@ -17,6 +17,7 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from hapticvlm import documents
 from hapticvlm.materials import Material
 from hapticvlm.perception import drive_threshold_db
 from hapticvlm.rendering.vibration.textures import STROUHAL, rendered_hz
@@ -161,7 +162,7 @@ def threshold_shape_db() -> list[float]:
 
 def write_wav(path: Path, samples: NDArray[np.float32]) -> None:
     """Write (N,) float32 as 16-bit mono at RATE_HZ. Raises OSError."""
-    path.write_bytes(wav(samples))
+    documents.replace_file(path, wav(samples))
 
 
 def wav(samples: NDArray[np.float32], rate_hz: int = RATE_HZ) -> bytes:

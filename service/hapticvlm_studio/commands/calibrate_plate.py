@@ -10,6 +10,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hapticvlm import documents
 from hapticvlm.commands.parsing import add_json, number_within
 from hapticvlm.errors import UsageError, shell_word
 
@@ -130,7 +131,7 @@ def _report(palm: PlateEstimate, options: argparse.Namespace) -> int:
         print(f"plate resistance {rounded} m2 K/W (95 % {palm.low:.2g} to {palm.high:.2g})")
         print(f"the plate's thermistors lag by {palm.lag_s:.2f} s")
     if options.out is not None:
-        options.out.write_text(line + "\n", encoding="utf-8")
+        documents.replace_file(options.out, line + "\n")
     if not options.json:
         value = rounded if options.out is None else shell_word(options.out)
         print(f"to use it: hapticvlm serve --plate-resistance {value}")

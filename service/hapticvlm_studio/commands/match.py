@@ -69,7 +69,7 @@ def _match(options: argparse.Namespace) -> int:
     kept["thermal_strength"] = round(statistics.median(people), 3)
     # Shown first, so that a disk that refuses the file does not lose what the person said.
     print(f"{options.participant}: {', '.join(f'{100 * each:.0f} %' for each in strengths)}")
-    documents.replace_file(options.file, (json.dumps(kept, indent=1) + "\n").encode())
+    documents.replace_file(options.file, json.dumps(kept, indent=1) + "\n")
     print(f"{len(people)} people, median {100 * kept['thermal_strength']:.0f} %")
     if kept["simulated"]:
         print("simulated: nobody felt the plate, do not use it")

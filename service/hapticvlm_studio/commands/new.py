@@ -34,6 +34,7 @@ def add(parts: Commands) -> None:
 
 
 def _new(options: argparse.Namespace) -> int:
+    from hapticvlm import documents
     from hapticvlm.errors import shell_word, usage_errors
     from hapticvlm_studio.design.form import FILE, TEMPLATE
     from hapticvlm_studio.design.stimuli import StudyError
@@ -44,7 +45,7 @@ def _new(options: argparse.Namespace) -> int:
     with usage_errors():
         options.folder.mkdir(parents=True, exist_ok=True)
         text = TEMPLATE.read_text(encoding="utf-8")
-        path.write_text(_shortened(text) if options.pilot else text, encoding="utf-8")
+        documents.replace_file(path, _shortened(text) if options.pilot else text)
     print(f"wrote {path}: edit it, then")
     running = f"hapticvlm study run {shell_word(options.folder)}"
     print(f"  {running} --hear    try it without a device")

@@ -132,7 +132,7 @@ def write_design(folder: Path, design: Design) -> None:
         "form": msgspec.to_builtins(design.form),
     }
     text = json.dumps(head, indent=1, ensure_ascii=False) + "\n"
-    documents.replace_file(folder / HEAD, text.encode())
+    documents.replace_file(folder / HEAD, text)
 
 
 class _Versioned(msgspec.Struct):

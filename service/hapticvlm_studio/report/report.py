@@ -80,7 +80,7 @@ def _draw(out: Path, document: Document, times: Sequence[Any] | None) -> None:
         (f"{part['factor']} alone", (part["levels"], np.array(part["counts"])))
         for part in document["axes"]
     ]
-    (out / CONFUSION).write_text(confusion.svg(heading, whole, parts), encoding="utf-8")
+    documents.replace_file(out / CONFUSION, confusion.svg(heading, whole, parts))
     try:
         import matplotlib as mpl
     except ModuleNotFoundError:
@@ -107,9 +107,9 @@ def _finish(out: Path | None, document: Document, *, as_json: bool) -> str:
     data = json.dumps(document)
     if out is not None:
         markdown = text_of(document, out)
-        (out / "report.md").write_text(markdown + "\n", encoding="utf-8")
-        (out / "report.html").write_text(page(markdown, out), encoding="utf-8")
-        (out / "report.json").write_text(data + "\n", encoding="utf-8")
+        documents.replace_file(out / "report.md", markdown + "\n")
+        documents.replace_file(out / "report.html", page(markdown, out))
+        documents.replace_file(out / "report.json", data + "\n")
         summary += (
             f"\n\nfiles in {out}; {out / 'report.html'} is one file that can be sent to others"
         )

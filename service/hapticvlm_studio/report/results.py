@@ -9,6 +9,7 @@ What people answered about themselves is written to another file.
 from __future__ import annotations
 
 import csv
+import io
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
@@ -211,10 +212,11 @@ def _write(
     path: Path, header: Sequence[str], lines: Iterable[Sequence[object]], *, decimal_comma: bool
 ) -> None:
     # Excel takes a CSV file without a byte-order mark for the machine's old code page.
-    with path.open("w", encoding="utf-8-sig", newline="") as file:
-        csv.writer(file, delimiter=";" if decimal_comma else ",").writerows(
-            [_cell(cell, decimal_comma=decimal_comma) for cell in line] for line in (header, *lines)
-        )
+    table = io.StringIO(newline="")
+    csv.writer(table, delimiter=";" if decimal_comma else ",").writerows(
+        [_cell(cell, decimal_comma=decimal_comma) for cell in line] for line in (header, *lines)
+    )
+    documents.replace_file(path, table.getvalue().encode("utf-8-sig"))
 
 
 def _cell(value: object, *, decimal_comma: bool) -> object:

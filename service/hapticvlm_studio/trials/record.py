@@ -31,6 +31,7 @@ from hapticvlm_studio.trials.progress import Event, ParticipantProgress
 View = dict[str, Any]
 LINE_START = b'{"event"'  # of every line, including one that a crash or a full disk cut short
 REMEDY = "nothing before it is lost; free some space on the disk, then continue"
+RESTORE = "put it back as it was, then choose the participant again"
 
 logger = logging.getLogger(__name__)
 
@@ -85,7 +86,9 @@ class Log:
         content = self._file.read()
         self._file.truncate(content.rfind(b"\n") + 1)
         os.fsync(self._file.fileno())
+        self._size = self._file.seek(0, os.SEEK_END)
         documents.sync_folder(folder)
+        documents.sync_folder(folder.parent)  # a study's folder may be new
 
     def add(self, event: Event) -> None:
         """Append one event; it is on the disk when this returns.
@@ -94,12 +97,15 @@ class Log:
         """
         data = json.dumps(event, ensure_ascii=False, allow_nan=False).encode() + b"\n"
         before = self._file.seek(0, os.SEEK_END)
+        if before != self._size or not self._is_at_its_place():
+            raise StudyError(f"{self._path} was moved or changed by another program: {RESTORE}")
         # A disk that fills up accepts part of a line without an error, and fails only at the next
         # write. So the bytes written are counted, and a partial line is cut off again.
         try:
             written = self._file.write(data)
             if written == len(data):
                 os.fsync(self._file.fileno())
+                self._size += written
                 return
             reason = f"only {written} of {len(data)} bytes fitted"
         except OSError as error:
@@ -111,6 +117,13 @@ class Log:
     def close(self) -> None:
         """Close the file."""
         self._file.close()
+
+    def _is_at_its_place(self) -> bool:
+        """Whether the open file is still the one of its name, which a report will read."""
+        try:
+            return os.path.samestat(self._path.stat(), os.fstat(self._file.fileno()))
+        except OSError:
+            return False
 
 
 @contextmanager

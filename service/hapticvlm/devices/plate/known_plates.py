@@ -88,7 +88,7 @@ def _save(before: Known, known: Known) -> None:
     text = json.dumps({kind: sorted(ports) for kind, ports in known._asdict().items()})
     with contextlib.suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
-        documents.replace_file(path, f"{text}\n".encode())
+        documents.replace_file(path, f"{text}\n")
 
 
 def _identity(row: tuple[int, int, str, str]) -> UsbIdentity:

@@ -158,7 +158,8 @@ class WavFile:
                 self._drain()
             self._drain()
         except (OSError, RuntimeError) as error:  # the disk is full, for example
-            logger.error("writing the WAV file failed, it ends here; playing continues: %s", error)
+            text = "%s ends here, playing continues: %s Free some space on its disk"
+            logger.error(text, self._file.name, error)
 
     def _drain(self) -> None:
         while self._queue:

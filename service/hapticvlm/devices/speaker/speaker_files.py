@@ -86,7 +86,7 @@ def write_response(path: Path, response: SpeakerResponse) -> None:
             "# raised until they are felt.",
             f"full_scale_db = {response.full_scale_db:.1f}",
         ]
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    documents.replace_file(path, "\n".join(lines) + "\n")
 
 
 def read_response(path: Path) -> SpeakerResponse:

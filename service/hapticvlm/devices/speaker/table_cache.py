@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import hashlib
 import logging
-import os
-import tempfile
 import zlib
 from pathlib import Path
 from types import ModuleType
@@ -48,12 +46,9 @@ def save(cache: ArrayCache, folder: Path | None = None) -> None:
     try:
         file = _file(folder)
         file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        for old in file.parent.glob("vibration-*.bin"):
+        documents.replace_file(file, _packed(cache.arrays()))
+        for old in set(file.parent.glob("vibration-*.bin")) - {file}:
             old.unlink(missing_ok=True)
-        handle, name = tempfile.mkstemp(dir=file.parent)
-        with os.fdopen(handle, "wb") as output:
-            output.write(_packed(cache.arrays()))
-        Path(name).replace(file)  # atomic, so a program that starts now reads a complete file
     except OSError as error:
         logger.info("cannot save the computed tables, the next start recomputes them: %s", error)
 

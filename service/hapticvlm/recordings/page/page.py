@@ -52,7 +52,7 @@ def write(timeline: Timeline, title: str, path: Path, shared: Moment | None = No
     data = document(timeline, title)
     if shared is not None:
         data |= {"title": shared.title, "at_s": shared.t_s}
-    documents.replace_file(path, page(data, shared).encode())
+    documents.replace_file(path, page(data, shared))
 
 
 def document(timeline: Timeline, title: str) -> dict[str, Any]:

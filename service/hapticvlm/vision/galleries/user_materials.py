@@ -89,7 +89,7 @@ def read_material(path: Path) -> UserMaterial:
 def write_material(user_material: UserMaterial, folder: Path) -> Path:
     """Write a material's file into an existing folder atomically; return its path."""
     path = folder / f"{user_material.material.name}.toml"
-    documents.replace_file(path, _text(user_material).encode())
+    documents.replace_file(path, _text(user_material))
     return path
 
 
