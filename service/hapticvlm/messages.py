@@ -746,7 +746,7 @@ def decode(data: bytes | str) -> ClientMessage:
     except (msgspec.DecodeError, ValueError, RecursionError) as error:
         kind = "JSON" if isinstance(data, str) else "MessagePack"
         reason = documents.reason(error)
-        text = f"not a {kind} map: {reason}; send one {kind} map per WebSocket message"
+        text = f"not a {kind} map: {reason}; a message is one {kind} map"
         raise MessageError("message", text) from None
     if isinstance(data, str) and isinstance(message, Frame):
         text = "$.image: text messages carry no images; send frames as MessagePack"

@@ -178,7 +178,7 @@ def _run_on_uvicorn(settings: AppSettings, options: argparse.Namespace) -> None:
     log_writer.take_over()  # a log that nobody reads must not hold up an answer
     certificate = None if options.tls_cert is None else (options.tls_cert, options.tls_key)
     with contextlib.ExitStack() as stack:
-        with port_errors(options.port):
+        with port_errors(options.port, options.host):
             listener = stack.enter_context(engine_uvicorn.listening(options.host, options.port))
         port = listener.getsockname()[1]
         ready = functools.partial(_print_ready, settings, options, port)

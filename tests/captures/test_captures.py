@@ -2,6 +2,7 @@
 
 import json
 import re
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -42,7 +43,9 @@ def test_a_wrong_line_is_named(tmp_path, lines, complaint):
 
 def test_neither_folder_nor_video_is_a_clear_error(tmp_path):
     with pytest.raises(CaptureError, match="neither a folder"):
-        read(tmp_path / "nothing")
+        read(Path(__file__))
+    with pytest.raises(CaptureError, match="no such file or folder"):
+        read(tmp_path / "nothing.mp4")
     with pytest.raises(CaptureError, match=r"capture\.jsonl"):
         read(tmp_path)
 

@@ -195,7 +195,7 @@ async def test_a_browser_on_a_slow_network_gets_the_whole_of_a_large_file(big, m
 
 def test_a_scene_folder_that_is_not_there_is_said_at_start(tmp_path):
     with (
-        pytest.raises(ServiceError, match="no such folder"),
+        pytest.raises(ServiceError, match="no folder of this name"),
         running(["--scene", str(tmp_path / "nowhere")]),
     ):
         pass

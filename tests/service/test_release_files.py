@@ -80,6 +80,12 @@ def test_the_notes_are_at_most_ten_lines_and_readme_is_a_command_that_can_be_cop
         readme = file.read().decode()
     assert f"git clone {ADDRESS} hapticvlm" in readme
     assert "REPOSITORY" not in readme
+    with zipfile.ZipFile(next(out.glob("*.whl"))) as archive:
+        page = archive.read(f"hapticvlm-{__version__}.dist-info/METADATA").decode()
+    assert f"]({ADDRESS}/raw/v{__version__}/docs/try.png)" in page
+    linked = set(re.findall(rf"\]\({ADDRESS}/blob/v{__version__}/([^)#]*)", page))
+    assert "docs/safety.md" in linked
+    assert [path for path in linked if not (ROOT / path).exists()] == []
 
 
 def test_the_workflow_gives_the_index_the_wheel_and_the_sources_and_nothing_else(release):

@@ -83,6 +83,8 @@ def read(path: Path, view: View = AS_RECORDED, touched: Touched | None = None) -
         return Capture(path, lines[-1].t_s if lines else 0.0, frames, _lines=lines)
     if path.suffix.lower() in VIDEO_SUFFIXES and path.is_file():
         return _read_video(path, view, touched)
+    if not path.exists():
+        raise CaptureError(f"{path}: no such file or folder")
     raise CaptureError(
         f"{path}: neither a folder with {LINES} nor a video ({', '.join(sorted(VIDEO_SUFFIXES))})"
     )

@@ -386,6 +386,7 @@ def trusting(ca: Path) -> ssl.SSLContext:
         async with connect("wss://vr-lab.local:8790/", tls=trusting(Path("authority.pem"))):
             ...
     """
+    ca.stat()  # OpenSSL would not name a file that is missing
     return ssl.create_default_context(cafile=ca)
 
 

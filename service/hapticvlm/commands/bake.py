@@ -181,8 +181,8 @@ def _model(source: Path, table: Mapping[str, Material]) -> tuple[SceneModel, tup
         return _model_of_gltf(source, table, source.parent)
     try:
         return model_of(_scenes(source), table), ()
-    except MessageError as error:
-        raise UsageError(f"{source}: {error}") from None
+    except (MessageError, ValueError) as error:
+        raise UsageError(f"{source}: no glTF scene, and no `scene` messages: {error}") from None
 
 
 def _model_of_gltf(
@@ -214,7 +214,7 @@ def _model_of_gltf(
 
 
 def _scenes(source: Path) -> Iterator[Scene]:
-    """Yield the `scene` messages of a file. Raises UsageError, MessageError."""
+    """Yield the `scene` messages of a file. Raises UsageError, MessageError, ValueError."""
     import json
 
     from hapticvlm.messages import Scene, decode

@@ -51,27 +51,14 @@ MODULES = {
     "feel": "feel",
     "bake": "bake",
 }
-# The packages beside this one, with the commands each brings, to list them where it is missing.
-# They are found by name: entry points would cost a quarter of a second at every call.
+# The packages beside this one, with the commands each brings; a wheel has no laboratory. They are
+# found by name: entry points would cost a quarter of a second at every call.
 PARTS = {
-    "hapticvlm_studio": {
-        "evaluate": "grade a method on labelled pictures",
-        "calibrate": "fit palm, plate and speaker",
-        "study": "run a study with participants, and report it",
-    },
-    "hapticvlm_recogniser_app": {"recogniser-app": "run one recogniser for many services"},
-    "hapticvlm_lab": {
-        "chart": "draw accuracy against latency for every method",
-        "stability": "draw under which conditions a method fails",
-        "measure": "measure stops, faults and marks of this service",
-    },
+    "hapticvlm_studio": ("evaluate", "calibrate", "study"),
+    "hapticvlm_recogniser_app": ("recogniser-app",),
+    "hapticvlm_lab": ("chart", "stability", "measure"),
 }
 FOR_DEVELOPERS = {"evaluate", *PARTS["hapticvlm_recogniser_app"], *PARTS["hapticvlm_lab"]}
-WHERE = {
-    "hapticvlm_studio": "is not installed: install the whole package hapticvlm again",
-    "hapticvlm_recogniser_app": "is not installed: install the whole package hapticvlm again",
-    "hapticvlm_lab": "comes with the repository, not with the package: run it in a checkout",
-}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -172,15 +159,15 @@ def _add_module(commands: Commands, module: str) -> None:
 
 
 def _add_package(commands: Commands, package: str) -> None:
-    """Declare the commands of a package; without it, each says where to get it."""
+    """Declare the commands of a package; without it, each is unlisted and says where it is."""
     if importlib.util.find_spec(package) is not None:
         importlib.import_module(f"{package}.commands").add(commands)
         return
-    for name, summary in PARTS[package].items():
-        command = commands.add_parser(name, help=f"{summary} (not installed)", add_help=False)
+    for name in PARTS[package]:
+        command = commands.add_parser(name, add_help=False)
         command.add_argument("rest", nargs=argparse.REMAINDER)
-        command.set_defaults(run=_refuse_without, package=package)
+        command.set_defaults(run=_refuse_without)
 
 
-def _refuse_without(options: argparse.Namespace) -> int:
-    raise UsageError(WHERE[options.package])
+def _refuse_without(_: argparse.Namespace) -> int:
+    raise UsageError("comes with the repository, not with the package: run it in a checkout")

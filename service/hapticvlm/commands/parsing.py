@@ -33,7 +33,6 @@ _OTHER_NAMES = {
     "run": "serve",
     "start": "serve",
     "export": "feel",
-    "calibration": "calibrate",
 }
 
 
@@ -54,6 +53,8 @@ class Parser(argparse.ArgumentParser):
             keywords["epilog"] = "\n".join((_EXAMPLES, *(f"  {line}" for line in examples)))
         super().__init__(*args, **{"formatter_class": _Formatter, **keywords})
         self.set_defaults(program=self.prog)
+        # Python before 3.14 takes -1e1 for an option; all versions take -inf for one.
+        self._negative_number_matcher = re.compile(r"-(?:\d|\.\d|inf|nan)")
 
     def parse_known_args(  # type: ignore[override]  # argparse's own has overloads for namespaces
         self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None

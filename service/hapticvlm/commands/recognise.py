@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from hapticvlm.vision.picture_recogniser import PictureRecogniser, RecognisedPicture
 
 DIGITS = 4  # of a confidence in JSON
+GIVE = "give JPEG, PNG or WebP files, or folders of them"
 WIDEST = 60  # characters of a path, before the columns move
 
 _DESCRIPTION = """
@@ -101,10 +102,7 @@ def _recognise(options: argparse.Namespace) -> int:
     _check_texture(options)
     paths = _find(options.paths)
     if not any(path.is_file() for path in paths):
-        what = "no picture found" if options.paths[0].exists() else "no such file"
-        raise UsageError(
-            f"{options.paths[0]}: {what}; give JPEG, PNG or WebP files, or folders of them"
-        )
+        raise UsageError(f"{paths[0]}: no such file; {GIVE}")
     recogniser = PictureRecogniser.load(options.encoder, options.gallery)
     width = min(WIDEST, max(len(str(path)) for path in paths))
     if not options.json:
@@ -145,18 +143,23 @@ def _find(paths: Sequence[Path]) -> list[Path]:
     from hapticvlm.vision.files import left_out, list_files
 
     pictures: list[Path] = []
+    problems: list[str] = []
     for path in paths:
         try:
             inside = list_files(path) if path.is_dir() else [path]
             others = left_out(path) if path.is_dir() else None
         except OSError as error:
-            _complain(f"{path}: {error.strerror}")
+            problems.append(f"{path}: {error.strerror}")
             continue
         if others is not None:
-            _complain(f"{path}: left out: {others}; save them as JPEG, PNG or WebP")
-        if not inside:
-            _complain(f"{path}: contains no picture; sub-folders are not searched")
+            problems.append(f"{path}: left out: {others}; save them as JPEG, PNG or WebP")
+        elif not inside:
+            problems.append(f"{path}: contains no picture; sub-folders are not searched")
         pictures += inside
+    if not pictures:
+        raise UsageError(f"{'; '.join(problems)}; {GIVE}")
+    for problem in problems:
+        _complain(problem)
     return pictures
 
 
@@ -178,7 +181,7 @@ def _answers(
         except FileError as error:
             yield Answer(path, error=str(error))
         except PictureError as error:
-            yield Answer(path, error=f"{path}: {error}")
+            yield Answer(path, error=f"{path}: {error.text}")
 
 
 def _mask_of(path: Path, masks: Path | None) -> Path | None:

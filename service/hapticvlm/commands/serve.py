@@ -89,7 +89,7 @@ def _run_parts(options: ServeOptions, parts: ServiceParts) -> None:
     from hapticvlm.server import service_info
 
     where = service_info.address(options)
-    with port_errors(options.port):
+    with port_errors(options.port, options.host):
         run_service.run(options, where, parts)
 
 

@@ -1,6 +1,6 @@
 """The options with which commands reach a running service: address, token, trusted authority.
 
-It also turns the error of a port in use into one line.
+It also turns the error of an address that cannot be used into one line.
 """
 
 from __future__ import annotations
@@ -8,11 +8,13 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
+import socket
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hapticvlm.errors import UsageError
+from hapticvlm.server.addresses import ADDRESSES
 
 if TYPE_CHECKING:
     import argparse
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
     from hapticvlm.client.stream import Target
 
 DEFAULT_URL = "ws://127.0.0.1:8790/"
+FREE_FROM = 1024  # ports below it are for root on most systems
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -44,14 +47,18 @@ def target(options: argparse.Namespace) -> Target:
 
 
 @contextlib.contextmanager
-def port_errors(port: int) -> Iterator[None]:
-    """Turn the error of a port in use into a UsageError that says what to do."""
+def port_errors(port: int, host: str = "127.0.0.1") -> Iterator[None]:
+    """Turn the error of an address that cannot be listened at into a UsageError with its cure."""
     try:
         yield
     except OSError as error:
-        if error.errno != errno.EADDRINUSE:
+        if error.errno == errno.EADDRINUSE:
+            cause = "is in use (`hapticvlm doctor` shows by which program); stop that program, or"
+            problem = f"port {port} {cause} use any free port: --port 0"
+        elif error.errno == errno.EACCES and 0 < port < FREE_FROM:
+            problem = f"port {port} is for the system; use one of {FREE_FROM}..65535"
+        elif error.errno == errno.EADDRNOTAVAIL or isinstance(error, socket.gaierror):
+            problem = f"--host {host}: {error.strerror}; {ADDRESSES}"
+        else:
             raise
-        raise UsageError(
-            f"port {port} is in use (`hapticvlm doctor` shows by which program); stop that "
-            "program, or use any free port: --port 0"
-        ) from None
+        raise UsageError(problem) from None

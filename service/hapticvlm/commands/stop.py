@@ -72,8 +72,8 @@ async def _ask(to: Target, scope: str) -> None:
 
     from hapticvlm.client import connect, trusting
 
+    tls = None if to.ca is None else trusting(to.ca)
     try:
-        tls = None if to.ca is None else trusting(to.ca)
         async with connect(
             to.url, name="hapticvlm stop", role="observer", token=to.token, tls=tls
         ) as client:

@@ -100,7 +100,7 @@ function showHand() {
   light.follow(hand, target.region, scene.decision(), size);
   byId("region").hidden = scene.isWhole || Boolean(target.thing);
   byId("lit").setAttribute("points", hand.over || hand.pressed ? (target.thing?.points.join(" ") ?? "") : "");
-  byId("lit").style.fill = hand.pressed ? "rgb(69 255 224 / .18)" : "none";
+  byId("lit").style.fill = hand.pressed && target.thing?.region.w < 1 ? "rgb(69 255 224 / .18)" : "none"; // a table has other things on it
   if (hand.pressed && !wasPressed && byId("stopped").textContent.startsWith("Stopped")) setText(byId("stopped"), ""); // it is felt again
   if (hand.pressed) saving.touch({ decision: scene.decision(), region: target.region, canvas: picture.canvas, isContact: !wasPressed, isSlide: speed() > 0 });
   wasPressed = hand.pressed;

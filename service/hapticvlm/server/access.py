@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from hapticvlm.server.addresses import is_loopback
+from hapticvlm.server.addresses import is_loopback, require_address
 from hapticvlm.server.web import http
 from hapticvlm.server.web.certificate import Certificate
 from hapticvlm.server.web.lan import new_token
@@ -37,9 +37,12 @@ class Address:
     tunnels: frozenset[str] = frozenset()
 
     def __post_init__(self) -> None:
+        require_address(self.host)
         self._check_token()
         if self.scene_folder is not None and not self.scene_folder.is_dir():
-            raise ValueError(f"--scene {self.scene_folder}: no such folder")
+            raise ValueError(
+                f"--scene {self.scene_folder}: no folder of this name; give one with index.html"
+            )
         if self.pages_from == "lan":
             self._check_lan()
 

@@ -61,6 +61,7 @@ class PictureError(HapticVLMError, ValueError):
     def __init__(self, path: str, text: str) -> None:
         super().__init__(f"{path}: {text}")
         self.path = path
+        self.text = text
 
 
 def check_size(frame: messages.Frame) -> None:
@@ -114,7 +115,7 @@ def _decode_jpeg(frame: messages.Frame, reduction: int) -> Pixels:
             return _decode_scans(frame, reduction, strict=False)
     except ValueError as error:
         raise PictureError(
-            "$.image", f"broken JPEG ({documents.reason(error)}); send it again"
+            "$.image", f"broken JPEG ({documents.reason(error)}); save it again"
         ) from None
 
 
@@ -159,7 +160,7 @@ def _decode_png(
     except PictureError:
         raise
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
-        raise PictureError(path, f"broken PNG ({documents.reason(error)}); send it again") from None
+        raise PictureError(path, f"broken PNG ({documents.reason(error)}); save it again") from None
 
 
 def decode_mask(frame: messages.Frame) -> Image.Image:

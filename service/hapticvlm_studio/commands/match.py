@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from hapticvlm import documents
 from hapticvlm.commands.parsing import number_within
 from hapticvlm.commands.service_address import DEFAULT_URL
-from hapticvlm.errors import UsageError, shell_word
+from hapticvlm.errors import UsageError, network_reason, shell_word
 
 if TYPE_CHECKING:
     from hapticvlm.client import Client
@@ -109,7 +109,9 @@ async def _ask(options: argparse.Namespace) -> tuple[list[float], bool]:
             await client.set(thermal_gain=statistics.geometric_mean(found))
             return found, bool(client.welcome["devices"]["peltier"]["simulated"])
     except (OSError, WebSocketException) as error:
-        raise UsageError(f"{options.url}: {error}; start a plate with `hapticvlm serve`") from None
+        raise UsageError(
+            f"{options.url}: {network_reason(error)}; start a plate with `hapticvlm serve`"
+        ) from None
 
 
 async def _one(client: Client, number: int, strength: float) -> float:

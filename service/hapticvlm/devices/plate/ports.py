@@ -126,6 +126,8 @@ def open_port(url: str) -> Port:
     """Open a port, by name or pyserial URL, for this program alone. Raises DeviceError."""
     import serial
 
+    if Path(url).is_file():
+        raise DeviceError("a file, and not a serial port")
     try:
         port: Port = serial.serial_for_url(
             url, baudrate=BAUD, timeout=READ_S, write_timeout=WRITE_S, **_exclusive(url)
