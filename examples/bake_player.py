@@ -355,12 +355,8 @@ class Player:
         level, drives = self._within("hum.level", hum.get("level"), 0.0), hum.get("drives")
         hertz = self._within("hum.frequency_hz", hum.get("frequency_hz"), 0.0)
         is_list = isinstance(drives, (list, tuple)) and len(drives) <= 16
-        if not (
-            level
-            and hertz
-            and is_list
-            and all(isinstance(d, (int, float)) and abs(d) <= 100 for d in drives)
-        ):
+        are_drives = is_list and all(isinstance(d, (int, float)) and abs(d) <= 100 for d in drives)
+        if not (level and hertz and are_drives):
             self._note("hum", "needs frequency_hz, level and drives, as materials.json has them")
             return None
         return {"level": level, "hz": hertz, "drives": drives}

@@ -61,8 +61,7 @@ def _check(value: Any, schema: Json, name: str) -> None:  # noqa: ANN401
 
 def _described(schema: Json) -> Json:
     """Return the part that describes a value that is not null, without references."""
-    for part in schema.get("anyOf", ()):
-        schema = part if part.get("type") != "null" else schema
+    schema = schema.get("anyOf", [schema])[0]
     return SCHEMA["$defs"][schema["$ref"].rpartition("/")[2]] if "$ref" in schema else schema
 
 
@@ -97,6 +96,10 @@ def _check_names(file: Json) -> None:
         for kind, key in names:
             if key not in file[kind]:
                 raise ValueError(f"materials.{name}: {kind} has no {key!r}; bake it again")
+        for kind in IMPACTS:
+            if len({file["clips"][clip]["rate_hz"] for clip in facts[kind]["clips"]}) > 1:
+                field = f"materials.{name}.{kind}.clips"
+                raise ValueError(f"{field}: have several rates; bake it again")
 
 
 def _decoded(clip: Json, name: str) -> Json:

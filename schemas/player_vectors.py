@@ -84,7 +84,7 @@ def planned(case: Json) -> Json:
     """Return a case with the reference player's plans in its `plan` events."""
     surfaces = case.get("surfaces", {})
     players = {
-        form: Player(_feel("true"), lambda touch: _surface(touch, surfaces), say=_silent)
+        form: Player(_feel("true"), lambda touch: _surface(touch, surfaces), say=str)
         for form in feel_vectors.FORMS
     }
     events = []
@@ -142,7 +142,7 @@ def sounds() -> Iterator[Json]:
 
 def heard(case: Json) -> Json:
     """Return a case with its onset and its levels."""
-    wave = rendered(Player(_feel(case["voice"]), _surface, RATE_HZ, _silent), case)
+    wave = rendered(Player(_feel(case["voice"]), _surface, RATE_HZ, str), case)
     return {**case, "onset_s": onset_s(wave), "levels": levels(wave)}
 
 
@@ -358,6 +358,7 @@ def _broken() -> Iterator[Json]:
         (["loops", "wood relief", "wave"], "gA==", "loops.wood relief.wave"),
         (["clips", "wood grain", "drive", "bytes"], None, "clips.wood grain.drive.bytes"),
         (["materials", "wood", "grain"], "oak grain", "materials.wood"),
+        (["clips", "wood 1 2", "rate_hz"], 8000, "materials.wood.tap.clips"),
         (["materials", "wood", "tap", "clips"], ["oak"], "materials.wood"),
         (["materials", "wood", "slide", "layers", 0, "loop"], "__proto__", "materials.wood"),
         (["materials", "wood", "slide", "layers", 0, "level"], "rough", "materials.wood"),
@@ -429,7 +430,3 @@ def _level(part: Wave) -> list[float] | None:
         return None
     pitch = float((power * hertz).sum() / power.sum())
     return [round(strongest_db, 2), round(pitch, 1)]
-
-
-def _silent(_: str) -> None:
-    """Say nothing."""

@@ -1,8 +1,7 @@
 /**
  * Finds things in a bake through the package. `node identity.mjs cases FILE` answers the queries of the shared cases;
  * `touch FILE ID...` touches ids and says which are silent, and why; `babylon FILE` finds copies as Babylon.js makes
- * them; `scene SCENE MATERIALS` loads a glTF scene with
- * three.js and looks each mesh and a copy of it up: the node and primitive that it is, and those that are found.
+ * them; `scene SCENE MATERIALS` loads a glTF scene with three.js: of each mesh and a copy, what it is and what is found.
  */
 import {readFileSync} from 'node:fs';
 import {Bake} from '../../examples/webxr/client/bake.js';
@@ -38,7 +37,9 @@ function babylon(path) {
   const bake = new Bake(json(path));
   const part = {name: 'Twins_primitive1', parent: {name: 'Twins', parent: {name: '__root__'}}, material: {name: 'Paint'}};
   const clone = {...part, name: 'left', parent: {name: 'Shelf'}, source: part};
+  const ring = {...part, get source() { return this; }};
   return {
+    'a copy of itself': bake.bakedOf(ring),
     'a clone of any name': bake.bakedOf(clone),
     'an instance of that clone': bake.bakedOf({name: 'i7', sourceMesh: clone}),
     'a spawned model': bake.bakedOf({name: 'Clone of Twins_primitive1', parent: {name: 'Clone of Twins'}}),

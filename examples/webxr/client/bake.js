@@ -7,6 +7,7 @@
 const VERSION = 2;
 const AS_THE_SCENE = 'scene'; // the spelling of engines that keep names
 const originals = new WeakMap(); // geometry -> object of the loaded model that has it
+const DEEPEST = 32; // copies of copies
 
 export class Bake {
   #objects; // [id, surfaces]
@@ -75,7 +76,7 @@ export class Bake {
   /** Looks an object of a page up by its names, then by those of its parents: a part of a mesh has none in the file. */
   #partOf(object, material) {
     let original = originals.get(object) ?? originals.get(object.geometry) ?? object; // a clone of Babylon.js knows its source, too
-    while (original.sourceMesh ?? original.source) original = original.sourceMesh ?? original.source;
+    for (let depth = 0; depth < DEEPEST && (original.sourceMesh ?? original.source); depth++) original = original.sourceMesh ?? original.source;
     const ask = {material, primitive: primitiveOf(original)};
     const found = (at) => {
       const {own, raw} = pathsOf(at);

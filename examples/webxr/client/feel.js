@@ -61,6 +61,8 @@ function checkNames(file, material, facts) {
   for (const [part, names] of Object.entries(named)) {
     for (const name of names) if (!Object.hasOwn(file[part], name)) refuse(`materials.${material}`, `${part} has no "${name}"`);
   }
+  const mixed = IMPACTS.find((kind) => new Set(facts[kind].clips.map((clip) => file.clips[clip].rate_hz)).size > 1);
+  if (mixed) refuse(`materials.${material}.${mixed}.clips`, 'have several rates');
 }
 
 function checkBase64(name, fields) {

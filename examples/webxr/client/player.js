@@ -149,7 +149,7 @@ export class FeelPlayer {
     const gain = IMPACTS.includes(kind) ? impactGain : 1;
     const thickness = this.#within('thickness_m', surface.thickness_m, null);
     const hum = hand.touches ? this.#hum(surface.hum) : null;
-    hand.wishes = hum ? [{key: 'hum', aim: hum.level, to: hum, begin: () => this.#voices.hums()}] : [];
+    hand.wishes = hum ? [{key: 'hum', aim: hum.level, to: hum, begin: () => [{kind: 'hum', fade: 0, turns: []}]}] : [];
     const name = surface.material;
     const facts = this.#feel.materials.get(name);
     if (!facts) {

@@ -144,10 +144,6 @@ class Voices {
     return [{kind: 'press', fade: gain, facts, next: 0.3 + 0.4 * this.#draw(), depth: [0, 0], rest: 0}];
   }
 
-  hums() {
-    return [{kind: 'hum', fade: 0, turns: []}];
-  }
-
   shot(voice, hand, before, dt, sink) {
     const {clip, palm, pad, at, fade} = voice;
     const step = Math.max(this.#stepOf(at), 0);
@@ -432,7 +428,7 @@ class FeelPlayer {
     const gain = IMPACTS.includes(kind) ? impactGain : 1;
     const thickness = this.#within('thickness_m', surface.thickness_m, null);
     const hum = hand.touches ? this.#hum(surface.hum) : null;
-    hand.wishes = hum ? [{key: 'hum', aim: hum.level, to: hum, begin: () => this.#voices.hums()}] : [];
+    hand.wishes = hum ? [{key: 'hum', aim: hum.level, to: hum, begin: () => [{kind: 'hum', fade: 0, turns: []}]}] : [];
     const name = surface.material;
     const facts = this.#feel.materials.get(name);
     if (!facts) {

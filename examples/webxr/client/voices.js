@@ -62,10 +62,6 @@ export class Voices {
     return [{kind: 'press', fade: gain, facts, next: 0.3 + 0.4 * this.#draw(), depth: [0, 0], rest: 0}];
   }
 
-  hums() {
-    return [{kind: 'hum', fade: 0, turns: []}];
-  }
-
   shot(voice, hand, before, dt, sink) {
     const {clip, palm, pad, at, fade} = voice;
     const step = Math.max(this.#stepOf(at), 0);

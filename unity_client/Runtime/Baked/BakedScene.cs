@@ -65,20 +65,17 @@ namespace HapticVLM.Baked
 
         BakedScene(Table file)
         {
-            if (file.Number("version") != Version)
+            double version = file.Get("version", Read.Number());
+            if (version != Version) throw new FormatException("materials.json: version " + version + " is not " + Version + "; bake it again, or update the client");
+            foreach (KeyValuePair<string, Table> each in file.Get("objects", Read.Map(Read.Part(part => part))))
             {
-                throw new FormatException("materials.json: version " + file.Number("version") + " is not " + Version + "; bake it again, or update the client");
-            }
-            Table all = file.Part("objects");
-            foreach (string id in all.Names)
-            {
-                Table each = all.Part(id);
+                string id = each.Key;
                 ids.Add(id);
-                objects[id] = each.List("surfaces").ConvertAll(surface => PartOf(new Table("materials.json." + id, surface))).ToArray();
-                if (each.Has("paths")) AddPaths(id, each.Part("paths"));
-                for (int i = 0; i < objects[id].Length; i++)
+                Part[] parts = objects[id] = each.Value.Get("surfaces", Read.List(Read.Part(PartOf)));
+                AddPaths(id, each.Value.Get("paths", Read.Map(Read.List(Read.Text)), new Dictionary<string, string[]>()));
+                for (int i = 0; i < parts.Length; i++)
                 {
-                    foreach (string name in objects[id][i].Names)
+                    foreach (string name in parts[i].Names)
                     {
                         if (!ofMaterial.ContainsKey(name)) ofMaterial[name] = new BakeFound { ObjectId = id, Surface = i, By = "material" };
                     }
@@ -173,14 +170,14 @@ namespace HapticVLM.Baked
             return Array.Exists(objects[id], part => Array.Exists(part.Names, name => Array.IndexOf(wanted, name) >= 0));
         }
 
-        void AddPaths(string id, Table paths)
+        void AddPaths(string id, Dictionary<string, string[]> paths)
         {
-            var spellers = new HashSet<string>(paths.Names);
+            var spellers = new HashSet<string>(paths.Keys);
             foreach (string engine in spellers)
             {
-                foreach (object path in paths.List(engine))
+                foreach (string path in paths[engine])
                 {
-                    string[] names = ((string)path).Split('/');
+                    string[] names = path.Split('/');
                     List<Spelling> others;
                     if (!named.TryGetValue(names[names.Length - 1], out others)) named[names[names.Length - 1]] = others = new List<Spelling>();
                     others.Add(new Spelling { Names = names, ObjectId = id, Engine = engine, Others = spellers });
@@ -234,28 +231,21 @@ namespace HapticVLM.Baked
 
         static Part PartOf(Table table)
         {
-            return new Part
+            var felt = new FeltSurface
             {
-                Felt = Surface(table),
-                Names = NamesOf(table.Has("name") ? table.Text("name") : null),
-                Primitives = table.Has("primitives") ? table.Numbers("primitives") : new double[0],
+                Material = table.Get("material", Read.Text, null),
+                ImpactGain = table.Get("impact_gain", Read.Number(), 1.0),
+                ThicknessM = table.Get("thickness_m", Read.Maybe(Read.Number()), null),
+                Hum = table.Get("hum", Read.Part(HumOf), null),
             };
+            double[] primitives = table.Get("primitives", Read.List(Read.Number()), new double[0]);
+            return new Part { Felt = felt, Names = NamesOf(table.Get("name", Read.Text, null)), Primitives = primitives };
         }
 
-        static FeltSurface Surface(Table table)
+        static FeltHum HumOf(Table hum)
         {
-            return new FeltSurface
-            {
-                Material = table.Has("material") ? table.Text("material") : null,
-                ImpactGain = table.Optional("impact_gain") ?? 1.0,
-                ThicknessM = table.Optional("thickness_m"),
-                Hum = table.Has("hum") ? Hum(table.Part("hum")) : null,
-            };
-        }
-
-        static FeltHum Hum(Table table)
-        {
-            return new FeltHum { FrequencyHz = table.Number("frequency_hz"), Level = table.Number("level"), Drives = table.Numbers("drives") };
+            Reader<double> number = Read.Number();
+            return new FeltHum { FrequencyHz = hum.Get("frequency_hz", number), Level = hum.Get("level", number), Drives = hum.Get("drives", Read.List(number)) };
         }
     }
 }

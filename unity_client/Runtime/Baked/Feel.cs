@@ -90,7 +90,9 @@ namespace HapticVLM.Baked
             RequireName(File.Clips, "clips", facts.Grain, field);
             foreach (string kind in Impacts)
             {
-                foreach (string clip in Impact(facts, kind).Clips) RequireName(File.Clips, "clips", clip, field);
+                string[] clips = Impact(facts, kind).Clips;
+                foreach (string clip in clips) RequireName(File.Clips, "clips", clip, field);
+                if (Array.Exists(clips, clip => File.Clips[clip].RateHz != File.Clips[clips[0]].RateHz)) throw Read.Wrong(field + "." + kind + ".clips", "have several rates");
             }
             foreach (string kind in Textures)
             {
@@ -114,76 +116,82 @@ namespace HapticVLM.Baked
     /// <summary>A clip or a loop, decoded: its samples and its tracks, a value for each step.</summary>
     internal sealed class Wave
     {
+        /// <summary>Samples on either side of a wave: 0, or what a loop goes on with. So the cubic needs no bounds.</summary>
+        public const int Guard = 3;
+
         /// <summary>One turn, which is read at the frequency of a hum.</summary>
-        public static readonly Wave Sine = new Wave(32);
+        public static readonly Wave Sine = new Wave(32.0, Turn(), true, true);
 
         public readonly double RateHz, LengthS, Most;
+        public readonly int Size;
+        public readonly bool Repeats;
         public readonly float[] Samples, Imaginary; // Imaginary: of a loop of the sound voice, else null
         public readonly double[] Drive, Felt, Hz, Body; // a loop has Drive
         public readonly Format.LoopClip Loop;
-        public readonly bool Repeats;
 
         public Wave(Format.Clip clip, string field)
-            : this(clip.RateHz, clip.Peak, Bytes(clip.Wave, field + ".wave"), 1, Track(clip.Drive, field + ".drive"))
+            : this(clip.RateHz, Decoded(clip.Wave, clip.Peak, field, 1), false, false)
         {
             Most = clip.Most;
+            Drive = Track(clip.Drive, field + ".drive");
             Felt = Track(clip.Felt, field + ".felt");
             Body = clip.Body == null ? new double[0] : Track(clip.Body, field + ".body");
-            Hz = Array.ConvertAll(Bytes(clip.Hz, field + ".hz"), code => 20.0 * Math.Pow(10.0, code / 150.0));
+            Hz = Array.ConvertAll(Bytes(clip.Hz, field + ".hz", 1), code => 20.0 * Math.Pow(10.0, code / 150.0));
         }
 
         public Wave(Format.LoopClip loop, string field)
-            : this(loop.RateHz, loop.Peak, Bytes(loop.Wave, field + ".wave"), loop.Body == null ? 1 : 2, Track(loop.Drive, field + ".drive"))
+            : this(loop.RateHz, Decoded(loop.Wave, loop.Peak, field, 4), true, loop.Body != null)
         {
             Loop = loop;
-            Repeats = true;
-            if (loop.Wave.Length < 8) throw Read.Wrong(field + ".wave", "is shorter than the schema has it");
+            Drive = Track(loop.Drive, field + ".drive");
         }
 
-        private Wave(int samples)
+        private Wave(double rateHz, float[] all, bool repeats, bool isComplex)
         {
-            RateHz = samples;
-            Repeats = true;
-            Samples = new float[samples];
-            Imaginary = new float[samples];
-            for (int at = 0; at < samples; at++)
-            {
-                Samples[at] = (float)Math.Cos(2.0 * Math.PI * at / samples);
-                Imaginary[at] = (float)Math.Sin(2.0 * Math.PI * at / samples);
-            }
-        }
-
-        private Wave(double rateHz, double peak, byte[] codes, int parts, double[] drive)
-        {
+            int every = isComplex ? 2 : 1;
             RateHz = rateHz;
-            Drive = drive;
-            float[] all = Array.ConvertAll(codes, code => (float)((sbyte)code * peak / 127.0));
-            Samples = new float[all.Length / parts];
-            Imaginary = parts == 2 ? new float[Samples.Length] : null;
+            Repeats = repeats;
+            Size = all.Length / every;
+            LengthS = Size / rateHz;
+            Samples = new float[Size + 2 * Guard];
+            if (isComplex) Imaginary = new float[Samples.Length];
             for (int at = 0; at < Samples.Length; at++)
             {
-                Samples[at] = all[parts * at];
-                if (parts == 2) Imaginary[at] = all[2 * at + 1];
+                int from = repeats ? (at - Guard + Guard * Size) % Size : at - Guard;
+                if (from < 0 || from >= Size) continue;
+                Samples[at] = all[every * from];
+                if (isComplex) Imaginary[at] = all[every * from + 1];
             }
-            LengthS = Samples.Length / rateHz;
+        }
+
+        private static float[] Turn()
+        {
+            var turn = new float[64]; // real and imaginary
+            for (int at = 0; at < turn.Length; at++) turn[at] = (float)(at % 2 == 0 ? Math.Cos(Math.PI * at / 32.0) : Math.Sin(Math.PI * (at - 1) / 32.0));
+            return turn;
+        }
+
+        private static float[] Decoded(string wave, double peak, string field, int least)
+        {
+            return Array.ConvertAll(Bytes(wave, field + ".wave", least), code => (float)((sbyte)code * peak / 127.0));
         }
 
         private static double[] Track(Format.Track track, string field)
         {
-            return Array.ConvertAll(Bytes(track.Bytes, field + ".bytes"), code => code == 255 ? 0.0 : track.Peak * Math.Pow(10.0, code / -40.0));
+            return Array.ConvertAll(Bytes(track.Bytes, field + ".bytes", 1), code => code == 255 ? 0.0 : track.Peak * Math.Pow(10.0, code / -40.0));
         }
 
-        private static byte[] Bytes(string text, string field)
+        private static byte[] Bytes(string text, string field, int least)
         {
             try
             {
                 byte[] bytes = Convert.FromBase64String(text);
-                if (bytes.Length > 0) return bytes;
+                if (bytes.Length >= least) return bytes;
             }
             catch (FormatException)
             {
             }
-            throw Read.Wrong(field, "is not base64");
+            throw Read.Wrong(field, "is not base64, or too short");
         }
     }
 }

@@ -72,45 +72,26 @@ namespace HapticVLM.Baked
         }
 
         /// <summary>Adds `count` samples from `at`, s, on. Their gain moves linearly from `begin` to `end`.</summary>
-        private void Mix(Wave clip, double rateHz, double at, double rate, double begin, double end, int count)
+        private void Mix(Wave clip, double at, double rate, double begin, double end, int count)
         {
             if (begin == 0.0 && end == 0.0) return;
-            double place = at * rateHz, step = rate * rateHz / outputHz, slope = count > 1 ? (end - begin) / (count - 1) : 0.0;
+            double place = at * clip.RateHz, step = rate * clip.RateHz / outputHz, slope = count > 1 ? (end - begin) / (count - 1) : 0.0;
             for (int sample = 0; sample < count; sample++, place += step)
             {
-                long whole = (long)Math.Floor(place);
-                double share = place - whole, value = Cubic(clip, clip.Samples, whole, share);
-                if (clip.Imaginary != null) value = value * shift[sample] - Cubic(clip, clip.Imaginary, whole, share) * shiftImaginary[sample];
+                double whole = Math.Floor(place), share = place - whole;
+                if (clip.Repeats) whole %= clip.Size;
+                if (whole < 1 - Wave.Guard || whole > clip.Size) continue;
+                int from = (int)whole + Wave.Guard - 1;
+                double value = Cubic(clip.Samples, from, share);
+                if (clip.Imaginary != null) value = value * shift[sample] - Cubic(clip.Imaginary, from, share) * shiftImaginary[sample];
                 mix[sample] += value * (begin + slope * sample);
             }
         }
 
-        /// <summary>The cubic through the four samples around a place.</summary>
-        private static double Cubic(Wave clip, float[] wave, long whole, double share)
+        private static double Cubic(float[] wave, int at, double share)
         {
-            double a, b, c, d;
-            if (whole >= 1 && whole < wave.Length - 2)
-            {
-                int at = (int)whole;
-                a = wave[at - 1];
-                b = wave[at];
-                c = wave[at + 1];
-                d = wave[at + 2];
-            }
-            else
-            {
-                a = Sample(clip, wave, whole - 1);
-                b = Sample(clip, wave, whole);
-                c = Sample(clip, wave, whole + 1);
-                d = Sample(clip, wave, whole + 2);
-            }
+            double a = wave[at], b = wave[at + 1], c = wave[at + 2], d = wave[at + 3];
             return b + 0.5 * share * (c - a + share * (2.0 * a - 5.0 * b + 4.0 * c - d + share * (3.0 * (b - c) + d - a)));
-        }
-
-        private static double Sample(Wave clip, float[] wave, long at)
-        {
-            if (clip.Repeats) return wave[(int)((at % wave.Length + wave.Length) % wave.Length)];
-            return at >= 0 && at < wave.Length ? wave[(int)at] : 0.0;
         }
     }
 }

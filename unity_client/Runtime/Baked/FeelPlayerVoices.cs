@@ -85,61 +85,41 @@ namespace HapticVLM.Baked
         private void Follow(Hand hand, ref Wish wish)
         {
             if (wish.Key == null) return;
-            bool isThere = IsThere(hand, ref wish, hand.Count);
-            var texture = wish.Key as Format.Texture;
-            if (!isThere && (texture == null || TexturesOf(hand) <= rules.MaxTextures)) Begin(hand, ref wish, texture);
+            bool isThere = false;
+            int textures = 0;
             for (int at = 0; at < hand.Count; at++)
             {
-                if (!IsOf(ref hand.Voices[at], ref wish)) continue;
+                if (hand.Voices[at].Sort == Sort.Layer && hand.Voices[at].Order == 0) textures++;
+                if (hand.Voices[at].To.Key != wish.Key || hand.Voices[at].To.Thin != wish.Thin) continue;
+                isThere = true;
                 hand.Voices[at].To = wish;
                 hand.Voices[at].Aim = wish.Aim;
             }
+            if (!isThere && !(wish.Key is Format.Texture && textures > rules.MaxTextures)) Begin(hand, wish);
         }
 
-        private void Begin(Hand hand, ref Wish wish, Format.Texture texture)
+        private void Begin(Hand hand, Wish wish)
         {
+            var texture = wish.Key as Format.Texture;
             if (wish.Key == HumKey)
             {
-                for (int order = 1; order <= MostDrives; order++) hand.Add(new Voice { Sort = Sort.Hum, To = wish, Order = order });
+                for (int order = 1; order <= MostDrives; order++) hand.Add(new Voice { Sort = Sort.Hum, To = wish, Aim = wish.Aim, Order = order });
             }
             else if (texture == null)
             {
-                hand.Add(new Voice { Sort = Sort.Press, To = wish, Crossing = 0.3 + 0.4 * Draw(), Fade = wish.Aim });
+                hand.Add(new Voice { Sort = Sort.Press, To = wish, Aim = wish.Aim, Crossing = 0.3 + 0.4 * Draw(), Fade = wish.Aim });
             }
             else
             {
                 var flow = new Smooth { Value = wish.Speed * wish.Thin };
-                foreach (Format.Layer layer in texture.Layers)
+                for (int order = 0; order < texture.Layers.Length; order++)
                 {
+                    Format.Layer layer = texture.Layers[order];
                     Wave loop = feel.Loops[layer.Loop];
-                    hand.Add(new Voice { Sort = Sort.Layer, To = wish, Wave = loop, Table = feel.File.Levels[layer.Level], Factor = layer.Factor, At = Draw() * loop.LengthS, Flow = flow });
+                    hand.Add(new Voice { Sort = Sort.Layer, To = wish, Aim = wish.Aim, Order = order, Wave = loop, Table = feel.File.Levels[layer.Level], Factor = layer.Factor, At = Draw() * loop.LengthS, Flow = flow });
                 }
-                if (texture.Breaks != null) hand.Add(new Voice { Sort = Sort.Breaks, To = wish, Table = feel.File.Levels[texture.Breaks.Level], Crossing = Draw() });
+                if (texture.Breaks != null) hand.Add(new Voice { Sort = Sort.Breaks, To = wish, Aim = wish.Aim, Table = feel.File.Levels[texture.Breaks.Level], Crossing = Draw() });
             }
-        }
-
-        private static bool IsOf(ref Voice voice, ref Wish wish)
-        {
-            return voice.To.Key != null && voice.To.Key == wish.Key && voice.To.Thin == wish.Thin;
-        }
-
-        private static bool IsThere(Hand hand, ref Wish wish, int count)
-        {
-            for (int at = 0; at < count; at++)
-            {
-                if (IsOf(ref hand.Voices[at], ref wish)) return true;
-            }
-            return false;
-        }
-
-        private static int TexturesOf(Hand hand)
-        {
-            int textures = 0;
-            for (int at = 0; at < hand.Count; at++)
-            {
-                if (hand.Voices[at].To.Key is Format.Texture && !IsThere(hand, ref hand.Voices[at].To, at)) textures++;
-            }
-            return textures;
         }
 
         /// <summary>Lets a voice sound for the next `dt`, s.</summary>
@@ -161,11 +141,11 @@ namespace HapticVLM.Baked
             double share = voice.Share, palm = voice.Palm * voice.Fade, pad = voice.Pad * voice.Fade;
             double body = Blended(one.Body, other.Body, share, step), hertz = Blended(one.Hz, other.Hz, share, step);
             sums.Add(pad * Blended(one.Drive, other.Drive, share, step), pad * Blended(one.Felt, other.Felt, share, step), hertz, palm * body);
-            Mix(one, one.RateHz, voice.At, voice.Rate, (1.0 - share) * voice.Palm * before, (1.0 - share) * palm, count);
-            Mix(other, one.RateHz, voice.At, voice.Rate, share * voice.Palm * before, share * palm, count);
+            Mix(one, voice.At, voice.Rate, (1.0 - share) * voice.Palm * before, (1.0 - share) * palm, count);
+            Mix(other, voice.At, voice.Rate, share * voice.Palm * before, share * palm, count);
             voice.At += voice.Rate * dt;
             voice.HasBegun = true;
-            bool isOver = voice.At >= Math.Max(one.Samples.Length, other.Samples.Length) / one.RateHz && step >= Math.Max(one.Drive.Length, other.Drive.Length);
+            bool isOver = voice.At >= Math.Max(one.LengthS, other.LengthS) && step >= Math.Max(one.Drive.Length, other.Drive.Length);
             if (isOver) voice.Fade = voice.Aim = 0.0;
         }
 
@@ -181,7 +161,7 @@ namespace HapticVLM.Baked
             double rate = on.In(loop.Rate), loud = loop.Loud == null ? 1.0 : on.In(loop.Loud), amplitude = voice.Level.Value * voice.Fade;
             double drive = amplitude * wave.Drive[(int)(voice.At / rules.StepS + Soon) % wave.Drive.Length];
             sums.Add(drive, drive * on.In(loop.Felt), on.In(loop.Hz), loop.Body == null ? 0.0 : amplitude * on.In(loop.Body));
-            Mix(wave, wave.RateHz, voice.At, rate, old * before * loud, amplitude * loud, count);
+            Mix(wave, voice.At, rate, old * before * loud, amplitude * loud, count);
             voice.At = (voice.At + rate * dt) % wave.LengthS;
         }
 
@@ -220,7 +200,7 @@ namespace HapticVLM.Baked
             Place on = Place.On(pad.HumHz, hertz);
             double weight = sound == null ? 1.0 : on.In(sound.HumWeight), rate = hertz * (sound == null ? 1.0 : sound.Times);
             sums.Add(level, level * on.In(pad.HumFelt), hertz, level * Math.Sqrt(0.5));
-            Mix(Wave.Sine, Wave.Sine.RateHz, voice.At, rate, drive * before * weight, level * weight, count);
+            Mix(Wave.Sine, voice.At, rate, drive * before * weight, level * weight, count);
             voice.At = (voice.At + rate * dt) % 1.0;
         }
 

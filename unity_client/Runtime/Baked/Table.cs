@@ -18,11 +18,6 @@ namespace HapticVLM.Baked
             fields = Read.As<Dictionary<string, object>>(path, value);
         }
 
-        public IEnumerable<string> Names
-        {
-            get { return fields.Keys; }
-        }
-
         public T Get<T>(string name, Reader<T> read)
         {
             string field = path.Length == 0 ? name : path + "." + name;
@@ -30,40 +25,10 @@ namespace HapticVLM.Baked
             return fields.TryGetValue(name, out value) ? read(field, value) : throw Read.Wrong(field, "is missing");
         }
 
-        public bool Has(string name)
+        public T Get<T>(string name, Reader<T> read, T missing)
         {
             object value;
-            return fields.TryGetValue(name, out value) && value != null;
-        }
-
-        public Table Part(string name)
-        {
-            return Get(name, Read.Part(part => part));
-        }
-
-        public double Number(string name)
-        {
-            return Get(name, Read.Number());
-        }
-
-        public double? Optional(string name)
-        {
-            return Has(name) ? (double?)Number(name) : null;
-        }
-
-        public string Text(string name)
-        {
-            return Get(name, Read.Text);
-        }
-
-        public List<object> List(string name)
-        {
-            return Get(name, Read.As<List<object>>);
-        }
-
-        public double[] Numbers(string name)
-        {
-            return Get(name, Read.List(Read.Number()));
+            return fields.TryGetValue(name, out value) && value != null ? Get(name, read) : missing;
         }
     }
 

@@ -49,7 +49,7 @@ namespace HapticVLM.Baked
         public double Factor;
         public Smooth Flow, Level; // Level of a press: its depth
         public double Crossing, RestS; // the place of the next grain, and s until it may begin
-        public int Order; // of a harmonic
+        public int Order; // of a harmonic, from 1, or of a layer, from 0
     }
 
     /// <summary>One hand: its lease, its hold, what it wants to sound, and what sounds.</summary>

@@ -1,5 +1,5 @@
 extends RefCounted
-## Opens a feel file of `hapticvlm bake` (docs/player.md): checks it by its schema, and unpacks its tables and clips.
+## Opens a feel file of `hapticvlm bake` (docs/player.md): checks it by its schema, and unpacks its clips.
 
 const SCHEMA := "res://addons/hapticvlm/feel_clips.schema.json"
 const IMPACTS: Array[String] = ["tap", "strike", "press"]
@@ -23,17 +23,6 @@ static func unpack(file: Variant) -> String:
 		wrong = _unpack_clips(file)
 	if not wrong.is_empty():
 		return "%s%s; bake it again" % ["the file" if wrong.begins_with(":") else "", wrong.trim_prefix(".")]
-	for axis: String in ["speeds_mps", "forces_n"]:
-		file[axis] = PackedFloat64Array(file[axis])
-	for name: String in ["hum_hz", "hum_felt"]:
-		file.rules.pad[name] = PackedFloat64Array(file.rules.pad[name])
-	for table: Dictionary in [file.levels] + file.impacts.values():
-		for name: String in table:
-			table[name] = table[name].map(func(row: Array) -> PackedFloat64Array: return PackedFloat64Array(row))
-	for facts: Dictionary in file.materials.values():
-		for kind in TEXTURES:
-			if facts[kind].breaks != null:
-				facts[kind].breaks.per_s = PackedFloat64Array(facts[kind].breaks.per_s)
 	return ""
 
 
@@ -49,8 +38,6 @@ static func _unpack_clips(file: Dictionary) -> String:
 					of[key] = Marshalls.base64_to_raw(of[key])
 					if of[key].is_empty():
 						return "%s.%s.%s: is not base64" % [kind, name, track if of == clip else track + ".bytes"]
-				elif of[key] is Array:
-					of[key] = PackedFloat64Array(of[key])
 			clip.seconds = clip.wave.size() / clip.rate_hz
 	return ""
 
@@ -78,6 +65,10 @@ static func _unfit(file: Dictionary) -> String:
 		for each: Array in named:
 			if not file[each[0]].has(each[1]):
 				return "materials.%s: %s has no `%s`" % [name, each[0], each[1]]
+		for kind in IMPACTS:
+			var rates: Array = facts[kind].clips.map(func(clip: String) -> float: return file.clips[clip].rate_hz)
+			if rates.min() != rates.max():
+				return "materials.%s.%s.clips: have several rates" % [name, kind]
 	return ""
 
 

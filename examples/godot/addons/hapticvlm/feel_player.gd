@@ -171,14 +171,9 @@ func draw() -> float:
 	return (_drawn + 0.5) / 65537.0
 
 
-## Returns the place of a speed in every table.
-func place_of(speed: float) -> float:
-	return FeelVoices.place(feel.speeds_mps, speed)
-
-
 ## Returns the value of a table of rows at a speed and a force.
 func look(table: Array, speed: float, force: float) -> float:
-	var at := place_of(speed)
+	var at := FeelVoices.place(feel.speeds_mps, speed)
 	var on := FeelVoices.place(feel.forces_n, force)
 	var below := mini(int(at), table.size() - 2)
 	return lerpf(FeelVoices.value(table[below], on), FeelVoices.value(table[below + 1], on), at - below)
@@ -210,7 +205,8 @@ func _feel(hand: Hand, fields: Dictionary, kind: String, onset: bool) -> void:
 		return
 	var facts: Dictionary = feel.materials[name]
 	if kind == "press" and facts.n_per_grain != null:
-		hand.wish("press %s" % name, strength, _press.bind(facts, strength)).force = force
+		var begin := func() -> Array: return [FeelVoices.Press.new(facts, draw(), strength)]
+		hand.wish("press %s" % name, strength, begin).force = force
 	if onset and kind != "swing":
 		_strike(hand, facts, kind if kind in FeelFile.IMPACTS else "tap", speed, force, strength if kind in FeelFile.IMPACTS else 1.0)
 	if not kind in FeelFile.TEXTURES:
@@ -232,7 +228,7 @@ func _hum(hand: Hand, given: Variant) -> void:
 	if level == 0.0 or hz == 0.0 or drives.is_empty() or drives.size() > 16 or not are_drives:
 		_note("hum", "needs frequency_hz, level and drives, as materials.json has them")
 		return
-	hand.wish("hum", level, _tone).hum = {"hz": hz, "drives": drives}
+	hand.wish("hum", level, func() -> Array: return [FeelVoices.Hum.new()]).hum = {"hz": hz, "drives": drives}
 
 
 func _strike(hand: Hand, facts: Dictionary, kind: String, speed: float, force: float, strength: float) -> void:
@@ -258,14 +254,6 @@ func _strike(hand: Hand, facts: Dictionary, kind: String, speed: float, force: f
 	shot.hz = facts.hz
 	shot.is_impact = true
 	hand.voices.append(shot)
-
-
-func _tone() -> Array:
-	return [FeelVoices.Hum.new()]
-
-
-func _press(facts: Dictionary, strength: float) -> Array:
-	return [FeelVoices.Press.new(facts, draw(), strength)]
 
 
 ## Returns the voices of a texture: a loop for each layer, and breaks.
@@ -304,18 +292,18 @@ func _follow(hand: Hand, wish: FeelVoices.Wish) -> void:
 	var is_there := false
 	var textures := {}
 	for voice in hand.voices:
-		if voice.key == wish.key:
+		if voice.to == null:
+			continue
+		if voice.to.key == wish.key:
 			is_there = true
 			voice.aim = wish.aim
 			if voice.to != wish:
 				voice.follow(self, wish)
-		elif voice.is_texture:
-			textures[voice.key] = true
+		elif voice.to.is_texture:
+			textures[voice.to.key] = true
 	if is_there or (wish.is_texture and textures.size() > feel.rules.max_textures):
 		return
 	for voice: FeelVoices.Voice in wish.begin.call():
-		voice.key = wish.key
-		voice.is_texture = wish.is_texture
 		voice.aim = wish.aim
 		voice.follow(self, wish)
 		hand.voices.append(voice)

@@ -34,8 +34,6 @@ class Wish:
 
 ## Something that sounds. `fade` moves to `aim`; at 0 with aim 0 the voice ends.
 class Voice:
-	var key := ""
-	var is_texture := false
 	var to: Wish
 	var fade := 0.0
 	var aim := 0.0
@@ -119,7 +117,7 @@ class Layer:
 
 	func follow(player: FeelPlayer, wish: Wish) -> void:
 		to = wish
-		var gain := FeelVoices.value(clip.gain, player.place_of(wish.pitch))
+		var gain := FeelVoices.value(clip.gain, FeelVoices.place(player.feel.speeds_mps, wish.pitch))
 		target = facts.factor * gain * player.look(player.feel.levels[facts.level], wish.speed, wish.force)
 
 	func advance(player: FeelPlayer, _hand: FeelPlayer.Hand, before: float, dt: float, part: PackedFloat64Array) -> Vector3:
@@ -142,7 +140,7 @@ class Layer:
 
 	func _read(player: FeelPlayer) -> void:
 		_read_at = flow.x
-		var place := player.place_of(flow.x)
+		var place := FeelVoices.place(player.feel.speeds_mps, flow.x)
 		_rate = FeelVoices.value(clip.rate, place)
 		_felt = FeelVoices.value(clip.felt, place)
 		_hz = FeelVoices.value(clip.hz, place)
@@ -163,7 +161,7 @@ class Breaks:
 	func follow(player: FeelPlayer, wish: Wish) -> void:
 		to = wish
 		target = player.look(player.feel.levels[facts.level], wish.speed, wish.force)
-		_per_s = FeelVoices.value(facts.per_s, player.place_of(wish.speed))
+		_per_s = FeelVoices.value(facts.per_s, FeelVoices.place(player.feel.speeds_mps, wish.speed))
 
 	func advance(player: FeelPlayer, hand: FeelPlayer.Hand, _before: float, dt: float, _part: PackedFloat64Array) -> Vector3:
 		level = FeelVoices.smoothed(level, target, dt / player.smooth_s)
@@ -236,13 +234,13 @@ static func smoothed(state: Vector2, target: float, time: float) -> Vector2:
 
 
 ## Returns the place of a value on an axis: the number of the entry below it, and the share of the next one.
-static func place(axis: PackedFloat64Array, number: float) -> float:
+static func place(axis: Array, number: float) -> float:
 	var below := clampi(axis.bsearch(number, false) - 1, 0, axis.size() - 2)
 	return below + clampf((number - axis[below]) / (axis[below + 1] - axis[below]), 0.0, 1.0)
 
 
 ## Returns the value of a table at a place.
-static func value(table: PackedFloat64Array, at: float) -> float:
+static func value(table: Array, at: float) -> float:
 	var below := mini(int(at), table.size() - 2)
 	return lerpf(table[below], table[below + 1], at - below)
 
