@@ -21,7 +21,7 @@ from hapticvlm.materials import Material
 
 Kind = Literal[
     "word", "form", "weak", "thing", "picky", "phrase", "part", "tail", "not", "fake", "look",
-    "void", "mark", "plain", "",
+    "agent", "void", "mark", "plain", "",
 ]  # fmt: skip
 Ground = Literal["stuff", "stuff_before_unknown", "thing", "usual", "thing_before_unknown", "weak"]
 Distribution = Mapping[str, float]
@@ -108,7 +108,7 @@ def _lexicon(known: tuple[Material, ...]) -> Lexicon:
     items |= {word: replace(items[word], kind="picky") for word in engine["picky"].split()}
     items |= _class_words(frozenset(grammar["form"].split()))
     items |= _all("void", grammar["both"])
-    marks: tuple[Kind, ...] = ("part", "tail", "not", "fake", "look")
+    marks: tuple[Kind, ...] = ("part", "tail", "not", "fake", "look", "agent")
     for mark in marks:
         items |= _all(mark, grammar[mark])
     items |= dict.fromkeys(noise, Item("plain", {}))
@@ -125,7 +125,7 @@ def _lexicon(known: tuple[Material, ...]) -> Lexicon:
         longest=max(map(len, phrases)),
         foreign=foreign,
         longest_unspaced=max(len(word) for word in foreign if UNSPACED.search(word)),
-        senses=_senses(table["senses"]),
+        senses=_senses(table["senses"], table["groups"]),
         suffixes=tuple(engine["suffixes"].split()),
         silences=frozenset(engine["silences"].split()),
         plain=frozenset(word for word, item in items.items() if item.kind == "plain"),
@@ -167,10 +167,12 @@ def _phrases(table: Mapping[str, Mapping[str, str]]) -> dict[tuple[str, ...], It
     return {tuple(run.split()): item for run, item in items.items()}
 
 
-def _senses(table: Mapping[str, str]) -> dict[str, tuple[Sense, ...]]:
-    """Read "word: context; word: context" of each sense."""
+def _senses(table: Mapping[str, str], groups: Mapping[str, str]) -> dict[str, tuple[Sense, ...]]:
+    """Read "word: context; word: context" of each sense; "@name" stands for a group's words."""
     senses: dict[str, list[Sense]] = {}
     for key, rows in table.items():
+        for name, words in groups.items():
+            rows = rows.replace(f"@{name}", words)
         for row in rows.split(";"):
             word, _, context = row.partition(":")
             belief = _belief_of(key)

@@ -58,6 +58,8 @@ _SIDE = re.compile(r"[\W_]([LRlr])$")
 _SIDES = {"l": frozenset(("left",)), "r": frozenset(("right",))}
 _GAP = re.compile(r"[\W\d_]+")
 _SCRIPT = re.compile(r"[\x00-\x7f]+|[^\x00-\x7f]+")
+# What 3ds Max and Maya call a new solid, which artists leave: "Box001", "pPipe3".
+_PRIMITIVE = re.compile(r"(?:(?:Box|Pyramid|Pipe|Hose|Disc)\d{3}|p(?:Pyramid|Pipe|Gear|Disc)\d+)")
 _ENDING = re.compile(r"[\u3040-\u309f]*")  # hiragana
 _THINGS: frozenset[Kind] = frozenset(("thing", "picky", "phrase"))
 _STUFFS: frozenset[Kind] = frozenset(("word", "form"))
@@ -147,6 +149,8 @@ def words_of(name: str) -> list[str]:
     """
     if "/" in name:
         name = (segments_of(name) or [""])[-1]
+    if _PRIMITIVE.fullmatch(name):
+        return []
     if not name.isascii():
         name = _plain_letters(unicodedata.normalize("NFKC", name))
     chunks = _GAP.split(name)
@@ -396,7 +400,7 @@ def _head(groups: Sequence[Sequence[Item]]) -> int:
 
 
 def _tone(items: Iterable[Item]) -> list[Item]:
-    """Apply "not", "faux" and "look" to their neighbours, and drop them."""
+    """Apply "not", "faux" and "look" to their neighbours, and drop them; an agent drops its own."""
     kept: list[Item] = []
     pending: Kind = ""
     for item in items:
@@ -404,6 +408,8 @@ def _tone(items: Iterable[Item]) -> list[Item]:
             pending = item.kind
         elif item.kind == "look":
             kept[-1:] = [_scaled(last, FAKE) for last in kept[-1:]]
+        elif item.kind == "agent":
+            kept[-1:] = [replace(item, kind="void")]
         elif item.beliefs and pending == "not":
             pending = ""
         elif item.beliefs and pending == "fake":
