@@ -8,8 +8,8 @@ from dataclasses import replace
 
 import pytest
 from each_case import each_row
-from null_sink import NAME, null_sink
-from pace import until
+from null_sink import KINDS, NAME, null_sink
+from pace import PACE, until
 
 from hapticvlm.devices.faults import SPEAKER_LOW, SPEAKER_UNREACHED
 from hapticvlm.devices.speaker.channels import Channels
@@ -120,7 +120,7 @@ def test_samples_that_go_elsewhere_are_not_felt(state: OutputState | None, why: 
     assert why in state.text
 
 
-def test_the_watch_follows_a_change_and_ends() -> None:
+def test_the_watch_follows_a_change_keeps_it_without_an_answer_and_ends() -> None:
     answers = [OutputState(False, 1.0), OutputState(True, 1.0)]
     asked = threading.Semaphore(0)
 
@@ -129,15 +129,21 @@ def test_the_watch_follows_a_change_and_ends() -> None:
         return answers.pop(0) if answers else None
 
     watch = OutputWatch(ask, every_s=0.0)
-    until(lambda: not answers and watch.state is None)
+    until(lambda: not answers)
+    while asked.acquire(blocking=False):
+        pass
+    assert asked.acquire(timeout=60.0 * PACE)  # of the two, the first has its answer
+    assert asked.acquire(timeout=60.0 * PACE)
+    assert watch.state == OutputState(True, 1.0)
     watch.close()
     until(lambda: "output state" not in [thread.name for thread in threading.enumerate()])
 
 
 @pytest.mark.process
-@pytest.mark.needs_toolchain("pulseaudio")
-def test_a_real_sink_that_is_muted_or_turned_down_is_seen() -> None:
-    with null_sink():
+@pytest.mark.needs_toolchain("pulseaudio", "pipewire")
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_real_sink_that_is_muted_or_turned_down_is_seen(kind: str) -> None:
+    with null_sink(kind=kind):
         full = OutputState(False, 1.0, "", ("mono",))
         with subprocess.Popen(["pacat", "--playback", "/dev/zero"]) as player:
             until(lambda: _pactl("list", "sink-inputs").count(f'"{player.pid}"') == 1)

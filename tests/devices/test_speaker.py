@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from conftest import peer, status
 from jack_server import jack_underruns
-from null_sink import NAME, null_sink, recording
+from null_sink import KINDS, NAME, PIPEWIRE, PULSEAUDIO, QUAD, null_sink, recording
 from pace import PACE, until
 
 from hapticvlm.client.local_service import running
@@ -25,6 +25,7 @@ from hapticvlm.rendering.vibration.voices import Command
 pytestmark = pytest.mark.process
 
 needs_pulseaudio = pytest.mark.needs_toolchain("pulseaudio")  # a sink that is recorded
+needs_both = pytest.mark.needs_toolchain("pulseaudio", "pipewire")
 needs_jack = pytest.mark.needs_toolchain("jackd")  # a server whose driver plays into nothing
 PATIENCE_S = 30.0 * PACE
 LEASE_S = 0.2
@@ -75,21 +76,23 @@ def test_a_strike_is_heard_at_the_sink_within_full_scale(speaker):
     assert not speaker.simulated
 
 
-@needs_pulseaudio
+@needs_both
 @pytest.mark.parametrize(
-    ("output", "name", "given", "channel_map"),
+    ("output", "name", "given", "channel_map", "kind"),
     [
-        ("dualsense", "DualSense", None, None),
-        ("Exciters", "Exciters", "left=2,right=1", None),
-        ("dualsense", "DualSense", None, PRO_AUDIO),
-        ("default", "Exciters", "left=2,right=1", PRO_AUDIO),
+        ("dualsense", "DualSense", None, QUAD, PULSEAUDIO),
+        ("Exciters", "Exciters", "left=2,right=1", QUAD, PIPEWIRE),
+        ("dualsense", "DualSense", None, PRO_AUDIO, PULSEAUDIO),
+        ("dualsense", "DualSense", None, PRO_AUDIO, PIPEWIRE),
+        ("default", "Exciters", "left=2,right=1", PRO_AUDIO, PULSEAUDIO),
+        ("default", "Exciters", "left=2,right=1", PRO_AUDIO, PIPEWIRE),
     ],
 )
 def test_each_hand_is_heard_on_its_own_channel_and_nothing_on_the_others(
-    output, name, given, channel_map
+    output, name, given, channel_map, kind
 ):
     channels = DUALSENSE_CHANNELS if given is None else read_channels(given)
-    with null_sink(4, name, channel_map), recording(4) as heard:
+    with null_sink(4, name, channel_map, kind), recording(4, channel_map) as heard:
         speaker = Speaker(AudioSettings(output=output, channels=channels))
         speaker.start()
         try:
@@ -279,9 +282,10 @@ def test_a_block_that_is_not_finite_is_played_as_silence_and_counted():
     assert ring.status().scrubbed == 20
 
 
-@needs_pulseaudio
-async def test_a_scene_is_told_that_the_speaker_is_gone_and_that_it_is_back(sink):
-    with running(["--speaker", NAME]) as service:
+@needs_both
+@pytest.mark.parametrize("kind", KINDS)
+async def test_a_scene_is_told_that_the_speaker_is_gone_and_that_it_is_back(kind):
+    with null_sink(kind=kind) as sink, running(["--speaker", NAME]) as service:
         async with peer(service) as scene:
             await scene.hello()
             assert scene.welcome["devices"]["speaker"] == {"name": NAME, "simulated": False}
@@ -296,25 +300,44 @@ async def test_a_scene_is_told_that_the_speaker_is_gone_and_that_it_is_back(sink
                     pass
 
 
-@needs_pulseaudio
+SILENCING = {  # with pactl: what makes the right hand silent, and what undoes it
+    "set-sink-mute": ("1", "0"),
+    "set-sink-volume": ("100% 100% 100% 0%", "100%"),
+    "set-sink-input-mute": ("1", "0"),
+    "set-sink-input-volume": ("5%", "100%"),
+}
+
+
+@needs_both
 @pytest.mark.nightly
-async def test_a_scene_is_told_that_its_speaker_is_muted(sink):  # noqa: ARG001 - it plays there
-    with running(["--speaker", NAME]) as service:
+@pytest.mark.parametrize("kind", KINDS)
+async def test_a_scene_is_told_of_each_way_in_which_its_hand_falls_silent(kind):
+    hands = ["--channels", "left=3,right=4"]
+    with null_sink(4, NAME, PRO_AUDIO, kind), running(["--speaker", NAME, *hands]) as service:
         async with peer(service) as scene:
             await scene.hello()
-            pactl("set-sink-mute", "@DEFAULT_SINK@", "1")
-            assert "muted; unmute it" in (await scene.event("error"))["text"]
-            assert (await scene.telemetry())["faults"] == ["speaker_low"]
-            assert not status(service)["speaker"]["plays"]
-            assert "muted" in status(service)["speaker"]["faults"]["speaker_low"]
-            pactl("set-sink-mute", "@DEFAULT_SINK@", "0")
-            async with asyncio.timeout(PATIENCE_S):
-                while (await scene.telemetry())["faults"]:
-                    pass
+
+            async def told(faults):
+                async with asyncio.timeout(PATIENCE_S):
+                    while (await scene.telemetry())["faults"] != faults:
+                        pass
+                until(lambda: list(status(service)["speaker"]["faults"]) == faults)
+                until(lambda: status(service)["speaker"]["plays"] is (faults == []))
+
+            stream, *_ = pactl("list", "short", "sink-inputs").split()
+            for command, (silent, loud) in SILENCING.items():
+                target = stream if "input" in command else "palm"
+                pactl(command, target, *silent.split())
+                await told(["speaker_low"])
+                assert (await scene.event("error"))["text"].startswith(
+                    f"the audio output {NAME} is"
+                )
+                pactl(command, target, loud)
+                await told([])
 
 
-def pactl(*arguments):
-    subprocess.run(["pactl", *arguments], check=True)
+def pactl(*words):
+    return subprocess.run(["pactl", *words], check=True, capture_output=True, text=True).stdout
 
 
 @needs_jack

@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from null_sink import NAME, null_sink
+from null_sink import KINDS, NAME, null_sink
 from pace import PACE
 from websockets.asyncio.client import connect as open_socket
 
@@ -151,9 +151,10 @@ async def test_a_silent_speaker_halts_the_study_and_its_trial_does_not_count(
 
 
 @pytest.mark.nightly
-@pytest.mark.needs_toolchain("pulseaudio")
+@pytest.mark.needs_toolchain("pulseaudio", "pipewire")
+@pytest.mark.parametrize("kind", KINDS)
 async def test_a_muted_output_halts_the_study_in_words_and_its_trial_comes_again(
-    design: Design, tmp_path: Path
+    design: Design, tmp_path: Path, kind: str
 ) -> None:
     def mute(is_muted: str) -> None:
         subprocess.run(["pactl", "set-sink-mute", "@DEFAULT_SINK@", is_muted], check=True)
@@ -164,7 +165,7 @@ async def test_a_muted_output_halts_the_study_in_words_and_its_trial_comes_again
 
     long = tuple(replace(each, seconds=10.0, repeats=9) for each in design.stimuli)
     phases: list[str] = []
-    with null_sink(), running(["--speaker", NAME]) as service:
+    with null_sink(kind=kind), running(["--speaker", NAME]) as service:
         async with conducting(service, replace(design, stimuli=long), tmp_path) as conductor:
             conductor.notify = lambda: phases.append(conductor.phase)
             await begin(conductor)

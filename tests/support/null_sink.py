@@ -1,4 +1,4 @@
-"""A private PulseAudio server whose one sink plays into nothing, and a recording of that sink.
+"""A private PulseAudio or PipeWire whose one sink plays into nothing, and a recording of that sink.
 
 Sound is heard where another program receives it: `parec` records the sink's monitor, and the time
 at which a chunk arrives there is the time that counts. That includes the delay of the sound server,
@@ -25,11 +25,12 @@ from hapticvlm.errors import HapticVLMError
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 
 NAME = "Palm"
+PULSEAUDIO, PIPEWIRE = KINDS = ("pulseaudio", "pipewire")
 NEEDED = ("pulseaudio", "pactl", "parec")
-START_S = 20.0  # until a sound server answers
+START_S = 60.0  # until a sound server answers
 
 _CHUNK_BYTES = 1 << 16
-_QUAD = "front-left,front-right,rear-left,rear-right"  # as of a DualSense
+QUAD = "front-left,front-right,rear-left,rear-right"  # as of a DualSense
 
 
 class SinkError(HapticVLMError):
@@ -38,10 +39,11 @@ class SinkError(HapticVLMError):
 
 @dataclass(slots=True)
 class Server:
-    """One private PulseAudio daemon, which can be killed and started again."""
+    """One private sound server, which can be killed and started again."""
 
     folder: Path
-    process: subprocess.Popen[bytes] | None = None
+    kind: str = PULSEAUDIO
+    processes: list[subprocess.Popen[bytes]] = field(default_factory=list)
     channels: int = 1
     name: str = NAME
     channel_map: str | None = None
@@ -50,61 +52,75 @@ class Server:
     def _sink(self) -> str:
         """The null sink, as a module's arguments."""
         shape = f"rate={RATE_HZ} channels={self.channels} format=float32le"
-        channel_map = self.channel_map or (_QUAD if self.channels == 4 else None)
-        if channel_map:
-            shape += f" channel_map={channel_map}"
+        if self.channel_map:
+            shape += f" channel_map={self.channel_map}"
         return f"sink_name=palm {shape} sink_properties=device.description={self.name}"
 
     @property
     def environment(self) -> dict[str, str]:
         """Variables that lead a program to this server instead of the user's."""
         folder = str(self.folder)
-        places = dict.fromkeys(("XDG_RUNTIME_DIR", "PULSE_RUNTIME_PATH", "XDG_CONFIG_HOME"), folder)
-        return {**places, "PULSE_SERVER": f"unix:{folder}/native"}
+        names = ("XDG_RUNTIME_DIR", "PULSE_RUNTIME_PATH", "XDG_CONFIG_HOME", "XDG_STATE_HOME")
+        return {**dict.fromkeys(names, folder), "PULSE_SERVER": f"unix:{folder}/native"}
 
     def start(self) -> None:
-        """Start the daemon with its sink, and wait until it answers. Raises SinkError."""
-        socket = f"module-native-protocol-unix socket={self.folder}/native auth-anonymous=1"
-        self.process = subprocess.Popen(
-            [
-                *("pulseaudio", "-n", "--daemonize=no", "--use-pid-file=no"),
-                *("--exit-idle-time=-1", "--realtime=yes", "--log-level=error"),
-                *("-L", socket, "-L", f"module-null-sink {self._sink}"),
-            ],
-            env={**os.environ, **self.environment},
-            stderr=subprocess.DEVNULL,
-        )
-        gives_up_at = time.monotonic() + START_S
-        while self._control("info").returncode:
-            if self.process.poll() is not None or time.monotonic() > gives_up_at:
-                self.kill()
-                raise SinkError(f"pulseaudio did not start within {START_S:g} s")
-            time.sleep(0.05)
+        """Start the server with its sink, and wait until it is the default. Raises SinkError."""
+        if self.kind == PIPEWIRE:
+            self._run("pipewire")
+            self._wait_for("pw-cli", "info", "0")
+            self._run("pipewire-pulse")
+            self._run("dbus-run-session", "--", "wireplumber")  # which ends without a bus
+        else:
+            socket = f"module-native-protocol-unix socket={self.folder}/native auth-anonymous=1"
+            arguments = ("--daemonize=no", "--use-pid-file=no", "-L", socket)
+            options = ("--exit-idle-time=-1", "--realtime=yes", "--log-level=error")
+            self._run("pulseaudio", "-n", *arguments, *options)
+        self._wait_for("pactl", "info")
+        self.plug_in()
+        self._wait_for("pactl", "info", words=b"Default Sink: palm")
 
     def kill(self) -> None:
-        """End the daemon as a crash would: its clients are not notified."""
-        if self.process is not None:
-            self.process.kill()
-            self.process.wait()
+        """End the server as a crash would: its clients are not notified."""
+        for process in self.processes[:2]:
+            process.kill()
+        for process in self.processes:  # the session manager ends with PipeWire, its bus with it
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(START_S)
+            process.kill()
+        self.processes.clear()
 
     def unplug(self) -> None:
-        """Remove the sink; the daemon goes on."""
-        self._control("unload-module", "module-null-sink")
+        """Remove the sink; the server goes on."""
+        self._control("pactl", "unload-module", "module-null-sink")
 
     def plug_in(self) -> None:
         """Add the sink again."""
-        self._control("load-module", "module-null-sink", *self._sink.split())
+        self._control("pactl", "load-module", "module-null-sink", *self._sink.split())
 
-    def _control(self, *words: str) -> subprocess.CompletedProcess[bytes]:
-        command = ["pactl", *words]
-        return subprocess.run(
-            command, env={**os.environ, **self.environment}, capture_output=True, check=False
-        )
+    def _run(self, *command: str) -> None:
+        """Start a program of the server."""
+        null = subprocess.DEVNULL
+        self.processes.append(subprocess.Popen(command, stdout=null, stderr=null))
+
+    def _wait_for(self, *command: str, words: bytes = b"") -> None:
+        """Wait until a program succeeds and prints these words. Raises SinkError."""
+        gives_up_at = time.monotonic() + START_S
+        while (done := self._control(*command)).returncode or words not in done.stdout:
+            if self.processes[0].poll() is not None or time.monotonic() > gives_up_at:
+                self.kill()
+                raise SinkError(f"{self.kind} did not start within {START_S:g} s")
+            time.sleep(0.05)
+
+    def _control(self, *command: str) -> subprocess.CompletedProcess[bytes]:
+        return subprocess.run(command, capture_output=True, check=False)
 
 
 @contextmanager
 def null_sink(
-    channels: int = 1, name: str = NAME, channel_map: str | None = None
+    channels: int = 1,
+    name: str = NAME,
+    channel_map: str | None = None,
+    kind: str = PULSEAUDIO,
 ) -> Iterator[Server]:
     """Run a server with one sink of this name (one word) and these channels.
 
@@ -113,9 +129,9 @@ def null_sink(
     """
     missing = [name for name in NEEDED if shutil.which(name) is None]
     if missing:
-        raise SinkError(f"{', '.join(missing)} missing: install pulseaudio and pulseaudio-utils")
+        raise SinkError(f"{', '.join(missing)} missing: run .ci/toolchains")
     with tempfile.TemporaryDirectory(prefix="hapticvlm-sink-") as folder:
-        server = Server(Path(folder), None, channels, name, channel_map)
+        server = Server(Path(folder), kind, [], channels, name, channel_map)
         with environment(server.environment):
             try:
                 server.start()
@@ -166,11 +182,15 @@ class Recording:
 
 
 @contextmanager
-def recording(channels: int = 1) -> Iterator[Recording]:
-    """Record the sink's monitor as fast as the server hands it out, interleaved."""
+def recording(channels: int = 1, channel_map: str | None = None) -> Iterator[Recording]:
+    """Record the sink's monitor as fast as the server hands it out, interleaved.
+
+    `channel_map` is the sink's: PipeWire sorts channels by their names whatever it is told.
+    """
     command = ["parec", "--device=palm.monitor", "--raw", "--format=float32le", "--latency-msec=1"]
     process = subprocess.Popen(
-        [*command, f"--rate={RATE_HZ}", f"--channels={channels}", "--no-remix", "--no-remap"],
+        [*command, f"--rate={RATE_HZ}", f"--channels={channels}", "--no-remix", "--no-remap"]
+        + ([f"--channel-map={channel_map}"] if channel_map else []),
         stdout=subprocess.PIPE,
         bufsize=0,
     )

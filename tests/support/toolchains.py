@@ -59,6 +59,7 @@ TOOLCHAINS: dict[str, tuple[Callable[[], bool], str]] = {
     **{name: (_program(name), SYSTEM) for name in ("make", "node", "npm", "openssl", "Xvfb")},
     "doctest": (_file("/usr/include/doctest/doctest.h"), SYSTEM),
     "pulseaudio": (_program("pulseaudio", "pactl", "parec"), SYSTEM),
+    "pipewire": (_program("pipewire-pulse", "wireplumber", "pw-cli", "dbus-run-session"), SYSTEM),
     "simavr": (_has_simavr, SYSTEM),
     "strace": (_can_trace, SYSTEM),
     **{name: (_module(name), DEV) for name in ("cv2", "playwright", "ray", "statsmodels")},

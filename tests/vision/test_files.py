@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from PIL import Image
 from profiles import profile_with_red_and_green_swapped
 
+from hapticvlm.errors import HapticVLMError
 from hapticvlm.messages import MAX_SIDE_PX
 from hapticvlm.vision import pictures
 from hapticvlm.vision.files import FileError, decode_frame, left_out, list_files, read_frame
@@ -63,6 +64,23 @@ def test_a_plain_jpeg_is_handed_on_as_it_is(tmp_path: Path) -> None:
     path = saved(tmp_path / "one.jpg", picture())
     frame = read_frame(path)
     assert (frame.format, frame.image) == ("jpeg", path.read_bytes())
+
+
+@pytest.mark.parametrize("mode", ["RGB", "L", "CMYK"])
+@pytest.mark.parametrize("options", [{"subsampling": 0}, {"subsampling": 2}, {"progressive": True}])
+def test_a_jpeg_is_the_same_pixels_by_path_image_and_array_and_refused_alike_when_cut(
+    tmp_path: Path, mode: str, options: dict[str, object]
+) -> None:
+    path = saved(tmp_path / "one.jpg", photograph().convert(mode), **options)
+    with Image.open(path) as image:
+        ways = (path, image, np.asarray(image.convert("RGB")))
+        by_path, *others = (pictures.decode_upright(read_frame(way), 1) for way in ways)
+    assert all((pixels == by_path).all() for pixels in others)
+    path.write_bytes(path.read_bytes()[:-200])
+    with Image.open(path) as image:
+        for way in (path, image):
+            with pytest.raises(HapticVLMError, match="broken"):
+                pictures.decode_upright(read_frame(way), 1)
 
 
 @pytest.mark.parametrize("turn", range(1, 9))

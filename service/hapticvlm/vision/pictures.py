@@ -126,7 +126,6 @@ def _decode_scans(frame: messages.Frame, reduction: int, *, strict: bool) -> Pix
     pixels: Pixels = simplejpeg.decode_jpeg(
         frame.image,
         "RGB",
-        fastdct=True,
         min_height=ceil(frame.height / reduction),
         min_width=ceil(frame.width / reduction),
         min_factor=reduction,

@@ -161,7 +161,7 @@ class OutputWatch:
 
     def _watch(self) -> None:
         while not self._ending.is_set():
-            self.state = self._ask()
+            self.state = self._ask() or self.state  # a busy system may not answer in time
             self._ending.wait(self._every_s)
 
 
