@@ -39,7 +39,7 @@ _MONTH = "jan|feb|mar|apr|may|june?|july?|aug|sept?|oct|nov|dec"
 _MONTHS = f"{_MONTH}|january|february|march|april|august|september|october|november|december"
 _CHANGED_BY_TABLES = re.compile(
     rf"-.*|na|nan|none|null|true|false|t|f|inf|infinity|[\d_-]+|\d[\d_]*[edijl][\d-]*"
-    rf"|0x[\da-f]+|\d*-?({_MONTHS})-?\d*",
+    rf"|0x[\da-f]+(p-?\d+)?|\d*-?({_MONTHS})-?\d*",
     re.IGNORECASE,
 )
 _WINDOWS_DEVICE = re.compile(r"con|prn|aux|nul|(com|lpt)[0-9¹²³]", re.IGNORECASE)
