@@ -37,7 +37,9 @@ def test_a_code_that_is_taken_is_the_same_in_pandas() -> None:
     assert len(taken) > len(CODES) / 4
 
 
-@pytest.mark.parametrize("code", ["NA", "None", "null", "TRUE", "1E5", "007", "-1", "7L", "0x1p3", *DATES])
+@pytest.mark.parametrize(
+    "code", ["NA", "None", "null", "TRUE", "1E5", "007", "-1", "7L", "0x1p3", *DATES]
+)
 def test_a_code_that_a_table_changes_is_refused_with_one_that_is_taken(code: str) -> None:
     with pytest.raises(StudyError, match=code) as refused:
         check_code(code)

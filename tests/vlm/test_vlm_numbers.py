@@ -189,6 +189,8 @@ def test_packed_texts_see_their_own_beginning_alone() -> None:
         ("22,5 °C", 22.5, 22.5),
         ("The air temperature here is approximately 25 degrees Celsius.", 25, 25),
         ("Judging by the snow and the coats, I'd say about 0 °C.", 0, 0),
+        ("The scene looks like it is about -8 °C.", -8, -8),
+        ("I estimate the temperature at 17 degrees Celsius.", 17, 17),
         ("72 °F (22 °C)", 22, 22),
         ("15-20", 15, 20),
         ("15\N{EN DASH}20 °C", 15, 20),

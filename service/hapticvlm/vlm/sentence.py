@@ -73,11 +73,12 @@ _SUBJECT = (
     r"|outdoor|indoor|outside|inside|room)\s)*(?:temperature|temp\.?|answer|estimate|guess|t(?=\s?[:=≈~]))"
     rf"(?:\s{_PLACE})?"
 )
-_IS = r"(?:(?:\sis|'s|\sseems|\sappears|\slooks)(?:\s(?:most|likely|probably|to|be|like|at))*)"
+_IS = r"(?:\sis|'s|\s(?:seem|appear|look)s)(?:\s(?:most|likely|probably|estimated|to|be|like|at))*"
 _FRAMES = (  # what stands before the value, in each language whose units are read
     rf"(?:(?:based\son|judging\s(?:by|from)|given|considering)(?:\s{_SEEN})+,\s)?"
-    rf"(?:i(?:'d|\swould)?\s(?:estimate|guess|say|think)(?:\sthat)?\s?)?"
-    rf"(?:it{_IS}|{_SUBJECT}(?:{_IS}|\swould\sbe|\sto\sbe)?)?",
+    rf"(?:i(?:'d|\swould)?\s(?:estimate|guess|say|think|believe|assume|expect)(?:\sthat)?\s?)?"
+    rf"(?:(?:it|(?:the|this)\s{_SCENE})\s(?:looks|seems|appears)\s(?:like|as\sif)\s)?"
+    rf"(?:it{_IS}|{_SUBJECT}(?:{_IS}|\swould\sbe|\sto\sbe|\sat)?)?",
     r"(?:degrees\s|°)?c(?:elsius)?",
     r"(?:die\s)?(?:geschätzte\s)?(?:luft|umgebungs|raum|außen)?temperatur(?:\shier)?"
     r"\s?(?:beträgt|ist|liegt\sbei)?|es\s(?:sind|ist|hat)|ich\sschätze",
