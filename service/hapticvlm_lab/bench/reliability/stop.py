@@ -107,7 +107,7 @@ def _raise_priority(server: Server, recording: Recording) -> None:
 
     Otherwise their waiting for the processor would count as delay of the audio engine.
     """
-    ids = [process.pid for process in (server.process, recording.process) if process is not None]
+    ids = [process.pid for process in (*server.processes, recording.process)]
     if recording.reader is not None and recording.reader.native_id is not None:
         ids.append(recording.reader.native_id)  # a thread of ours, which does not inherit priority
     for number in ids:
