@@ -36,19 +36,21 @@ function sounds({voice, blocks, touches}) {
   return Buffer.from(wave.buffer).toString('base64');
 }
 
-/** Returns the plan 20 ms after a touch, and the fields of which a problem was said. */
+/** Returns the plan 20 ms after a touch, and the field of each problem that was said. */
 function felt(touch, surface = {material: 'wood'}, gain = 1) {
-  const player = new FeelPlayer(feels.true, () => surface, {say() {}});
+  const said = [];
+  const player = new FeelPlayer(feels.true, () => surface, {say: (text) => said.push(text.split(':')[0])});
   player.gain = gain;
   if (touch) player.touch(touch, 5);
-  return {plan: player.plan(touch?.hand ?? 'right', 'parametric', 5.02), said: [...player.said]};
+  return {plan: player.plan(touch?.hand ?? 'right', 'parametric', 5.02), said};
 }
 
 function slid(times) {
-  const player = new FeelPlayer(feels.true, () => ({material: 'wood'}), {say() {}});
+  const said = [];
+  const player = new FeelPlayer(feels.true, () => ({material: 'wood'}), {say: (text) => said.push(text.split(':')[0])});
   const slide = {phase: 'slide', hand: 'right', speed_mps: 0.4, force_n: 1.5};
   const played = times.map((now) => player.touch(slide, now) || player.plan('right', 'parametric', now));
-  return {plans: played, said: [...player.said]};
+  return {plans: played, said};
 }
 
 /** Returns why a file with the edit of a case is refused. */

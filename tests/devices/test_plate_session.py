@@ -26,7 +26,7 @@ from hapticvlm.devices.plate.protocol import (
     Setpoint,
     State,
 )
-from hapticvlm.devices.plate.requests import ACK_TIMEOUT_S, MAX_TRIES
+from hapticvlm.devices.plate.requests import ACK_TIMEOUT_S, MAX_TRIES, Orders
 from hapticvlm.devices.plate.session import (
     HELLO_S,
     POLL_TIMEOUT_S,
@@ -334,6 +334,12 @@ def test_an_order_is_repeated_until_it_is_acknowledged() -> None:
 
     assert said(session, 2.0) == []
     assert session.answer is Answer.OK
+
+
+def test_the_frames_are_numbered_modulo_256() -> None:
+    orders = Orders()
+    sent = Deframer().feed(b"".join(orders.encode(Off()) for _ in range(257)))
+    assert [frame.seq for frame in sent] == [*range(1, 256), 0, 1]
 
 
 def test_an_order_that_never_arrives_is_given_up_and_counted() -> None:

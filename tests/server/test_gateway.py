@@ -275,6 +275,20 @@ def test_a_frame_is_answered_when_the_recogniser_does_not_come_back():
     assert answers == [(number, "model") for number in (2, 3, 4)]
 
 
+def test_the_frame_under_way_is_answered_once_when_the_recogniser_is_restarted():
+    recogniser, peer = Idle(), Peer()
+    queue = RecognitionQueue(recogniser, Counter(), lambda *_: None)  # type: ignore[arg-type]
+    client = join(new_gateway(), peer=peer)
+    queue.join(client)
+    queue.put(client, look("x", id=2))
+    recogniser.worker.is_busy = False
+    queue.feed()
+    for _ in range(2):
+        queue.fail("it was restarted")
+    peer.read()
+    assert [(each["id"], each["code"]) for each in peer.sent] == [(2, "model")]
+
+
 def texture(name):
     request = look(name, "texture")
     return replace(request, target=TextureTarget(name))

@@ -50,6 +50,8 @@ def status_of(data):
         (get(method=b"HEAD"), 200),
         (get(b"/", b"Cookie: " + b"c" * 9_000 + b"\r\n"), 200),  # those of all servers of a host
         (get(b"/", b"Content-Length: 0\r\n"), 200),
+        (get(b"/", b"X: 1\r\n" * 127), 200),
+        (get(b"/", b"X: 1\r\n" * 128), 431),
         (get(b"//["), 400),
         (get(b"http://["), 400),
         (get(b"//[x]/"), 400),

@@ -26,7 +26,6 @@ from hapticvlm.messages import (
     Stop,
 )
 from hapticvlm.perception import NEUTRAL_C
-from hapticvlm.rendering.expectation import GRADED_GAIN
 from hapticvlm.rendering.felt_error import DOUBTFUL_IMPACT
 from hapticvlm.session.actions import (
     DrivePlate,
@@ -409,17 +408,19 @@ def test_with_graded_feel_what_is_not_sure_is_felt_by_its_expectation_at_reduced
     assert metal_c < decision.contact_c < NEUTRAL_C - 2.0
     (slid,) = only(session.receive(touch("slide", object_id="blob", speed_mps=0.2), 2.0), PLAY)
     assert slid.command.material in ("metal", "glass", "ceramic")
-    assert slid.command.gain == GRADED_GAIN
+    assert slid.command.gain == 0.5
 
 
 def test_with_graded_feel_a_strike_takes_more_belief_than_a_rub_to_be_felt_as_what_is_said():
     seen = Evidence("encoder", (("glass", 0.6), ("ceramic", 0.2)))
-    for phase, gain in (("slide", 1.0), ("contact", GRADED_GAIN)):
+    for phase, gain in (("slide", 1.0), ("contact", 0.5)):
         session = graded(BLOB)
         (decision,) = replies(looked(session, frame(object_id="blob"), seen), Decision)
         assert (decision.material, decision.basis) == ("glass", "material")
         (felt,) = only(session.receive(touch(phase, object_id="blob"), 2.0), PLAY)
         assert felt.command.gain == gain
+        (told,) = replies(looked(session, frame(object_id="blob"), seen), Decision)
+        assert told.basis == ("material" if gain == 1.0 else "expectation")
 
 
 def test_what_is_probably_none_of_the_materials_stays_neutral():

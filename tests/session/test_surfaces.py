@@ -110,6 +110,13 @@ def test_an_object_of_one_surface_is_decided_on_as_before():
         assert (decision.material, decision.surface) == ("wood", None)
 
 
+def test_a_surface_of_several_has_a_name_of_its_own():
+    session = session_of(ROOM, SceneObject(object_id="cup", name="Cup", surfaces=[STEEL]))
+    names = [session.name("room", surface) for surface in (None, 1, 5)]
+    assert names == ["mesh2057757694, Oak_Floor", "mesh2057757694, WindowGlass", "mesh2057757694"]
+    assert (session.name("cup", 0), session.name("jug")) == ("Cup", None)
+
+
 def test_what_a_surface_states_comes_before_what_its_object_states():
     box = SceneObject(
         object_id="room",

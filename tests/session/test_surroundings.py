@@ -7,16 +7,7 @@ import pytest
 
 from hapticvlm.evidence.ambient import SceneView
 from hapticvlm.evidence.reading import Reading
-from hapticvlm.session.surroundings import (
-    ASK_EVERY_S,
-    LATE_S,
-    LONGEST_PAUSE_S,
-    MAX_VIEWS,
-    SETTLE_S,
-    STEP_C,
-    VIEW_EVERY_S,
-    Surroundings,
-)
+from hapticvlm.session.surroundings import Surroundings
 
 
 def sight(seed: int, brightness: float = 0.5) -> SceneView:
@@ -43,7 +34,7 @@ class AmbientRun:
 
     def show(self, what, seconds):
         due: list[tuple[float, int]] = []
-        for _ in range(round(seconds / VIEW_EVERY_S)):
+        for _ in range(round(seconds / 0.5)):
             seen = what(self.now) if callable(what) else what
             self.around.update(self.now)
             for at, view in due.copy():
@@ -60,7 +51,7 @@ class AmbientRun:
                     self.asked.append(self.now)
                     due.append((self.now + 1.0, asked))
             self.felt.append(self.around.ambient.value_c)
-            self.now += VIEW_EVERY_S
+            self.now += 0.5
         return self.around.ambient
 
 
@@ -95,10 +86,10 @@ def test_frames_are_looked_at_twice_a_second_however_many_come():
 def test_a_new_view_that_lasts_is_asked_about_and_a_glance_is_not():
     course = AmbientRun()
     course.show(KITCHEN, 20.0)
-    course.show(SNOW, SETTLE_S - VIEW_EVERY_S)
+    course.show(SNOW, 2.0)
     course.show(KITCHEN, 20.0)
     assert len(course.asked) == 1
-    course.show(SNOW, SETTLE_S + 2 * VIEW_EVERY_S)
+    course.show(SNOW, 2.5)
     assert len(course.asked) == 2
 
 
@@ -106,7 +97,7 @@ def test_questions_keep_to_their_budget_however_often_the_scene_changes():
     course = AmbientRun()
     course.show(lambda now: sight(100 + int(now / 3.0)), 300.0)
     assert len(course.asked) > 5
-    assert np.diff(course.asked).min() >= ASK_EVERY_S
+    assert np.diff(course.asked).min() == 11.0  # the first view that has lasted after 10 s
 
 
 @pytest.mark.parametrize("period_s", [1.0, 5.0, 10.0, 30.0])
@@ -116,7 +107,7 @@ def test_a_flickering_light_is_asked_about_twice_and_the_ambient_comes_to_rest(p
         lambda now: sight(1, 0.9 if now % period_s < period_s / 2 else 0.1), 10 * period_s + 60.0
     )
     assert len(course.asked) <= 2
-    assert len(set(course.felt[-int(4 * period_s / VIEW_EVERY_S) :])) == 1
+    assert len(set(course.felt[-int(4 * period_s / 0.5) :])) == 1
 
 
 def test_a_new_climate_is_believed_and_felt_slowly_in_steps():
@@ -128,7 +119,7 @@ def test_a_new_climate_is_believed_and_felt_slowly_in_steps():
     assert (told.low_c, told.high_c) == (-9.0, -1.0)
     steps = np.abs(np.diff(course.felt[-120:]))
     assert 0.0 < steps.max() < 0.15 * 29.0
-    assert steps[steps > 0].min() >= STEP_C * 0.99
+    assert steps[steps > 0].min() >= 0.495
 
 
 def test_readings_of_one_climate_are_averaged_and_their_disagreement_widens_the_interval():
@@ -165,8 +156,8 @@ def test_a_model_that_fails_is_asked_less_and_less_often_and_the_default_holds()
     course = AmbientRun(lambda _: None)
     assert course.show(KITCHEN, 3000.0).source == "default"
     pauses = np.diff(course.asked)
-    assert pauses[0] == pytest.approx(2 * ASK_EVERY_S, abs=1.0)
-    assert pauses[-1] == pytest.approx(LONGEST_PAUSE_S, abs=1.0)
+    assert pauses[0] == pytest.approx(20.0, abs=1.0)
+    assert pauses[-1] == pytest.approx(300.0, abs=1.0)
     course.answers = lambda _: reading(30.0)
     assert course.show(KITCHEN, 400.0).source == "vlm"
 
@@ -176,15 +167,14 @@ def test_a_question_nobody_answers_does_not_end_the_asking():
     assert around.update_view(KITCHEN, 0.0) is not None
     assert around.update_view(SNOW, 5.0) is None
     asked = [at for at in range(5, 400, 1) if around.update_view(SNOW, float(at)) is not None]
-    assert asked
-    assert asked[0] > LATE_S
+    assert asked == [121]
 
 
-def test_views_are_remembered_up_to_a_number():
+def test_the_newest_views_are_remembered_up_to_a_number():
     course = AmbientRun()
-    for number in range(2 * MAX_VIEWS):
+    for number in [*range(33), *range(1, 33), 0]:  # 32, and then the one that was forgotten
         course.show(sight(500 + number), 15.0)
-    assert len(course.around._views) <= MAX_VIEWS
+    assert len(course.asked) == 34
 
 
 def test_a_clock_that_jumps_back_neither_raises_nor_leaps():

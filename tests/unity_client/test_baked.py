@@ -27,6 +27,20 @@ PLANS, SOUNDS, HOSTILE = (
 )
 # Numbers that JSON has not come into no file that is parsed.
 FILES = [case for case in HOSTILE["files"] if "$number" not in json.dumps(case.get("value"))]
+SLIDE = {"phase": "slide", "hand": "left", "object_id": "wood", **vectors.MOTION}
+MUTED = {
+    "events": [
+        {"touch": SLIDE, "at_s": 5.0},
+        {"touch": {**SLIDE, "hand": "right"}, "at_s": 5.0},
+        {"mute": "left", "on": True, "at_s": 5.0},
+        {"touch": SLIDE, "at_s": 5.1},
+        {"plan": "left", "at_s": 5.1},
+        {"plan": "right", "at_s": 5.1},
+        {"mute": "left", "on": False, "at_s": 5.1},
+        {"touch": SLIDE, "at_s": 5.12},
+        {"plan": "left", "at_s": 5.12},
+    ]
+}
 Answers = dict[str, list[Any]]
 
 
@@ -52,7 +66,7 @@ def timed(case: dict[str, Any]) -> dict[str, Any]:
 def answers(build: mono.Build) -> Answers:
     """What the player makes of all cases, in their order."""
     hostile = [case for one in HOSTILE["touches"] for case in (touched(one), touched(one, "like_"))]
-    plans = [*PLANS, *hostile, *map(timed, HOSTILE["times"])]
+    plans = [*PLANS, *hostile, *map(timed, HOSTILE["times"]), MUTED]
     whole = json.loads(Path(FEELS[0]).read_text())
     files = [vectors.edited(whole, case) for case in FILES]
     cases = json.dumps({"plans": plans, "sounds": SOUNDS, "files": files})
@@ -76,14 +90,19 @@ def test_it_renders_as_the_golden_vectors_say_and_takes_no_memory(answers: Answe
 
 def test_a_hostile_touch_is_felt_as_the_one_that_the_service_would_feel(answers: Answers) -> None:
     cases = [*HOSTILE["touches"], *HOSTILE["times"]]
-    played = answers["plans"][len(PLANS) :]
+    played = answers["plans"][len(PLANS) : -1]
     pairs = played[: 2 * len(HOSTILE["touches"])]
     told = [*pairs[::2], *played[len(pairs) :]]
-    said = {case["name"]: [case["says"]] * bool(case["says"]) for case in cases}
+    said = {case["name"]: [case["says"]] * (2 * bool(case["says"])) for case in cases}
     assert {case["name"]: each["said"] for case, each in zip(cases, told, strict=True)} == said
     for case, one, like in zip(HOSTILE["touches"], pairs[::2], pairs[1::2], strict=True):
         assert one["events"][-1] == like["events"][-1], case["name"]
     assert "nan" not in json.dumps(played).lower()
+
+
+def test_a_muted_hand_is_silent_and_the_other_one_is_not(answers: Answers) -> None:
+    plans = [each["amplitude"] for each in answers["plans"][-1]["events"] if each["amplitude"]]
+    assert [bool(plan["amplitude"]) for plan in plans] == [False, True, True]
 
 
 def test_a_wrong_file_is_refused_with_its_field_and_what_to_do(answers: Answers) -> None:

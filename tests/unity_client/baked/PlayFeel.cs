@@ -51,7 +51,7 @@ public static class PlayFeel
     // The plans of each event by form, and the fields that the player named. A case may state surfaces by id, and the gain of the players.
     private static Map Planned(Map one)
     {
-        var said = new SortedSet<string>();
+        var said = new List<string>();
         Action<string> say = text => said.Add(text.Substring(0, text.IndexOf(':')));
         var forms = new Dictionary<string, FeelPlayer> { { "amplitude", new FeelPlayer(felt) { Said = say } }, { "parametric", new FeelPlayer(felt) { Said = say } } };
         foreach (FeelPlayer player in forms.Values.Where(_ => Of(one, "gain") != null)) player.Gain = Number(one["gain"]).Value;
@@ -64,6 +64,7 @@ public static class PlayFeel
         double now = Number(each["at_s"]) ?? double.NaN;
         if (each.ContainsKey("plan")) return PlanOf(player.Plan((string)each["plan"], form, now));
         if (each.ContainsKey("stop")) player.Stop();
+        else if (each.ContainsKey("mute")) player.Mute((string)each["mute"], (bool)each["on"]);
         else player.Touch(TouchOf((Map)each["touch"], surfaces), now);
         return null;
     }
