@@ -138,16 +138,20 @@ def sounds() -> Iterator[Json]:
         for material in MATERIALS:
             for interaction in INTERACTIONS:
                 yield heard(_rendered(voice, material, interaction))
+        hum = {"frequency_hz": 120.0, "level": 0.5, "drives": [0.4, 0.1]}
+        case = _rendered(voice, "fridge", "slide")
+        yield heard({**case, "name": f"{voice} hum", "surfaces": {"fridge": {"hum": hum}}})
 
 
 def heard(case: Json) -> Json:
     """Return a case with its onset and its levels."""
-    wave = rendered(Player(_feel(case["voice"]), _surface, RATE_HZ, str), case)
+    wave = rendered(_feel(case["voice"]), case)
     return {**case, "onset_s": onset_s(wave), "levels": levels(wave)}
 
 
-def rendered(player: Player, case: Json) -> Wave:
-    """Return the samples of a case, (blocks * BLOCK,)."""
+def rendered(feel: Json, case: Json) -> Wave:
+    """Return the samples of a case by the reference player, (blocks * BLOCK,)."""
+    player = Player(feel, lambda touch: _surface(touch, case.get("surfaces")), RATE_HZ, str)
     wave = []
     for block in range(case["blocks"]):
         now = block * BLOCK / RATE_HZ

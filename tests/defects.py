@@ -72,7 +72,7 @@ ZERO = r"0(?:\.0*)?[fuUL]*(?![\w.])"
 NUMBER = rf"(?<![\w.])(?!{ZERO})(?:0x[\da-fA-F]+|\d[\d_]*(?:\.\d+)?(?:e[+-]?\d+)?)[fuUL]*\b"
 KEEP = "(?<!frozen=)(?<!slots=)(?<!gc=)"  # of a class: they make it fast or strict
 ITEM = r"[^()\[\]{};,]*"
-LIST = rf"(?<![\w)\]])(?<!import )[(\[{{]({ITEM}(?:,{ITEM}){{2,}})[)\]}}](?! =>)"
+LIST = rf"(?<![\w)\]])(?<!import )(?<!examples=)[(\[{{]({ITEM}(?:,{ITEM}){{2,}})[)\]}}](?! =>)"
 CALL = r"^([ \t]+)(?!return|assert|raise|\w*log\w*\.)(?:await )?[\w.>-]+\([^\n]*\);?$"
 
 

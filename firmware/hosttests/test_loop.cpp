@@ -76,6 +76,9 @@ TEST_CASE("a goal that is far colder gets the current that moves a light face in
     loop.counts = 34;
     follow_for(loop, 22.0, 32.0, 1);
     CHECK(loop.current_a < -1.9f);
+    CHECK(loop.falling == 3);
+    follow_for(loop, loop.target_c, 32.0, 3);
+    CHECK(loop.falling == 0);
 }
 
 TEST_CASE("the mean output is finer than a count") {

@@ -1,5 +1,7 @@
 #include <doctest/doctest.h>
 
+#include <algorithm>
+
 #include "bench.h"
 #include "parameters.h"
 
@@ -63,6 +65,7 @@ TEST_CASE("each frame begins with a zero, so that noise before it costs nothing"
     rig.step();
     REQUIRE(!bench.sent.empty());
     bench.sent.insert(bench.sent.begin(), {0x55, 0xAA, 0x13});
+    CHECK(std::count(bench.sent.begin(), bench.sent.end(), 0) == 2);  // the one that ends it is its last byte
     CHECK(take_frames().size() == 1);  // the telemetry of these steps
 }
 

@@ -120,6 +120,28 @@ TEST_CASE("a thermistor that stands still while the other moves is named frozen"
     CHECK(rig.only(PLATE_FROZEN));
 }
 
+TEST_CASE("readings give a mean each 100 ms, and none while a wire is loose") {
+    for (bool is_loose : {false, true}) {
+        Rig rig;
+        int means = 0;
+        for (int i = 0; i < 50; i++) {
+            const uint16_t sums[PLACES] = {sum_at(32), is_loose ? (uint16_t)(16 * 1023) : sum_at(32), sum_at(25)};
+            means += take_readings(rig.board.sensors, sums);
+        }
+        CHECK(means == (is_loose ? 0 : 10));
+    }
+}
+
+TEST_CASE("the cut-out's bead stands for the face, 0.26 s ahead, while both of the plate stand still") {
+    Rig rig;
+    rig.step(60);
+    for (int i = 0; i < 50; i++) {
+        const uint16_t sums[PLACES] = {sum_at(32), sum_at(32), sum_at(25), sum_at(32.0 + 0.02 * i, CUT_OUT_BETA_K)};
+        take_readings(rig.board.sensors, sums);
+    }
+    CHECK(cut_out_face_c(rig.board.sensors) == doctest::Approx(32.98 + 0.26).epsilon(0.0005));
+}
+
 TEST_CASE("the face is ahead of a moving bead by its lag, and beside a still or frozen one") {
     Rig rig(300);
     for (int i = 0; i < 50; i++) {

@@ -25,8 +25,8 @@ function plans({surfaces = {}, ...rest}) {
 }
 
 /** Returns samples as base64 of doubles. */
-function sounds({voice, blocks, touches}) {
-  const player = new FeelPlayer(feels[voice], ({object_id: material}) => ({material}), {soundHz: RATE_HZ});
+function sounds({voice, blocks, touches, surfaces = {}}) {
+  const player = new FeelPlayer(feels[voice], ({object_id: id}) => surfaces[id] ?? {material: id}, {soundHz: RATE_HZ});
   const wave = new Float64Array(blocks * BLOCK);
   for (let block = 0; block < blocks; block++) {
     const now = (block * BLOCK) / RATE_HZ;

@@ -14,17 +14,13 @@ from pace import until
 from hapticvlm.devices.errors import DeviceError
 from hapticvlm.devices.speaker import engine as engine_module
 from hapticvlm.devices.speaker.engine import AudioSettings, Engine
-from hapticvlm.devices.speaker.ring import (
-    SLOTS,
-    EngineStatus,
-    PersistentState,
-    Release,
-    RestAll,
-    Ring,
-)
-from hapticvlm.devices.speaker.speaker import SILENT_S, Speaker
+from hapticvlm.devices.speaker.ring import EngineStatus, PersistentState, Release, RestAll, Ring
+from hapticvlm.devices.speaker.speaker import Speaker
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 from hapticvlm.rendering.vibration.voices import Command
+
+SLOTS = 256
+SILENT_S = 1.0
 
 pytestmark = pytest.mark.process
 

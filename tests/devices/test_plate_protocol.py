@@ -13,15 +13,10 @@ from hypothesis import strategies as st
 
 from hapticvlm.devices.plate import framing
 from hapticvlm.devices.plate import protocol as plate_protocol
-from hapticvlm.devices.plate.framing import (
-    MAX_PAYLOAD,
-    MAX_WIRE,
-    Deframer,
-    Frame,
-    frame,
-    stuff,
-    unstuff,
-)
+from hapticvlm.devices.plate.framing import Deframer, Frame, frame, stuff, unstuff
+
+MAX_PAYLOAD = 48
+MAX_WIRE = 54
 
 FIRMWARE = Path(__file__).parents[2] / "firmware"
 byte = st.integers(0, 255)

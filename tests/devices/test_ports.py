@@ -15,7 +15,6 @@ from hapticvlm.devices.plate import known_plates, ports
 from hapticvlm.devices.plate.known_plates import UsbIdentity
 from hapticvlm.devices.plate.peltier import Peltier
 from hapticvlm.devices.plate.ports import Port, PortInfo
-from hapticvlm.devices.plate.session import FIRST_ANSWER_S
 from hapticvlm.doctor.devices import plates
 from hapticvlm.server.settings import ServeOptions
 
@@ -268,7 +267,7 @@ def test_a_slow_boot_loader_is_waited_for_and_not_reset_again(desk: Desk, deaf_s
         desk.live(plate, 0.1)
     desk.live(plate, deaf_s)
     desk.cable.is_mute = False
-    desk.live(plate, FIRST_ANSWER_S)
+    desk.live(plate, 10.0)
 
     assert plate.advance(desk.cable.clock.now).plate_c is not None
     assert len(desk.opened) == opened + 1

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from hapticvlm.devices.speaker import table_cache
-from hapticvlm.rendering.vibration.cache import MAX_ARRAYS, ArrayCache
+from hapticvlm.rendering.vibration.cache import ArrayCache
+
+MAX_ARRAYS = 192
 
 
 def _computed(cache: ArrayCache, names: int = 3) -> None:

@@ -131,7 +131,10 @@ func _unmarked(value: Variant) -> Variant:
 
 ## Returns the samples of a case, in base64 of 32-bit numbers, and how long a block of them took.
 func _rendered(case: Dictionary) -> Dictionary:
-	var player := FeelPlayer.new(_feel, _surface_of, SOUND_HZ)
+	var surfaces: Dictionary = case.get("surfaces", {})
+	var surface_of := func(touch: Dictionary) -> Dictionary:
+		return surfaces.get(touch.object_id, _surface_of(touch))
+	var player := FeelPlayer.new(_feel, surface_of, SOUND_HZ)
 	var wave := PackedFloat64Array()
 	var began := Time.get_ticks_usec()
 	for block: int in case.blocks:

@@ -10,7 +10,7 @@ from hapticvlm.materials import MATERIALS
 from hapticvlm.recordings import timeline
 from hapticvlm.recordings.page import page
 from hapticvlm.recordings.recorder import SESSION_LOG
-from hapticvlm.recordings.replay import LONGEST_S, replay, waveform
+from hapticvlm.recordings.replay import replay, waveform
 from hapticvlm.recordings.session_log import SessionLogError
 from hapticvlm.rendering.vibration.voices import Voices
 
@@ -57,6 +57,6 @@ def test_a_picture_that_is_a_pipe_is_refused_without_waiting(session):
 def test_the_vibration_of_weeks_is_refused_with_its_length(session):
     outcome = replay(session, MATERIALS)
     first = outcome.sounds[0]
-    outcome.sounds.append((first[0] + 2 * LONGEST_S, first[1]))
+    outcome.sounds.append((first[0] + 2 * 3600.0, first[1]))
     with pytest.raises(SessionLogError, match=r"lasts 2\.0 h"):
         waveform(outcome, Voices())

@@ -1,7 +1,9 @@
 """A record begins with the first message, or when a scene stays without one."""
 
 from hapticvlm.recordings.lines import Input, Key, Line
-from hapticvlm.recordings.recorder import MAX_HELD, LateRecord
+from hapticvlm.recordings.recorder import LateRecord
+
+MAX_HELD = 500
 
 TICK: Line = {Key.IN: Input.TICK, Key.NOW: 1.0}
 MESSAGE: Line = {Key.IN: Input.MESSAGE, Key.NOW: 2.0}

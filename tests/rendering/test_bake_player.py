@@ -65,9 +65,9 @@ def test_a_file_of_all_materials_keeps_its_schema_and_its_size(voice: str) -> No
 
 def test_the_player_renders_as_its_golden_vectors_say() -> None:
     cases = json.loads((VECTORS / "player_sound.json").read_text())
-    for case in cases[:: len(cases) // 12]:
-        player = Player(FEELS[case["voice"]], vectors._surface, vectors.RATE_HZ, str)
-        assert vectors.problems(case, vectors.rendered(player, case)) == []
+    for case in [*cases[:: len(cases) // 12], cases[-1]]:
+        wave = vectors.rendered(FEELS[case["voice"]], case)
+        assert vectors.problems(case, wave) == []
 
 
 @pytest.mark.parametrize("case", HOSTILE["touches"], ids=lambda case: case["name"])

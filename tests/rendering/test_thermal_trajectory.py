@@ -12,14 +12,15 @@ from thermal_reference import Stage, sharp, skin_surface
 
 from hapticvlm.materials import MATERIALS, Thermal
 from hapticvlm.rendering.heat.contact import (
-    LEAD_S,
     ThermalContact,
     contact_temperature_c,
     skin_surface_c,
     thermal_contact,
 )
 from hapticvlm.rendering.heat.history import RATES, aged
-from hapticvlm.rendering.heat.trajectory import BRIEF_LIFT_S, ThermalTrajectory
+from hapticvlm.rendering.heat.trajectory import ThermalTrajectory
+
+LEAD_S = 0.25
 
 ALUMINIUM = Thermal(167, 2700, 896)
 METAL = thermal_contact(MATERIALS["metal"].thermal, 22.0)
@@ -150,7 +151,7 @@ def test_taps_in_quick_succession_are_one_contact() -> None:
 
 def test_a_longer_lift_ends_the_contact_when_the_hand_left() -> None:
     trajectory = ThermalTrajectory().touch(GLASS, "pane", 0.0)
-    for now in (1.0, 1.1, 1.01 + BRIEF_LIFT_S):
+    for now in (1.0, 1.1, 1.01 + 0.15):
         trajectory = trajectory.approach(GLASS, now)
 
     touched_c = ThermalTrajectory().touch(GLASS, "pane", 0.0).skin_c(1.0)

@@ -16,8 +16,10 @@ from hapticvlm.perception import drive_threshold_db
 from hapticvlm.rendering.vibration.equaliser import NOMINAL, Playback
 from hapticvlm.rendering.vibration.impacts import hardness, impact
 from hapticvlm.rendering.vibration.perceived_level import sensation_db
-from hapticvlm.rendering.vibration.textures import SLIP_M, Texture, catching, rendered_hz
+from hapticvlm.rendering.vibration.textures import Texture, catching, rendered_hz
 from hapticvlm.rendering.vibration.vibration import IMPACTS, RATE_HZ, TEXTURES, Motion
+
+SLIP_M = 4e-3
 
 FOUR = ("wood", "glass", "fabric", "metal")
 SEEDS = range(8)  # of blows, as no two are equal

@@ -11,7 +11,7 @@ from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.evidence.lexicon import read_lexicon
 from hapticvlm.rendering.heat.limits import AT_REST, limits_of
 from hapticvlm.scenes.declaration import messages_of
-from hapticvlm.scenes.reading import MAX_OBJECTS, read_scene
+from hapticvlm.scenes.reading import read_scene
 from hapticvlm.scenes.scan import Row, scan, summarise, surfaces_of
 from hapticvlm.scenes.scene import Scene, SceneNode, Surface, Texture
 from hapticvlm.server.edge import limits
@@ -144,8 +144,7 @@ def test_the_messages_of_a_scene_are_those_of_the_protocol(room: Scene) -> None:
 def test_a_large_scene_is_declared_in_pieces_within_the_limits_of_text() -> None:
     long = "Very_Long_Name_Of_Nothing" * 4
     nodes = [
-        node(f"{long}_{number}", surface("m" * 200), surface("n" * 200))
-        for number in range(MAX_OBJECTS)
+        node(f"{long}_{number}", surface("m" * 200), surface("n" * 200)) for number in range(8192)
     ]
     pieces = list(messages_of(Scene(tuple(nodes)), LEXICON))
     texts = [messages.encode(piece, as_text=True) for piece in pieces]

@@ -7,8 +7,10 @@ import pytest
 from hapticvlm.server.access import Address
 from hapticvlm.server.counters import Count
 from hapticvlm.server.edge.limiter import SocketLimiter
-from hapticvlm.server.edge.limits import ASKED_S, CONNECTS, Rate, TokenBucket
+from hapticvlm.server.edge.limits import CONNECTS, Rate, TokenBucket
 from hapticvlm.server.edge.listener import ConnectRates
+
+ASKED_S = 0.5
 
 
 class Transport:

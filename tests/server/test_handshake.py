@@ -8,6 +8,7 @@ from typing import Any
 import msgpack
 import pytest
 from gateways import Peer, join, new_gateway
+from websockets.protocol import State
 
 from hapticvlm import __version__
 from hapticvlm.evidence.ladder import Evidence
@@ -28,19 +29,10 @@ from hapticvlm.recordings.recorded_session import RecordedSession
 from hapticvlm.recordings.recorder import SESSION_LOG, Recorder
 from hapticvlm.server import handshake
 from hapticvlm.server.access import Address
-from hapticvlm.server.edge.limits import (
-    LOOPBACK_SLOTS,
-    MAX_CONNECTIONS,
-    MAX_HELLO_BYTES,
-    MAX_SCENES,
-)
-from hapticvlm.server.handshake import (
-    CLOSE_MADE_ROOM,
-    CLOSE_PROTOCOL,
-    Guesses,
-    Handshake,
-    ServiceInfo,
-)
+from hapticvlm.server.handshake import Guesses, Handshake, ServiceInfo
+
+LOOPBACK_SLOTS = 4
+MAX_CONNECTIONS = 64
 
 PICTURE = Frame(
     id=3,
@@ -100,11 +92,22 @@ async def test_the_first_scene_is_welcomed_as_owner_and_the_next_is_not(gateway)
     await door.welcome(second)
     assert gateway.owner is connection
     assert [peer.sent[0]["owner"] for peer in (first, second)] == [True, False]
+    assert [each.name for each in gateway.connections] == ["'test' #1", "'test' #2"]
     assert first.sent[0]["id"] == 1
     assert first.sent[0]["service"] == {"name": "hapticvlm", "version": __version__}
     assert first.sent[0]["materials"] == list(MATERIALS)
     assert first.sent[0]["session"] != second.sent[0]["session"]
     assert first.is_greeted
+
+
+async def test_a_scene_that_connects_again_while_its_old_connection_closes_owns_at_once(gateway):
+    door, peer = at_the_door(gateway), says(hello())
+    old = await door.welcome(peer)
+    peer.state = State.CLOSING
+    new = await door.welcome(says(hello()))
+    assert (old.session.owner, gateway.owner) == (False, new)
+    gateway.leave(old)
+    assert gateway.owner is new
 
 
 async def test_an_observer_owns_nothing_even_when_nobody_does(gateway):
@@ -140,8 +143,8 @@ async def test_what_is_no_hello_of_ours_is_named_and_the_socket_closed(
     (answer,) = peer.sent
     assert (answer["type"], answer["code"], answer.get("path")) == ("error", "protocol", path)
     assert text in answer["text"]
-    assert len(msgpack.packb(message)) < MAX_HELLO_BYTES or answer["id"] == 0
-    assert peer.closed == (CLOSE_PROTOCOL, "hello first")
+    assert len(msgpack.packb(message)) < 16 * 1024 or answer["id"] == 0
+    assert peer.closed == (4000, "hello first")
     assert not peer.is_greeted
     assert gateway.connections == []
     assert sum(gateway.counts.values()) == 1
@@ -156,7 +159,9 @@ async def test_one_that_stays_silent_is_closed(gateway, monkeypatch):
 
 
 @pytest.mark.parametrize("given", [{}, {"token": "wrong"}, {"token": "rightly"}])
-async def test_a_wrong_or_missing_token_is_refused_late_and_counted(gateway, monkeypatch, given):
+async def test_a_wrong_or_missing_token_is_refused_late_counted_and_logged(
+    gateway, monkeypatch, given, caplog
+):
     monkeypatch.setattr(handshake, "GUESS_S", 0.02)
     peer, begun = says(hello(**given)), time.monotonic()
     assert await at_the_door(gateway, Address(token="right")).welcome(peer) is None
@@ -164,6 +169,7 @@ async def test_a_wrong_or_missing_token_is_refused_late_and_counted(gateway, mon
     assert peer.sent[0]["path"] == "$.token"
     assert "right" not in peer.sent[0]["text"].replace("rightly", "")
     assert gateway.counts["refused: token"] == 1
+    assert "token" in caplog.text
 
 
 async def test_the_right_token_is_admitted(gateway):
@@ -172,7 +178,7 @@ async def test_the_right_token_is_admitted(gateway):
 
 
 async def test_one_scene_too_many_is_refused_and_an_observer_is_not(gateway):
-    for _ in range(MAX_SCENES):
+    for _ in range(3):
         join(gateway)
     door, scene = at_the_door(gateway), says(hello())
     assert await door.welcome(scene) is None
@@ -210,7 +216,7 @@ async def test_idle_observers_make_room_the_oldest_first_and_those_that_asked_st
     for peer in (oldest, younger):
         join(gateway, observer=True, peer=peer)
     assert has_slot(await at_the_door(gateway).welcome(says(hello("scene"))))
-    assert oldest.closed == (CLOSE_MADE_ROOM, "made room for another client")
+    assert oldest.closed == (4002, "made room for another client")
     assert younger.closed is None
     assert gateway.counts["closed: made room"] == 1
 
@@ -233,13 +239,17 @@ async def test_a_client_that_left_before_its_welcome_owns_nothing(gateway):
 
 
 @pytest.mark.parametrize(
-    ("host", "asks_elsewhere", "leaves"),
-    [("127.0.0.1", False, False), ("127.0.0.1", True, True), ("0.0.0.0", False, True)],
+    ("host", "offered", "leaves"),
+    [
+        ("127.0.0.1", {}, False),
+        ("127.0.0.1", {"asks_elsewhere": True}, True),
+        ("0.0.0.0", {}, True),
+    ],
 )
-async def test_welcome_says_whether_frames_leave_the_machine(gateway, host, asks_elsewhere, leaves):
+async def test_welcome_says_whether_frames_leave_the_machine(gateway, host, offered, leaves):
     peer = says(hello(token=TOKEN))
     address = Address(host=host, token=TOKEN)
-    await at_the_door(gateway, address, asks_elsewhere=asks_elsewhere).welcome(peer)
+    await at_the_door(gateway, address, **offered).welcome(peer)
     assert peer.sent[0]["privacy"]["frames_leave_machine"] is leaves
     assert not peer.sent[0]["privacy"]["frames_stored"]
 

@@ -4,7 +4,7 @@ import logging
 
 import pytest
 
-from hapticvlm.errors import LONGEST, one_line, printable
+from hapticvlm.errors import one_line, printable
 from hapticvlm.server.log_writer import FORMAT, PrintableFormatter
 
 HOSTILE = "mug\x1b]0;owned\x07\nERROR forged: line\r\x9b31m \u202egnp.exe\u2066"
@@ -23,7 +23,7 @@ def test_a_name_with_escape_codes_line_breaks_and_bidi_marks_is_one_plain_line()
 
 
 def test_a_line_of_any_length_is_cut():
-    assert len(formatted("observer", "x" * 1_000_000)) < LONGEST + 100
+    assert len(formatted("observer", "x" * 1_000_000)) < 600 + 100
 
 
 def test_a_traceback_keeps_its_lines_and_nothing_else():

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from hapticvlm.server.news import NEWS_S, HelperNews, News
+from hapticvlm.server.news import HelperNews, News
+
+NEWS_S = 60.0
 
 FAILS = News("the model fails: HTTP 401", is_good=False)
 AGAIN = News("the model answers again", is_good=True)

@@ -14,8 +14,9 @@ from pace import PACE
 from websockets.asyncio.client import connect
 
 from hapticvlm.client.local_service import running
-from hapticvlm.server.edge.limits import MAX_REQUEST_BYTES
-from hapticvlm.server.edge.request import MAX_LINE_BYTES, RequestError, RequestReader
+from hapticvlm.server.edge.request import RequestError, RequestReader
+
+MAX_REQUEST_BYTES = 32 * 1024
 
 HOST = b"Host: 127.0.0.1\r\n"
 UPGRADE = b"Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
@@ -78,7 +79,7 @@ def status_of(data):
         (get(b"*", method=b"OPTIONS"), 405),
         (get(method=b"TRACE"), 405),
         (get(b"127.0.0.1:80", method=b"CONNECT"), 405),
-        (b"GET /" + b"a" * MAX_LINE_BYTES, 414),
+        (b"GET /" + b"a" * 8192, 414),
         (get(b"/", b"a: b\r\n" * 200), 431),
         (get(b"/", b"Cookie: " + b"c" * MAX_REQUEST_BYTES + b"\r\n"), 431),
         (b"GET / HTTP/1.1\r\nCookie: " + b"c" * MAX_REQUEST_BYTES, 431),  # before it ends

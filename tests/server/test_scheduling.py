@@ -11,8 +11,9 @@ from gateways import Peer, join, new_gateway
 
 from hapticvlm.server.edge.scheduling import IdleScheduler
 from hapticvlm.server.edge.socket import ClientSocket
-from hapticvlm.server.supervision import TICK_S
 from hapticvlm.server.websocket import MessageHandler
+
+TICK_S = 0.02
 
 WORK_S = 0.0005  # more than a tick takes
 

@@ -21,13 +21,10 @@ from websockets.exceptions import ConnectionClosedError, InvalidStatus
 from hapticvlm.client.local_service import ServiceError, running
 from hapticvlm.commands.main import main
 from hapticvlm.messages import PROTOCOL_MINOR
-from hapticvlm.server.edge.limits import (
-    GUESS_S,
-    MAX_CONNECTIONS,
-    RECOGNITION_RATE,
-)
+from hapticvlm.server.edge.limits import RECOGNITION_RATE
 from hapticvlm.server.web import http
-from hapticvlm.server.websocket import CLOSE_SERVER_FULL
+
+MAX_CONNECTIONS = 64
 
 
 def mask(side=64):
@@ -439,7 +436,7 @@ async def test_a_wrong_token_is_answered_late_counted_and_logged():
         started = time.monotonic()
         async with peer(service) as client:
             assert (await client.hello(token="guess"))["path"] == "$.token"
-        assert time.monotonic() - started >= GUESS_S
+        assert time.monotonic() - started >= 1.0
         assert status(service)["counts"]["refused: token"] == 1
     assert any("wrong token" in line for line in service.printed)
 
@@ -459,7 +456,7 @@ async def test_a_crowd_of_observers_does_not_lock_stop_out():
         late = await observer()
         assert "close one" in (await late.ask(type="set", watch=["log"]))["text"]
         await late.socket.wait_closed()
-        assert late.socket.close_code == CLOSE_SERVER_FULL
+        assert late.socket.close_code == 4003
         await until(service, lambda found: found["connections"] == MAX_CONNECTIONS)
 
 

@@ -16,9 +16,12 @@ from hapticvlm.devices.simulated.simulated import SimulatedPlate
 from hapticvlm.devices.speaker.ring import EngineStatus
 from hapticvlm.messages import Set, Touch
 from hapticvlm.server.counters import Count
-from hapticvlm.server.supervision import LOSSES_S, TELEMETRY_S, TICK_S, YOUNG, Supervision
+from hapticvlm.server.supervision import Supervision
 from hapticvlm.session.session import SceneSession
 from hapticvlm.session.settings import SessionSettings
+
+LOSSES_S = 10.0
+TICK_S = 0.02
 
 WITHIN_S = 5.0 * PACE  # on a busy machine
 NOTHING_LOST = {"underruns": 0, "lost": 0, "scrubbed": 0, "newest": 0}
@@ -108,7 +111,7 @@ async def test_telemetry_reaches_scenes_and_observers_and_counts_dropped_frames(
         gateway,
         Supervision(gateway).run(),
     )
-    assert time.monotonic() - begun >= TELEMETRY_S - TICK_S
+    assert time.monotonic() - begun >= 0.1 - TICK_S
     state = clients[0].received("telemetry")[0]
     assert (state["id"], state["dropped_frames"], state["leases"]) == (0, 5, 0)
     assert state["faults"] == []
@@ -151,7 +154,7 @@ async def test_what_only_holds_itself_is_freed_before_python_would(gateway, is_c
     if is_connected:
         join(gateway)
     with no_collection():
-        held = [weakref.ref(Circle()) for _ in range(YOUNG)]
+        held = [weakref.ref(Circle()) for _ in range(1000)]
         await until(lambda: not any(each() for each in held), gateway, Supervision(gateway).run())
 
 

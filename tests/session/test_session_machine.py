@@ -31,13 +31,7 @@ from hapticvlm.messages import (
     encode,
 )
 from hapticvlm.perception import NEUTRAL_C
-from hapticvlm.rendering.heat.limits import (
-    AT_REST,
-    COOL_SLEW_C_PER_S,
-    SETPOINT_MAX_C,
-    SETPOINT_MIN_C,
-    PlateReading,
-)
+from hapticvlm.rendering.heat.limits import AT_REST, PlateReading
 from hapticvlm.session.actions import (
     Action,
     AskAmbient,
@@ -50,11 +44,14 @@ from hapticvlm.session.actions import (
     RestPlate,
     SetGain,
 )
-from hapticvlm.session.hands import LEASE_S, NAMES, OUTPUTS, Hold
+from hapticvlm.session.hands import NAMES, OUTPUTS, Hold
 from hapticvlm.session.session import SceneSession
 from hapticvlm.session.settings import SessionSettings
 from hapticvlm.session.targets import SURROUNDINGS, RecognitionRequest, RequestId
-from hapticvlm.session.touch import NEUTRAL_HOLD_S
+
+SETPOINT_MAX_C = 40.0
+SETPOINT_MIN_C = 18.0
+LEASE_S = 0.25
 
 TICK_S = 0.02
 STALL_S = 0.1  # s, the longest pause between ticks that may earn slew
@@ -327,7 +324,7 @@ class Scenes(RuleBasedStateMachine):
         assert ttl_s <= LEASE_S
         assert SETPOINT_MIN_C <= setpoint_c <= SETPOINT_MAX_C
         assert not self.stopped.issuperset(("peltier", hand) for hand in NAMES)
-        reach_c = COOL_SLEW_C_PER_S * min(self.elapsed_s, STALL_S) + 1e-9
+        reach_c = 12.0 * min(self.elapsed_s, STALL_S) + 1e-9
         if self.setpoint_c is not None:
             assert abs(setpoint_c - self.setpoint_c) <= reach_c
             if not self.owner.leases:
@@ -345,7 +342,7 @@ class Scenes(RuleBasedStateMachine):
         actions = self.owner.tick(self.now, reading)
         assert not only(actions, Reply)
         self.carry_out(self.owner, actions, 0)
-        if not self.owner.leases and self.now - self.touched_at > NEUTRAL_HOLD_S:
+        if not self.owner.leases and self.now - self.touched_at > 30.0:
             assert self.setpoint_c is None
 
     def stop(self, scope: Scope) -> None:

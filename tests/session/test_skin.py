@@ -14,18 +14,11 @@ from hapticvlm.materials import MATERIALS
 from hapticvlm.messages import Scene, SceneObject, Touch
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.heat.contact import skin_surface_c, strength, thermal_contact
-from hapticvlm.rendering.heat.limits import (
-    AT_REST,
-    COMPRESSION,
-    COOL_SLEW_C_PER_S,
-    PLATE_HEATS_C_PER_S,
-    SETPOINT_MAX_C,
-    SETPOINT_MIN_C,
-)
+from hapticvlm.rendering.heat.limits import AT_REST
 from hapticvlm.rendering.heat.trajectory import ThermalTrajectory
 from hapticvlm.session import hands
 from hapticvlm.session.actions import DrivePlate
-from hapticvlm.session.hands import LEAD_IN_VAIN_C, Hand
+from hapticvlm.session.hands import Hand
 from hapticvlm.session.session import SceneSession
 from hapticvlm.session.settings import SessionSettings
 
@@ -65,17 +58,14 @@ def palm(material, room_c, resistance, phases, *, known=True, **stated):
             for action in session.tick(now, reading):
                 if isinstance(action, DrivePlate):
                     # Of a compressed material both the end and the way to it are shortened.
-                    share = strength(MATERIALS[material].thermal) ** COMPRESSION
+                    share = strength(MATERIALS[material].thermal) ** 0.5
                     moved_c = abs(action.setpoint_c - setpoint_c)
-                    is_slewing = (
-                        moved_c
-                        > 0.99 * min(COOL_SLEW_C_PER_S, share * PLATE_HEATS_C_PER_S) * TICK_S
-                    )
+                    is_slewing = moved_c > 0.99 * min(12.0, share * 3.0) * TICK_S
                     setpoint_c = action.setpoint_c
                     is_at_end = not (
-                        share * (SETPOINT_MIN_C - NEUTRAL_C)
+                        share * (18.0 - NEUTRAL_C)
                         < (setpoint_c - NEUTRAL_C) * 1.001
-                        < share * (SETPOINT_MAX_C - NEUTRAL_C)
+                        < share * (40.0 - NEUTRAL_C)
                     )
                     plate.command(setpoint_c, action.ttl_s, now)
             now += TICK_S
@@ -205,7 +195,7 @@ def approach(distance_m, closing_mps):
 def test_a_slow_approach_leads_a_little_and_one_that_speeds_up_leads_fully_from_then_on():
     hand = Hand(0)
     hand.update(approach(0.02, 0.06), 0.0)
-    assert hand.lead_limit_c(0.1) == LEAD_IN_VAIN_C
+    assert hand.lead_limit_c(0.1) == 0.3
     assert hand.lead_limit_c(0.7) == 0.0, "too long awaited"
     hand.update(approach(0.015, 0.15), 0.8)
     assert hand.lead_limit_c(0.8) == math.inf

@@ -110,6 +110,12 @@ def test_an_object_of_one_surface_is_decided_on_as_before():
         assert (decision.material, decision.surface) == ("wood", None)
 
 
+def test_a_shader_says_nothing_where_a_name_is_sure():
+    table = SceneObject(object_id="room", name="OakTable", shader=STEEL.shader)
+    [decision] = replies(touched(session_of(table)), Decision)
+    assert (decision.material, [each.rung for each in decision.evidence]) == ("wood", ["name"])
+
+
 def test_a_surface_of_several_has_a_name_of_its_own():
     session = session_of(ROOM, SceneObject(object_id="cup", name="Cup", surfaces=[STEEL]))
     names = [session.name("room", surface) for surface in (None, 1, 5)]

@@ -19,7 +19,6 @@ from hapticvlm.messages import (
 )
 from hapticvlm.rendering.heat.limits import AT_REST
 from hapticvlm.session import textures
-from hapticvlm.session.session import MAX_TEXTURE_PX
 from hapticvlm.session.targets import RecognitionRequest
 
 PLANKS = "0123456789abcdef0123456789abcdef"
@@ -136,8 +135,8 @@ def test_what_a_map_shows_decides_every_surface_that_has_it():
 
 def test_a_decision_is_sent_of_what_was_announced_and_changes():
     session = session_of(room(OPEN), room(OPEN, object_id="hall"))
-    [before] = touched(session, object_id="hall")
-    assert before.material == "unknown"
+    before = [*touched(session, object_id="hall"), *touched(session)]
+    assert [each.material for each in before] == ["unknown"] * 2
     changed = replies(read(session, "wood", 0.85), Decision)
     assert [(d.id, d.object_id, d.material) for d in changed] == [
         (9, "room", "wood"),
@@ -203,7 +202,7 @@ def test_a_forgotten_object_has_no_map():
         (map_of(object_id="nobody"), "$.surface"),
         (map_of(surface=1), "$.surface"),
         (map_of(surface=7), "$.surface"),
-        (map_of(side=MAX_TEXTURE_PX + 1), "$.width"),
+        (map_of(side=512 + 1), "$.width"),
     ],
 )
 def test_a_map_of_no_stated_texture_or_of_too_many_pixels_is_refused(frame, path):

@@ -27,20 +27,11 @@ PLANS, SOUNDS, HOSTILE = (
 )
 # Numbers that JSON has not come into no file that is parsed.
 FILES = [case for case in HOSTILE["files"] if "$number" not in json.dumps(case.get("value"))]
-SLIDE = {"phase": "slide", "hand": "left", "object_id": "wood", **vectors.MOTION}
-MUTED = {
-    "events": [
-        {"touch": SLIDE, "at_s": 5.0},
-        {"touch": {**SLIDE, "hand": "right"}, "at_s": 5.0},
-        {"mute": "left", "on": True, "at_s": 5.0},
-        {"touch": SLIDE, "at_s": 5.1},
-        {"plan": "left", "at_s": 5.1},
-        {"plan": "right", "at_s": 5.1},
-        {"mute": "left", "on": False, "at_s": 5.1},
-        {"touch": SLIDE, "at_s": 5.12},
-        {"plan": "left", "at_s": 5.12},
-    ]
-}
+SLIDE = {"phase": "slide", "object_id": "wood", **vectors.MOTION}
+SLIDES = [{"touch": {**SLIDE, "hand": hand}} for hand in ("left", "right")]
+MUTE, UNMUTE = ({"mute": "left", "on": on} for on in (True, False))
+LEFT, RIGHT = ({"plan": hand} for hand in ("left", "right"))
+MUTED = [*SLIDES, MUTE, *SLIDES, LEFT, RIGHT, UNMUTE, *SLIDES, LEFT]
 Answers = dict[str, list[Any]]
 
 
@@ -66,7 +57,8 @@ def timed(case: dict[str, Any]) -> dict[str, Any]:
 def answers(build: mono.Build) -> Answers:
     """What the player makes of all cases, in their order."""
     hostile = [case for one in HOSTILE["touches"] for case in (touched(one), touched(one, "like_"))]
-    plans = [*PLANS, *hostile, *map(timed, HOSTILE["times"]), MUTED]
+    plans = [*PLANS, *hostile, *map(timed, HOSTILE["times"])]
+    plans.append({"events": [{**each, "at_s": 0.02 * at} for at, each in enumerate(MUTED)]})
     whole = json.loads(Path(FEELS[0]).read_text())
     files = [vectors.edited(whole, case) for case in FILES]
     cases = json.dumps({"plans": plans, "sounds": SOUNDS, "files": files})

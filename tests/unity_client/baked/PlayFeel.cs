@@ -79,7 +79,7 @@ public static class PlayFeel
         for (int at = 0; at < wave.Length; at += Block)
         {
             double now = (double)at / SoundHz;
-            foreach (Map each in Maps(one["touches"]).Where(each => (double)each["block"] * Block == at)) player.Touch(TouchOf((Map)each["touch"], new Map()), now);
+            foreach (Map each in Maps(one["touches"]).Where(each => (double)each["block"] * Block == at)) player.Touch(TouchOf((Map)each["touch"], (Map)Of(one, "surfaces") ?? new Map()), now);
             long before = GC.GetAllocatedBytesForCurrentThread();
             player.Render(block, Block, now);
             if (at > wave.Length / 2) taken += GC.GetAllocatedBytesForCurrentThread() - before;
