@@ -7,11 +7,12 @@ from typing import Any, NamedTuple
 import pytest
 from each_case import each
 from hovers import HOVERS, REACHES_S, SHORT_M, TICK_S, reach
+from msgspec.structs import replace
 from tiers import nightly_except
 
 from hapticvlm.devices.simulated.simulated import SimulatedPlate
 from hapticvlm.materials import MATERIALS
-from hapticvlm.messages import Scene, SceneObject, Touch
+from hapticvlm.messages import Region, Scene, SceneObject, Touch
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.heat.contact import skin_surface_c, strength, thermal_contact
 from hapticvlm.rendering.heat.limits import AT_REST
@@ -202,6 +203,14 @@ def test_a_slow_approach_leads_a_little_and_one_that_speeds_up_leads_fully_from_
     hand.update(approach(0.005, 0.05), 0.9)
     assert hand.lead_limit_c(0.9) == math.inf, "it brakes before the contact"
     assert hand.lead_limit_c(1.5) == 0.0
+
+
+def test_a_lead_begins_again_at_another_region_of_the_view():
+    hand = Hand(0)
+    for now, x in ((0.0, 0.1), (0.5, 0.1), (0.6, 0.4)):
+        region = Region(x=x, y=0.0, w=0.2, h=0.2)
+        hand.update(replace(approach(0.02, 0.06), object_id=None, region=region), now)
+        assert hand.near_since == (0.6 if x > 0.1 else 0.0)
 
 
 def test_a_sway_in_vain_does_not_hold_back_a_real_approach():

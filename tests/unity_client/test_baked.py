@@ -27,11 +27,11 @@ PLANS, SOUNDS, HOSTILE = (
 )
 # Numbers that JSON has not come into no file that is parsed.
 FILES = [case for case in HOSTILE["files"] if "$number" not in json.dumps(case.get("value"))]
-SLIDE = {"phase": "slide", "object_id": "wood", **vectors.MOTION}
+SLIDE: dict[str, Any] = {"phase": "slide", "object_id": "wood", **vectors.MOTION}
 SLIDES = [{"touch": {**SLIDE, "hand": hand}} for hand in ("left", "right")]
 MUTE, UNMUTE = ({"mute": "left", "on": on} for on in (True, False))
 LEFT, RIGHT = ({"plan": hand} for hand in ("left", "right"))
-MUTED = [*SLIDES, MUTE, *SLIDES, LEFT, RIGHT, UNMUTE, *SLIDES, LEFT]
+MUTED: list[dict[str, Any]] = [*SLIDES, MUTE, *SLIDES, LEFT, RIGHT, UNMUTE, *SLIDES, LEFT]
 Answers = dict[str, list[Any]]
 
 
