@@ -18,7 +18,7 @@ from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.heat import contact as thermal
 from hapticvlm.rendering.heat import limits as plate_limits
 from hapticvlm.rendering.heat.contact import ThermalContact
-from hapticvlm.rendering.heat.limits import PlateReading, Strongest
+from hapticvlm.rendering.heat.limits import Delay, PlateReading, Strongest
 from hapticvlm.rendering.heat.trajectory import ThermalTrajectory
 
 from .board import Board
@@ -57,6 +57,7 @@ class Rig:
         board.advance(SWITCHED_ON_S)
         self._setpoint_c = NEUTRAL_C
         self._strongest = Strongest()
+        self._delay = Delay()
         self._last = board.now
 
     def live(self, seconds: float) -> list[Moment]:
@@ -79,6 +80,9 @@ class Rig:
         wanted_c = self.course.target_c(now)
         elapsed_s, strength = now - self._last, self.course.strength
         self._strongest = self._strongest.towards(wanted_c, strength, elapsed_s, reading)
+        is_felt = self.course.begun_at is not None
+        self._delay = self._delay.after(wanted_c, elapsed_s, reading) if is_felt else Delay()
+        wanted_c -= plate_limits.CATCH_UP * self._delay.behind_c
         limited = plate_limits.limit(
             wanted_c,
             self._setpoint_c,

@@ -11,6 +11,7 @@ import pytest
 from hapticvlm.materials import MATERIALS
 from hapticvlm.rendering.heat.contact import strength
 from hapticvlm.rendering.heat.limits import (
+    Delay,
     Limited,
     PlateReading,
     Strongest,
@@ -24,11 +25,6 @@ CALM = PlateReading(
     plate_c=32.0,
     sink_c=25.0,
     setpoint_c=32.0,
-    duty=0.0,
-    current_limited=False,
-    dose_cem43=0.0,
-    heated_s=0.0,
-    faults=(),
 )
 
 
@@ -205,3 +201,26 @@ def test_on_the_way_to_a_limit_materials_are_apart_and_the_limit_is_named() -> N
     assert glass[-1].setpoint_c == pytest.approx(32.0 - 14.0 * STRENGTHS[2] ** 0.5)
     steps_c = [later.setpoint_c - former.setpoint_c for former, later in itertools.pairwise(glass)]
     assert max(map(abs, steps_c)) <= 0.24 + 1e-9
+
+
+@pytest.mark.parametrize("lag_s", [0.0, 0.3, 1.0])
+def test_a_face_is_behind_its_wish_by_its_own_way_and_not_by_the_lag_of_its_beads(
+    lag_s: float,
+) -> None:
+    moved, arrived = (delay_after_1_s(lag_s, face_c) for face_c in (32.0, 24.0))
+
+    assert moved.behind_c == pytest.approx(8.0 * (1.0 - math.exp(-1.0 / 0.7)), rel=0.05)
+    assert arrived.behind_c == pytest.approx(0.0, abs=0.2)
+
+
+def test_a_plate_whose_lag_nobody_measured_makes_up_for_nothing() -> None:
+    assert delay_after_1_s(None, 32.0).behind_c == 0.0
+
+
+def delay_after_1_s(lag_s: float | None, face_c: float) -> Delay:
+    """The delay of a face that stands at `face_c` from contact on, of which 24 degC are wished."""
+    bead_c, delay = 32.0, Delay()
+    for _ in range(50):
+        delay = delay.after(24.0, 0.02, replace(CALM, plate_c=bead_c, lag_s=lag_s))
+        bead_c += (face_c - bead_c) * min(0.02 / lag_s if lag_s else 1.0, 1.0)
+    return delay

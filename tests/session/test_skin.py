@@ -241,7 +241,7 @@ def test_a_full_lead_in_vain_is_followed_by_none_for_two_seconds_unless_the_hand
     assert hand.lead_limit_c(4.8) == math.inf
 
 
-@pytest.mark.parametrize(("material", "at_a_quarter", "at_one"), [("metal", 0.47, 0.83)])
+@pytest.mark.parametrize(("material", "at_a_quarter", "at_one"), [("metal", 0.47, 0.93)])
 def test_cold_arrives_in_the_first_half_second(material, at_a_quarter, at_one):
     metal, glass = (first_second(name) for name in (material, "glass"))
     for share, of, ours in ((at_a_quarter, 0.25, metal[0.25]), (at_one, 1.0, metal[1.0])):

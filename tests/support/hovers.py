@@ -40,7 +40,7 @@ def reach(beyond_m: float, lasts_s: float, length_m: float = 0.4) -> Iterator[Pa
             yield "contact", TICK_S, {"interaction": "press"}
 
 
-SHORT_M = {0.02: 1.8, 0.05: 1.2, 0.1: 1.2}  # how far a reach stops before metal, and degC felt
+SHORT_M = {0.02: 1.8, 0.05: 1.1, 0.1: 1.1}  # how far a reach stops before metal, and degC felt
 REACHES_S = (0.7, 1.0, 1.5)
 HOVERS: dict[str, list[Part]] = {
     "sways at 1 cm": [*sways(0.01, 0)],

@@ -17,11 +17,6 @@ READING = PlateReading(
     plate_c=NEUTRAL_C,
     sink_c=23.0,
     setpoint_c=NEUTRAL_C,
-    duty=0.0,
-    current_limited=False,
-    dose_cem43=0.0,
-    heated_s=0.0,
-    faults=(),
 )
 T = TypeVar("T")
 PIXEL = simplejpeg.encode_jpeg(np.full((32, 32, 3), 90, np.uint8))

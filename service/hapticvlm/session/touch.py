@@ -14,7 +14,7 @@ from hapticvlm.messages import Decision, LeftOut, MessageError, Ok, Touch
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering.heat import limits as plate_limits
 from hapticvlm.rendering.heat.contact import PLATE_RESISTANCE, ThermalContact
-from hapticvlm.rendering.heat.limits import AT_REST, PlateReading, Strongest, limits_of
+from hapticvlm.rendering.heat.limits import AT_REST, Delay, PlateReading, Strongest, limits_of
 from hapticvlm.rendering.heat.trajectory import ThermalTrajectory
 from hapticvlm.rendering.vibration.vibration import IMPACTS
 from hapticvlm.rendering.vibration.voices import Command
@@ -55,15 +55,14 @@ class PlateTarget:
         self._trajectory = ThermalTrajectory(plate_resistance=plate_resistance)
         self._setpoint_c = NEUTRAL_C
         self._strongest = Strongest()
+        self._delay = Delay()
         self._is_driving = False
         self._ticked_at: float | None = None
 
     def elapse(self, now: float, reading: PlateReading) -> float:
         """Receive what the plate reports; return the time since the last call, s."""
         self.reading = reading
-        limits = limits_of(reading)
-        if limits != self.limits:
-            self.limits = limits
+        self.limits = limits_of(reading)
         elapsed = 0.0 if self._ticked_at is None else max(0.0, now - self._ticked_at)
         self._ticked_at = now
         return elapsed
@@ -86,21 +85,19 @@ class PlateTarget:
             most_c = hand.lead_limit_c(now)
             wanted = min(max(wanted, NEUTRAL_C - most_c), NEUTRAL_C + most_c)
         if not self._is_driving and self.reading.plate_c is not None:
-            low = plate_limits.SETPOINT_MIN_C
-            high = plate_limits.SETPOINT_MAX_C
-            self._setpoint_c = min(max(self.reading.plate_c, low), high)
+            self._setpoint_c = plate_limits.within_range(self.reading.plate_c).setpoint_c
             self._strongest = Strongest(self._setpoint_c, self._setpoint_c)
+            self._delay = Delay()
         self._is_driving = True
         strength = self._trajectory.strength
-        self._strongest = self._strongest.towards(wanted, strength, elapsed, self.reading)
+        strongest = self._strongest.towards(wanted, strength, elapsed, self.reading)
+        is_felt = self._trajectory.begun_at is not None
+        self._delay = self._delay.after(wanted, elapsed, self.reading) if is_felt else Delay()
+        wanted -= plate_limits.CATCH_UP * self._delay.behind_c
         limited = plate_limits.limit(
-            wanted,
-            self._setpoint_c,
-            elapsed,
-            self.reading,
-            strength=strength,
-            strongest=self._strongest,
+            wanted, self._setpoint_c, elapsed, self.reading, strength=strength, strongest=strongest
         )
+        self._strongest = strongest
         self._setpoint_c = limited.setpoint_c
         return [DrivePlate(limited.setpoint_c, LEASE_S)]
 

@@ -237,6 +237,7 @@ class PlateSession:
             heated_s=heated_s,
             faults=self._faults(now),
             current_a=current_a,
+            lag_s=self.lag_s,
         )
 
     def _is_fresh(self, now: float) -> bool:

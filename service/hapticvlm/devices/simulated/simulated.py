@@ -174,8 +174,7 @@ class SimulatedPlate:
         self._trip()
         self._finish_return(dt_s)
         if self._on:
-            reading = self._reading()
-            limited = plate_limits.limit(self._commanded_c, self._target_c, dt_s, reading)
+            limited = plate_limits.limit(self._commanded_c, self._target_c, dt_s, self._reading())
             is_falling = self._commanded_c - self._target_c < -_FALL_C
             self._falling_s = _FALL_S if is_falling else max(self._falling_s - dt_s, 0.0)
             slope_c_s = (limited.setpoint_c - self._target_c) / dt_s
@@ -252,16 +251,13 @@ class SimulatedPlate:
         error_c = self._target_c - self._face_c()
         forward_a = _FORWARD_A_S_K * min(slope_c_s, 0.0) if self._falling_s > 0.0 else 0.0
         unlimited_a = _GAIN_P * error_c + self._integral_a + forward_a
-        self._current_a = min(max(unlimited_a, -self._max_cool_a()), HEAT_LIMIT_A)
+        most_cool_a = COOL_LIMIT_A * (1.0 - sink_share(self._plant.sink_c))
+        self._current_a = min(max(unlimited_a, -most_cool_a), HEAT_LIMIT_A)
         self._saturated = (unlimited_a > self._current_a) - (unlimited_a < self._current_a)
         # The integral stops while the current is at its limit and would push further in the same
         # direction (anti-windup); otherwise the plate would overshoot by what it had stored.
         if not self._saturated or (error_c > 0.0) != (unlimited_a > 0.0):
             self._integral_a += _GAIN_I * error_c * dt_s
-
-    def _max_cool_a(self) -> float:
-        """Return the cooling limit, smaller on a warm sink."""
-        return COOL_LIMIT_A * (1.0 - sink_share(self._plant.sink_c))
 
     def _follow_slope(self, dt_s: float) -> None:
         sensed_c = self._sensed_c()
@@ -308,4 +304,5 @@ class SimulatedPlate:
             heated_s=self._heated_s,
             faults=self._faults,
             current_a=self._current_a,
+            lag_s=self.lag_s,
         )

@@ -49,6 +49,7 @@ HEAT_LIMIT_S = 900.0
 SINK_TRIP_C = 44.0  # a hotter sink with a dead fan heats the skin through an open bridge
 PLATE_TRIP_HIGH_C = 43.0
 PLATE_TRIP_LOW_C = 13.0
+CATCH_UP, CATCH_UP_S = 0.4, 0.7  # share of the delay, and the time of its mean; our choice
 
 _SINK_WARM_C = 38.0  # from here to the trip the coldest setpoint rises to neutral; our choice
 _BEHIND_C = 0.4  # of a setpoint in motion: more than a sound loop's error; our choice
@@ -89,35 +90,48 @@ class Strongest:
 
 
 @dataclass(frozen=True, slots=True)
+class Delay:
+    """How far the face has been behind its wish lately, and its last reading, degC.
+
+    A plate at full current leaves the skin behind, which needs more than the wish to catch up.
+    """
+
+    behind_c: float = 0.0
+    plate_c: float | None = None
+
+    def after(self, wanted_c: float, elapsed_s: float, reading: PlateReading) -> Delay:
+        """Return it `elapsed_s` later; a face is ahead of its beads by lag times slope."""
+        if reading.plate_c is None or reading.lag_s is None:
+            return Delay()
+        moved_c = 0.0 if self.plate_c is None else reading.plate_c - self.plate_c
+        away_c = reading.plate_c - wanted_c - self.behind_c
+        change_c = (away_c * _usable_s(elapsed_s) + reading.lag_s * moved_c) / CATCH_UP_S
+        return Delay(self.behind_c + change_c, reading.plate_c)
+
+
+@dataclass(frozen=True, slots=True)
 class PlateReading:
     """The last report of a plate; None means no reading.
 
     `setpoint_c` is the setpoint in force, `duty` the share of full drive, -1 (cool) to 1 (heat).
     `current_a` is the current requested from the driver, A, positive when it heats the plate.
     `dose_cem43` is in minutes at 43 degC and `heated_s` in s; both count the whole session.
+    `lag_s` is that of `plate_c` behind the face, s; None until `calibrate plate` has measured it.
     """
 
     plate_c: float | None
     sink_c: float | None
     setpoint_c: float
-    duty: float
-    current_limited: bool
-    dose_cem43: float
-    heated_s: float
-    faults: tuple[str, ...]
+    duty: float = 0.0
+    current_limited: bool = False
+    dose_cem43: float = 0.0
+    heated_s: float = 0.0
+    faults: tuple[str, ...] = ()
     current_a: float | None = None
+    lag_s: float | None = None
 
 
-AT_REST = PlateReading(  # until a plate has reported: then only the setpoint band limits
-    plate_c=None,
-    sink_c=22.0,
-    setpoint_c=NEUTRAL_C,
-    duty=0.0,
-    current_limited=False,
-    dose_cem43=0.0,
-    heated_s=0.0,
-    faults=(),
-)
+AT_REST = PlateReading(None, 22.0, NEUTRAL_C)  # until a plate has reported: only the band limits
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,7 +146,8 @@ class PlateLimits:
 def limits_of(reading: PlateReading) -> PlateLimits:
     """Return the limits of a plate with this reading."""
     used_up = reading.dose_cem43 >= DOSE_LIMIT_CEM43 or reading.heated_s >= HEAT_LIMIT_S
-    return PlateLimits(_coldest_setpoint_c(reading.sink_c), not used_up, reading.current_limited)
+    coldest_c = SETPOINT_MIN_C + sink_share(reading.sink_c) * (NEUTRAL_C - SETPOINT_MIN_C)
+    return PlateLimits(coldest_c, not used_up, reading.current_limited)
 
 
 def within_range(unlimited_c: float) -> Limited:
@@ -183,14 +198,11 @@ def settle(unlimited_c: float, limits: PlateLimits) -> Limited:
     current limit keeps its setpoint; that limit is reported only when no other one acts.
     """
     banded = within_range(unlimited_c)
-    setpoint_c = banded.setpoint_c
-    limited_by = banded.limited_by
+    setpoint_c, limited_by = banded.setpoint_c, banded.limited_by
     if setpoint_c > NEUTRAL_C and not limits.may_heat:
-        setpoint_c = NEUTRAL_C
-        limited_by = "dose"
+        setpoint_c, limited_by = NEUTRAL_C, "dose"
     if setpoint_c < limits.coldest_c:
-        setpoint_c = limits.coldest_c
-        limited_by = "sink"
+        setpoint_c, limited_by = limits.coldest_c, "sink"
     if limited_by is None and limits.is_current_limited:
         limited_by = "current"
     return Limited(setpoint_c, banded.unlimited_c, limited_by)
@@ -220,20 +232,13 @@ def sink_share(sink_c: float | None) -> float:
     return min(max((sink_c - _SINK_WARM_C) / (SINK_TRIP_C - _SINK_WARM_C), 0.0), 1.0)
 
 
-def _coldest_setpoint_c(sink_c: float | None) -> float:
-    """Coldest setpoint that the sink allows, degC (physics.md 3.2)."""
-    return SETPOINT_MIN_C + sink_share(sink_c) * (NEUTRAL_C - SETPOINT_MIN_C)
-
-
 def _slew(
     setpoint_c: float, previous_c: float, elapsed_s: float, cools: float, heats: float
 ) -> float:
     """Move from `previous_c` towards a setpoint at no more than these rates, degC/s."""
     if not math.isfinite(previous_c):
         previous_c = NEUTRAL_C
-    coldest_c = previous_c - cools * elapsed_s
-    warmest_c = previous_c + heats * elapsed_s
-    return min(max(setpoint_c, coldest_c), warmest_c)
+    return min(max(setpoint_c, previous_c - cools * elapsed_s), previous_c + heats * elapsed_s)
 
 
 def _usable_s(elapsed_s: float) -> float:
