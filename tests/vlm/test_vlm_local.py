@@ -342,6 +342,15 @@ def test_a_model_larger_than_the_free_memory_is_refused(
         load(folder)
 
 
+def test_memory_that_cannot_be_asked_for_is_said_before_a_model_is_loaded(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    for path in ("MEMINFO", "CPUINFO"):  # as on macOS and Windows
+        monkeypatch.setattr(weights, path, Path("/nowhere"))
+    load_local(settings(folder), None)
+    assert "cannot be asked" in caplog.text
+
+
 def of_a_gpu() -> Exception:
     import torch
 

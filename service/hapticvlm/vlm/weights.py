@@ -7,6 +7,7 @@ without a message. Asks no questions.
 
 from __future__ import annotations
 
+import logging
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, Literal
@@ -24,6 +25,9 @@ Precision = Literal["bfloat16", "float32"]
 BYTES: dict[Precision, int] = {"bfloat16": 2, "float32": 4}
 MEMINFO = Path("/proc/meminfo")
 CPUINFO = Path("/proc/cpuinfo")
+_UNKNOWN = "the model `%s` takes %.1f GB of memory; how much is free cannot be asked on this system"
+
+logger = logging.getLogger(__name__)
 
 
 def load(settings: VlmSettings, precision: Precision | None) -> tuple[Network, Chat]:
@@ -67,6 +71,8 @@ def _faster_precision(folder: Path, settings: VlmSettings) -> Precision:
     # Processors without bfloat16 arithmetic emulate it, at a quarter of the speed of float32.
     is_native = CPUINFO.is_file() and "bf16" in CPUINFO.read_text()
     if settings.device == "cpu" and not is_native:
+        if free_bytes() is None:
+            logger.warning(_UNKNOWN, settings.model, _needed_bytes(folder, "float32") / 1e9)
         with suppress(VlmError):
             _require_memory(folder, settings, "float32")
             return "float32"
@@ -99,9 +105,8 @@ def _require_sense(settings: VlmSettings) -> None:
 
 
 def _require_memory(folder: Path, settings: VlmSettings, precision: Precision) -> None:
-    """Refuse weights that do not fit the memory; assumes that the file holds bfloat16."""
-    stored = sum(path.stat().st_size for path in folder.glob("*.safetensors"))
-    needed = stored * BYTES[precision] // BYTES["bfloat16"]
+    """Refuse weights that do not fit the memory."""
+    needed = _needed_bytes(folder, precision)
     free = free_bytes()
     if free is not None and needed > free:
         problem = (
@@ -157,3 +162,9 @@ def _image_id(config: Any) -> int | None:  # noqa: ANN401 - a config of any kind
 
 def _unloadable(settings: VlmSettings, why: str) -> VlmError:
     return VlmError(f"model `{settings.model}` cannot be loaded ({why}); {networks.FOLDER}")
+
+
+def _needed_bytes(folder: Path, precision: Precision) -> int:
+    """Return the memory that a folder's weights take; assumes that the files hold bfloat16."""
+    stored = sum(path.stat().st_size for path in folder.glob("*.safetensors"))
+    return stored * BYTES[precision] // BYTES["bfloat16"]
