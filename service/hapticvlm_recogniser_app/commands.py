@@ -7,14 +7,14 @@ for `serve run` and `serve deploy` of Ray. Needs the extra `fleet`, or `ray` for
 from __future__ import annotations
 
 import argparse
-import contextlib
 import functools
 import importlib.util
 import os
 import signal
+import socket
 import threading
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from hapticvlm import documents
 from hapticvlm.commands.parsing import add_encoder
@@ -177,9 +177,10 @@ def _run_on_uvicorn(settings: AppSettings, options: argparse.Namespace) -> None:
 
     log_writer.take_over()  # a log that nobody reads must not hold up an answer
     certificate = None if options.tls_cert is None else (options.tls_cert, options.tls_key)
-    with contextlib.ExitStack() as stack:
-        with port_errors(options.port, options.host):
-            listener = stack.enter_context(engine_uvicorn.listening(options.host, options.port))
+    family = socket.AF_INET6 if ":" in options.host else socket.AF_INET
+    with port_errors(options.port, options.host):
+        listener = socket.create_server((options.host, options.port), family=family, backlog=256)
+    with listener:
         port = listener.getsockname()[1]
         ready = functools.partial(_print_ready, settings, options, port)
         server = engine_uvicorn.Server(settings, certificate, ready)
@@ -193,8 +194,9 @@ def _run_on_uvicorn(settings: AppSettings, options: argparse.Namespace) -> None:
 
 def _run_on_ray(settings: AppSettings, options: argparse.Namespace) -> None:
     from hapticvlm_recogniser_app.engine_ray import running
+    from hapticvlm_recogniser_app.settings import http_options
 
-    http: dict[str, Any] = {"host": options.host, "port": options.port, "keep_alive_timeout_s": 90}
+    http = http_options(options.host, options.port)
     if options.tls_cert is not None:
         http |= {"ssl_certfile": str(options.tls_cert), "ssl_keyfile": str(options.tls_key)}
     stopping = threading.Event()

@@ -8,10 +8,9 @@ requests nor a stalled client holds memory for long. Sockets of strangers are cl
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import socket
 import urllib.parse
-from collections.abc import AsyncIterator, Awaitable, Callable, Iterator, MutableMapping
+from collections.abc import AsyncIterator, Awaitable, Callable, MutableMapping
 from pathlib import Path
 from typing import Any
 
@@ -22,10 +21,9 @@ from hapticvlm_recogniser_app.batches import Batches
 from hapticvlm_recogniser_app.door import Door, Strangers
 from hapticvlm_recogniser_app.recogniser import PendingCrop, Recogniser, Reply, Request
 from hapticvlm_recogniser_app.replies import Embedded, Refusal
-from hapticvlm_recogniser_app.settings import ADMITTED, BATCH, AppSettings
+from hapticvlm_recogniser_app.settings import ADMITTED, BATCH, KEEP_ALIVE_S, AppSettings
 
 BODY_S = 10.0
-KEEP_ALIVE_S = 90
 SHUTDOWN_S = 5
 
 Message = MutableMapping[str, Any]
@@ -100,14 +98,6 @@ async def _body(receive: Receive) -> AsyncIterator[bytes]:
         yield message.get("body", b"")
         if not message.get("more_body"):
             return
-
-
-@contextlib.contextmanager
-def listening(host: str, port: int) -> Iterator[socket.socket]:
-    """Listen on an address; port 0 takes any free port. Raises OSError."""
-    family = socket.AF_INET6 if ":" in host else socket.AF_INET
-    with socket.create_server((host, port), family=family, backlog=256) as listener:
-        yield listener
 
 
 class Server(uvicorn.Server):

@@ -18,6 +18,7 @@ TOKEN = "HAPTICVLM_RECOGNISER_TOKEN"
 TOKENS = "HAPTICVLM_RECOGNISER_TOKENS"
 ADMITTED = "hapticvlm.admitted"  # key of an ASGI scope: the client's name, once its token is known
 BATCH = 16  # crops in one batch at most; our choice
+KEEP_ALIVE_S = 90  # of a client's idle connection; our choice
 HEALTH_S = 2.0  # between two health checks of a replica; our choice
 HEALTH_TIMEOUT_S = 10.0  # of one health check; our choice
 # how long the load must stay high or low before a replica is added or removed
@@ -120,11 +121,16 @@ def options(settings: AppSettings) -> dict[str, Any]:
     }
 
 
+def http_options(host: str, port: int) -> dict[str, Any]:
+    """Return the options of HTTP, as Ray Serve names them."""
+    return {"host": host, "port": port, "keep_alive_timeout_s": KEEP_ALIVE_S}
+
+
 def serve_config(settings: AppSettings, host: str, port: int) -> dict[str, Any]:
     """Return the config for `serve run` and `serve deploy`. It does not contain the token."""
     return {
         "proxy_location": "EveryNode",
-        "http_options": {"host": host, "port": port, "keep_alive_timeout_s": 90},
+        "http_options": http_options(host, port),
         "applications": [
             {
                 "name": APPLICATION,
