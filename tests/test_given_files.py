@@ -17,6 +17,7 @@ import pytest
 from hapticvlm import documents
 from hapticvlm.captures.lines import CaptureError, Line
 from hapticvlm.commands import flash
+from hapticvlm.devices.speaker.audio import WavFile
 from hapticvlm.errors import CURES, HapticVLMError
 from hapticvlm.recordings.session_log import read_session_log
 from hapticvlm.scenes.reading import read_scene
@@ -64,6 +65,7 @@ DOORS: dict[str, Callable[[Path], object]] = {
     ),
     "a scene": read_scene,
     "an accelerometer's record": speaker_response.read_csv,
+    "a sound to write": WavFile,
     "a file to write": lambda path: documents.replace_file(path, "new"),
 }
 KINDS = ("a fifo", "a folder", "a device")

@@ -78,7 +78,7 @@ def replace_file(path: Path, data: bytes | str) -> None:
     """
     part = path.with_name(f".{path.name}.{os.urandom(4).hex()}.part")
     try:
-        mode = _kept_mode(path)
+        mode = kept_mode(path)
         with part.open("xb") as file:
             if mode is not None:
                 part.chmod(mode)
@@ -94,8 +94,11 @@ def replace_file(path: Path, data: bytes | str) -> None:
     sync_folder(path.parent)
 
 
-def _kept_mode(path: Path) -> int | None:
-    """Return the permissions of the file to replace; None for a link, and where there is none."""
+def kept_mode(path: Path) -> int | None:
+    """Return the permissions of the file to write; None for a link, and where there is none.
+
+    Raises OSError for a file that is read-only, and for what is no file.
+    """
     try:
         mode = path.stat().st_mode
     except FileNotFoundError:
@@ -103,7 +106,7 @@ def _kept_mode(path: Path) -> int | None:
     if not stat.S_ISREG(mode):
         if stat.S_ISDIR(mode):
             raise IsADirectoryError(errno.EISDIR, "a folder, and not a file")
-        raise OSError(errno.EINVAL, "not a regular file; name another")
+        raise OSError(errno.EINVAL, "not a regular file")
     if path.is_symlink():
         return None
     if not os.access(path, os.W_OK):

@@ -212,7 +212,8 @@ class _Record:
 
 def _private(path: str, flags: int) -> int:
     """Open a file that only this user may read: it holds a person's actions, perhaps pictures."""
-    return os.open(path, flags, 0o600)
+    # A pipe in its place is an error, and not waited for.
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0), 0o600)
 
 
 def _new_folder(wanted: Path) -> Path:

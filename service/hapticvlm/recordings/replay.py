@@ -41,7 +41,8 @@ def replay(
     head = next(lines, {}).get(Key.HEAD)
     if not isinstance(head, dict):
         raise SessionLogError(
-            f"{path}:1: the head is missing; give a folder that `hapticvlm serve --record` wrote"
+            f"{path}:1: the head is missing; give a folder that `hapticvlm serve --record` wrote, "
+            "with all parts of its file in one"
         )
     try:
         materials = msgspec.convert(head[Key.MATERIALS], list[str])

@@ -131,6 +131,8 @@ class WavFile:
     def __init__(self, path: Path, channels: int = 1) -> None:
         import soundfile
 
+        documents.kept_mode(path)  # opening a pipe would wait for its reader
+        path.open("ab").close()  # soundfile gives no reason
         self._file = soundfile.SoundFile(
             path, "w", samplerate=RATE_HZ, channels=channels, format="WAV", subtype="FLOAT"
         )
