@@ -1,6 +1,6 @@
 /**
  * Finds things in a bake through the package. `node identity.mjs cases FILE` answers the queries of the shared cases;
- * `touch FILE ID...` touches ids and says which are silent, and why; `babylon FILE` finds copies as Babylon.js makes
+ * `touch FILE ID...` touches ids and says which are silent, and why; `damaged FILE` spoils each value of a bake and tells what was not refused in words; `babylon FILE` finds copies as Babylon.js makes
  * them; `scene SCENE MATERIALS` loads a glTF scene with three.js: of each mesh and a copy, what it is and what is found.
  */
 import {readFileSync} from 'node:fs';
@@ -31,6 +31,26 @@ function touch(path, ...ids) {
   const silences = Object.fromEntries(ids.map((id) => [id, press(id)]));
   felt.close();
   return {silences, warnings};
+}
+
+function damaged(path) {
+  const broken = [];
+  const spoil = (file, part) => Object.keys(part).forEach((key) => {
+    const right = part[key];
+    for (const wrong of [undefined, null, NaN, 1e308, '', [], {}, [null], ['x', 1]]) {
+      part[key] = wrong;
+      try {
+        new Bake(file).find({paths: ['floor.007'], material: 'Glaze', primitive: 0});
+      } catch ({message}) {
+        if (!/: .*bake it again$/.test(message)) broken.push([key, wrong, message]);
+      }
+    }
+    part[key] = right;
+    if (right !== null && typeof right === 'object') spoil(file, right);
+  });
+  const file = {...json(path), queries: null};
+  spoil(file, file);
+  return broken;
 }
 
 function babylon(path) {
@@ -71,4 +91,4 @@ async function scene(path, materials) {
 }
 
 const [what, ...rest] = process.argv.slice(2);
-console.log(JSON.stringify(await {cases, touch, babylon, scene}[what](...rest)));
+console.log(JSON.stringify(await {cases, touch, damaged, babylon, scene}[what](...rest)));

@@ -127,6 +127,7 @@ def test_it_holds_the_client_its_types_its_licence_and_nothing_else(packed: Path
         "clips.js",
         "feel.js",
         "feel.schema.js",
+        "materials.schema.js",
         "feel.sound.json",
         "feel.true.json",
         "felt.js",

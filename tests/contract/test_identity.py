@@ -87,6 +87,10 @@ def test_the_shared_cases_hold() -> None:
     assert identity.differences(asked("cases", identity.FILE)) == []
 
 
+def test_each_wrong_value_of_a_bake_is_refused_in_words_or_does_no_harm() -> None:
+    assert asked("damaged", identity.FILE) == []
+
+
 def test_a_miss_is_said_once_with_the_nearest_id_and_ends_with_the_next_touch() -> None:
     told = asked("touch", identity.FILE, "Room/flor007", "Room/floor.007", "Room/flor007")
     assert "`Room/flor007` is not in the bake; nearest is `Room/floor.007`" in told["warnings"][0]

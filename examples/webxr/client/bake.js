@@ -4,7 +4,9 @@
  * A thing is found by its id, else by the path of its names, else by its material's name. The bake has the paths as
  * glTF, three.js, Babylon.js and Godot spell them; an index decides only between surfaces of which nothing else is known.
  */
-const VERSION = 2;
+import {checkFile} from './feel.js';
+import SCHEMA from './materials.schema.js';
+
 const AS_THE_SCENE = 'scene'; // the spelling of engines that keep names
 const originals = new WeakMap(); // geometry -> object of the loaded model that has it
 const DEEPEST = 32; // copies of copies
@@ -15,9 +17,9 @@ export class Bake {
   #ofMaterial = new Map(); // by a material's name: {object_id, surface}
   #parts = new WeakMap(); // object of the page -> material -> answer
 
-  /** `file` is the parsed contents of `materials.json`. Throws where its version is another. */
+  /** `file` is the parsed contents of `materials.json`. Throws an Error that names the first field that is wrong. */
   constructor(file) {
-    if (file?.version !== VERSION) throw new Error(`materials.json: version ${file?.version} is not ${VERSION}: bake the scene again`);
+    checkFile(file, SCHEMA);
     this.#objects = new Map(Object.entries(file.objects).map(([id, {surfaces}]) => [id, surfaces]));
     for (const [id, {paths = {}, surfaces}] of Object.entries(file.objects)) {
       for (const [speller, spelled] of Object.entries(paths)) {

@@ -10,8 +10,7 @@ const BASE64 = /^(?:[A-Za-z0-9+/]{4})*(?:[A-Za-z0-9+/]{2}==|[A-Za-z0-9+/]{3}=)?$
 
 /** Opens the parsed contents of `feel.true.json` or `feel.sound.json`. Throws an Error that names the first field that is wrong. */
 export function openFeel(file) {
-  const fault = faultOf(file, SCHEMA);
-  if (fault) refuse(fault.path.join('.') || 'the file', fault.problem);
+  checkFile(file, SCHEMA);
   for (const [name, axis] of [['speeds_mps', file.speeds_mps], ['forces_n', file.forces_n], ['rules.pad.hum_hz', file.rules.pad.hum_hz]]) {
     if (axis.some((value, at) => value <= axis[at - 1])) refuse(name, 'does not rise');
   }
@@ -22,18 +21,25 @@ export function openFeel(file) {
   return {...file, materials, levels, clips, loops};
 }
 
+/** Throws an Error that names the first field in which a file is not as its schema has it. */
+export function checkFile(file, schema) {
+  const fault = faultOf(file, schema, schema.$defs);
+  if (fault) refuse(fault.path.join('.') || 'the file', fault.problem);
+}
+
 /** Returns what is wrong with a value or with what it contains, as {path, problem}; null: it is as the schema has it. */
-function faultOf(value, part) {
+function faultOf(value, part, defs) {
   if (value === null && part.anyOf) return null;
   let schema = part.anyOf?.find(({type}) => type !== 'null') ?? part;
-  if (schema.$ref) schema = SCHEMA.$defs[schema.$ref.split('/').at(-1)];
+  if (schema.$ref) schema = defs[schema.$ref.split('/').at(-1)];
   const problem = problemOf(value, schema);
   if (problem) return {path: [], problem};
   const {type, properties, prefixItems, items, additionalProperties: others, required = []} = schema;
   if (type !== 'object' && type !== 'array') return null;
   for (const key of type === 'array' ? value.keys() : properties ? Object.keys(properties) : [...required, ...Object.keys(value)]) {
     const isThere = type === 'array' || Object.hasOwn(value, key);
-    const fault = isThere ? faultOf(value[key], type === 'array' ? (prefixItems?.[key] ?? items) : (properties?.[key] ?? others)) : {path: [], problem: 'is missing'};
+    const absent = required.includes(key) ? {path: [], problem: 'is missing'} : null;
+    const fault = isThere ? faultOf(value[key], type === 'array' ? (prefixItems?.[key] ?? items) : (properties?.[key] ?? others), defs) : absent;
     if (fault) return {path: [key, ...fault.path], problem: fault.problem};
   }
   return null;

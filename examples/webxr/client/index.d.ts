@@ -218,7 +218,7 @@ export interface BakeQuery {
 
 /** The contents of `materials.json`, and the rule by which things are found in it. */
 export class Bake {
-  /** Throws where the version of the file is another. */
+  /** Throws an Error that names the first field that is wrong. */
   constructor(file: unknown);
   /** Returns the part of the bake that an object of three.js, A-Frame or Babylon.js is; `hit` tells the surface. */
   bakedOf(object: {name: string; parent: any}, hit?: Hit): BakedPart | undefined;

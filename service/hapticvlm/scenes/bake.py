@@ -11,6 +11,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
+from typing import Annotated
 
 import msgspec
 
@@ -70,7 +71,7 @@ class BakedObject(lookup.Thing, frozen=True, omit_defaults=True, kw_only=True):
     """One object: its surfaces, the largest first; `node` is its index in a glTF file."""
 
     node: int | None = None
-    surfaces: tuple[BakedSurface, ...]
+    surfaces: Annotated[tuple[BakedSurface, ...], msgspec.Meta(min_length=1)]
 
 
 class Materials(msgspec.Struct, frozen=True):
@@ -79,7 +80,7 @@ class Materials(msgspec.Struct, frozen=True):
     `corrections` are by patterns of materials' names, such as `shade*`; a person writes them.
     """
 
-    version: int
+    version: Annotated[int, msgspec.Meta(ge=VERSION, le=VERSION)]
     objects: dict[str, BakedObject]
     not_baked: tuple[str, ...]
     corrections: dict[str, str] = {}
@@ -166,17 +167,11 @@ def encode(materials: Materials) -> bytes:
 def decode(content: bytes) -> Materials:
     """Read `materials.json`. Raises UsageError."""
     try:
-        materials = msgspec.json.decode(content, type=Materials)
+        return msgspec.json.decode(content, type=Materials)
     except msgspec.DecodeError as error:  # a ValidationError, too
         raise UsageError(
             f"materials.json: {error}; correct it, or remove it to bake without its corrections"
         ) from None
-    if materials.version != VERSION:
-        raise UsageError(
-            f"materials.json: version {materials.version} is not {VERSION}; remove it, or bake "
-            "into another folder"
-        )
-    return materials
 
 
 def _correct(
