@@ -41,9 +41,6 @@ export function writeMoment({target, kind, speed, force}) {
   return `#${encodeURIComponent(target)}/${kind}${query && `?${query}`}`;
 }
 
-/** Returns the moment of the usual speed and force. */
-export const usualMoment = (target, kind) => ({target, kind, speed: GESTURES[kind].speed, force: GESTURES[kind].force});
-
 /** Sends the touches of a moment until it is over, the release last, then calls `over`. Returns a function that ends it early. */
 export function playMoment({kind, speed, force}, send, over) {
   const {lasts, touchAt} = GESTURES[kind];

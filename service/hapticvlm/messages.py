@@ -49,7 +49,6 @@ ErrorCode = Literal[
 Scope = Literal["all", "speaker", "peltier"]
 """The outputs that a stop turns off. `speaker` includes controllers."""
 MOST_SPEED_MPS, MOST_FORCE_N = 20.0, 200.0  # of a touch
-GENTLE_N = 1.5  # the force of a touch whose engine computes none
 Phase = Literal["approach", "contact", "slide", "release"]
 """`approach`: near, not touching yet; `contact`: touching without sliding; `slide`: sliding along
 the surface; `release`: no longer touching."""

@@ -84,3 +84,14 @@ def is_ready(port):
             return page.status == 200
     except OSError:
         return False
+
+
+@posix
+@pytest.mark.parametrize("command", ["serve --port 0", "feel wood", "gallery list"])
+def test_a_command_whose_reader_has_left_ends_without_a_word(command):
+    reader, writer = os.pipe()
+    os.close(reader)
+    words = [sys.executable, "-m", "hapticvlm", *command.split()]
+    done = subprocess.run(words, stdout=writer, stderr=-1, check=False, timeout=60 * PACE)
+    os.close(writer)
+    assert (done.returncode, done.stderr) == (1, b"")

@@ -88,10 +88,12 @@ def _guarded(options: argparse.Namespace) -> int:
     except KeyboardInterrupt:
         print(f"{options.program}: stopped", file=sys.stderr)
         return 130
-    except BrokenPipeError:  # the reader has closed the pipe, so nothing more may be flushed to it
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 1
     except Exception as error:
+        while isinstance(error, ExceptionGroup):  # of the service's tasks: the first that failed
+            error = error.exceptions[0]
+        if isinstance(error, BrokenPipeError):  # its reader has closed stdout: flush nothing to it
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            return 1
         reason = _reason(error)
         if reason is None:
             raise

@@ -43,8 +43,10 @@ class Address:
             raise ValueError(
                 f"--scene {self.scene_folder}: no folder of this name; give one with index.html"
             )
-        if self.pages_from == "lan":
-            self._check_lan()
+        if self.pages_from == "lan" and is_loopback(self.host):
+            raise ValueError(
+                f"--pages-from lan has no effect while listening on {self.host}: add --host 0.0.0.0"
+            )
 
     def _check_token(self) -> None:
         """Refuse an empty token anywhere, and a missing or short one off loopback."""
@@ -67,12 +69,6 @@ class Address:
             raise ValueError(
                 f"--token: {len(self.token)} characters can be guessed; off this machine it needs "
                 f"{MIN_TOKEN} characters or more, such as --token {new_token()}"
-            )
-
-    def _check_lan(self) -> None:
-        if is_loopback(self.host):
-            raise ValueError(
-                f"--pages-from lan has no effect while listening on {self.host}: add --host 0.0.0.0"
             )
 
     def policy(self) -> http.AccessPolicy:
