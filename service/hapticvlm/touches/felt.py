@@ -46,7 +46,7 @@ class FeltTouch:
     - `heat`: the temperatures, what they follow from, and the limits that acted.
     - `sound`: the vibration with its material and motion; `sound.describe()` has its spectrum.
 
-    A notebook shows its drawing and plays its sound; `print` says it in three lines.
+    A notebook shows its drawing and plays its sound; `print` and `repr` say it in three lines.
     """
 
     heat: Heat
@@ -126,7 +126,7 @@ class FeltTouch:
         whole = self.clip(scale)
         return save_clip(replace(whole, wave=in_voice(whole.wave, voice)), kind, path)
 
-    def __str__(self) -> str:
+    def __repr__(self) -> str:
         heat, felt = self.heat, self.sound.describe()
         levels = felt["spectrum"]["level_db"]
         loudest_hz = felt["spectrum"]["frequency_hz"][levels.index(max(levels))]
