@@ -53,14 +53,14 @@ def changing_speed() -> Json:
 
 
 def lapsing() -> Json:
-    """Return a strike whose hand is not heard of again: its lease ends in silence."""
-    events = [_touch(BEGIN_S, "contact", "glass", speed_mps=0.8)]
-    events += [_planned(BEGIN_S + after) for after in (0.0, 0.1, 0.2, 0.26, 0.4)]
-    return {"name": "a strike that is not renewed", "events": events}
+    """Return a stroke whose hand is not heard of again: its lease ends in silence."""
+    events = [_touch(BEGIN_S, phase, "glass", speed_mps=0.8) for phase in ("contact", "slide")]
+    events += [_planned(BEGIN_S + after) for after in (0.0, 0.1, 0.2, 0.25, 0.26, 0.4)]
+    return {"name": "a stroke that is not renewed", "events": events}
 
 
 def stopped() -> Json:
-    """Return a stop during a slide, touches that it holds off, a release, and a new contact."""
+    """Return a stop during a slide, touches that it holds off, a release, and the same again."""
     at = BEGIN_S
     events = [
         _touch(at, "contact", "wood"),
@@ -74,6 +74,9 @@ def stopped() -> Json:
         _touch(at + 0.12, "release", None),
         _touch(at + 0.13, "slide", "wood"),
         _planned(at + 0.14),
+        {"at_s": at + 0.15, "stop": True},
+        _touch(at + 0.15, "contact", "wood"),
+        _planned(at + 0.15),
         _touch(at + 0.15, "release", None),
         _touch(at + 0.16, "contact", "wood"),
         _planned(at + 0.16),

@@ -45,7 +45,17 @@ function ofNoHand() {
   return told;
 }
 
+/** Returns what a plan is worth after the service said who owns the outputs. */
+function owned(owner) {
+  const haptics = Object.assign(new EventTarget(), {feel() {}});
+  const pulses = new Pulses();
+  pulses.follow(haptics);
+  for (const [type, detail] of Object.entries({vibration: {hand, period_ms, amplitude: [0.5]}, ownership: {owner}})) haptics.dispatchEvent(Object.assign(new Event(type), {detail}));
+  return pulses.amplitude(hand);
+}
+
 console.log(JSON.stringify({
+  'owned and lost': [owned(true), owned(false)],
   'a motor that refuses': await refused(),
   'of no hand': ofNoHand(),
   steady: play([11, 11, 11, 11], [[0.5, 0.5]]),

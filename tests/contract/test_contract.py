@@ -230,3 +230,4 @@ def test_a_motor_that_refuses_says_so_in_silence_and_not_in_every_picture(run: R
     told = json.loads(run("node", HERE / "pulses.mjs"))
     assert told["a motor that refuses"] == [0, "the motor refuses to vibrate: not supported"]
     assert told["of no hand"] == [0.5]
+    assert told["owned and lost"] == [0.5, 0]

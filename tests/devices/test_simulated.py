@@ -172,6 +172,18 @@ def test_the_step_size_does_not_matter(current_a: float, step_s: float) -> None:
     assert plant.sink_c == pytest.approx(fine.sink_c, abs=0.05)
 
 
+def test_a_palm_that_is_lifted_is_felt_no_more_from_the_next_step() -> None:
+    reached_c = []
+    for first_s in (0.02, 0.0201):
+        plant = Plant()
+        plant.step(1.0, first_s)
+        plant.touch(math.inf)
+        for _ in range(100):
+            plant.step(1.0, 0.02)
+        reached_c.append(plant.plate_c)
+    assert reached_c[0] == pytest.approx(reached_c[1], abs=1e-2)
+
+
 def test_time_that_does_not_pass_changes_nothing() -> None:
     plant = Plant()
     for dt_s in (0.0, -1.0, math.nan):

@@ -66,8 +66,10 @@ def test_bytes_without_an_end_stay_as_they_are(size: int) -> None:
 def test_a_recorder_strips_what_it_keeps(tmp_path: Any) -> None:
     recorder = Recorder(tmp_path, frames=True)
     tell = recorder.begin({"owner": True})
-    frame = Frame(1, 0.0, "jpeg", *SHOWN.size, photograph(), "top")
+    frame = Frame(1, 0.0, "jpeg", *SHOWN.size, photograph(), "top", mask=b"four")
     tell({"now": 1.0, "in": "tick", "reading": {}}, frame)
     recorder.close()
     (kept,) = tmp_path.glob("*/frames/*.jpg")
     assert kept.read_bytes() == without_metadata("jpeg", photograph())
+    files = [each for each in tmp_path.glob("**/*") if each.is_file()]
+    assert recorder.written_bytes == sum(each.stat().st_size for each in files)
