@@ -37,20 +37,9 @@ PACKAGES = {
     "mss": "mss",
 }
 # The module of each command of this package, below `hapticvlm.commands`.
-MODULES = {
-    "serve": "serve",
-    "stop": "stop",
-    "stream": "stream_demo",
-    "demo": "stream_demo",
-    "replay": "replay",
-    "recognise": "recognise",
-    "scan": "scan",
-    "gallery": "gallery.command",
-    "plate": "plate",
-    "doctor": "doctor",
-    "feel": "feel",
-    "bake": "bake",
-}
+_OWN = "serve stop stream demo replay recognise scan gallery plate doctor feel bake"
+_ELSEWHERE = {"stream": "stream_demo", "demo": "stream_demo", "gallery": "gallery.command"}
+MODULES = {name: _ELSEWHERE.get(name, name) for name in _OWN.split()}
 # The packages beside this one, with the commands each brings; a wheel has no laboratory. They are
 # found by name: entry points would cost a quarter of a second at every call.
 PARTS = {

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from hapticvlm.client.stream import Target
 
 DEFAULT_URL = "ws://127.0.0.1:8790/"
-FREE_FROM = 1024  # ports below it are for root on most systems
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -55,8 +54,8 @@ def port_errors(port: int, host: str = "127.0.0.1") -> Iterator[None]:
         if error.errno == errno.EADDRINUSE:
             cause = "is in use (`hapticvlm doctor` shows by which program); stop that program, or"
             problem = f"port {port} {cause} use any free port: --port 0"
-        elif error.errno == errno.EACCES and 0 < port < FREE_FROM:
-            problem = f"port {port} is for the system; use one of {FREE_FROM}..65535"
+        elif error.errno == errno.EACCES and 0 < port < 1024:  # which root alone may use
+            problem = f"port {port} is for the system; use one of 1024..65535"
         elif error.errno == errno.EADDRNOTAVAIL or isinstance(error, socket.gaierror):
             problem = f"--host {host}: {error.strerror}; {ADDRESSES}"
         else:
