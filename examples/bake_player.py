@@ -523,7 +523,8 @@ class _Press(_Voice):
         if self.depth[0] >= self.next and self.rest < dt:
             late_s = max(self.rest, dt * (self.next - old) / deeper if deeper > 0.0 else 0.0, 0.0)
             gain = rules["grain_strength"] * self.fade
-            hand.voices.append(player.grain(self.facts["grain"], gain, late_s))
+            name = "grain" if late_s > self.rest else "again"
+            hand.voices.append(player.grain(self.facts[name], gain, late_s))
             passed = old + deeper * late_s / dt - self.next
             self.next += math.floor(max(passed, 0.0)) + 1.0
             self.rest = late_s + 1.0 / rules["grains_per_s"]

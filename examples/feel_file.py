@@ -87,7 +87,7 @@ def _check_names(file: Json) -> None:
     for name, facts in file["materials"].items():
         if facts["swing"]["thickness_m"] is None:
             raise ValueError(f"materials.{name}.swing.thickness_m: is null; bake it again")
-        names = [("clips", facts["grain"])]
+        names = [("clips", facts["grain"]), ("clips", facts["again"])]
         names += [("clips", clip) for kind in IMPACTS for clip in facts[kind]["clips"]]
         for layer in (layer for kind in TEXTURES for layer in facts[kind]["layers"]):
             names += [("loops", layer["loop"]), ("levels", layer["level"])]

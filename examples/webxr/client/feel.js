@@ -60,7 +60,7 @@ function checkNames(file, material, facts) {
   const textures = TEXTURES.map((kind) => facts[kind]);
   const layers = textures.flatMap((texture) => texture.layers);
   const named = {
-    clips: [facts.grain, ...IMPACTS.flatMap((kind) => facts[kind].clips)],
+    clips: [facts.grain, facts.again, ...IMPACTS.flatMap((kind) => facts[kind].clips)],
     loops: layers.map(({loop}) => loop),
     levels: [...layers, ...textures.flatMap(({breaks}) => breaks ?? [])].map(({level}) => level),
   };

@@ -107,7 +107,7 @@ export class Voices {
     const deeper = depth - old;
     if (depth >= voice.next && voice.rest < dt) {
       const late = Math.max(voice.rest, deeper > 0 ? (dt * (voice.next - old)) / deeper : 0, 0);
-      this.#grain(hand, facts.grain, this.rules.grain_strength * voice.fade, late);
+      this.#grain(hand, late > voice.rest ? facts.grain : facts.again, this.rules.grain_strength * voice.fade, late);
       voice.next += Math.floor(Math.max(old + (deeper * late) / dt - voice.next, 0)) + 1;
       voice.rest = late + 1 / this.rules.grains_per_s;
     }

@@ -88,6 +88,7 @@ namespace HapticVLM.Baked
         private void RequireNames(Format.MaterialFeel facts, string field)
         {
             RequireName(File.Clips, "clips", facts.Grain, field);
+            RequireName(File.Clips, "clips", facts.Again, field);
             foreach (string kind in Impacts)
             {
                 string[] clips = Impact(facts, kind).Clips;

@@ -194,7 +194,7 @@ namespace HapticVLM.Baked
                 if (surface.Material != null && surface.Material != "unknown") Note("material", "'" + surface.Material + "' is not in the feel file; bake it");
                 return;
             }
-            if (kind == "press" && facts.NPerGrain != null) hand.Press = new Wish { Key = facts, Grain = feel.Clips[facts.Grain], Aim = impactGain, Force = force / facts.NPerGrain.Value };
+            if (kind == "press" && facts.NPerGrain != null) hand.Press = new Wish { Key = facts, Grain = feel.Clips[facts.Grain], Again = feel.Clips[facts.Again], Aim = impactGain, Force = force / facts.NPerGrain.Value };
             if (isOnset && kind != "swing") Strike(hand, facts, isImpact ? kind : "tap", speed, force, impactGain);
             if (isImpact) return;
             double thin = kind == "swing" && thicknessM > 0.0 ? facts.Swing.ThicknessM.Value / thicknessM : 1.0;

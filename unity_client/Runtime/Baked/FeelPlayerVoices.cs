@@ -185,7 +185,7 @@ namespace HapticVLM.Baked
             if (depth >= voice.Crossing && voice.RestS < dt)
             {
                 double late = Math.Max(Math.Max(voice.RestS, deeper > 0.0 ? dt * (voice.Crossing - old) / deeper : 0.0), 0.0);
-                AddGrain(hand, voice.To.Grain, rules.GrainStrength * voice.Fade, late);
+                AddGrain(hand, late > voice.RestS ? voice.To.Grain : voice.To.Again, rules.GrainStrength * voice.Fade, late);
                 voice.Crossing += Math.Floor(Math.Max(old + deeper * late / dt - voice.Crossing, 0.0)) + 1.0;
                 voice.RestS = late + 1.0 / rules.GrainsPerS;
             }

@@ -32,7 +32,7 @@ namespace HapticVLM.Baked
     {
         public object Key; // a Format.Texture, the Format.MaterialFeel of a press, or that of hums
         public double Thin, Aim, Speed, Force, Hertz; // Force of a press: its depth
-        public Wave Grain;
+        public Wave Grain, Again;
         public double[] Drives;
     }
 

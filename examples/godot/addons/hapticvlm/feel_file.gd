@@ -54,7 +54,7 @@ static func _unfit(file: Dictionary) -> String:
 		var facts: Dictionary = file.materials[name]
 		if facts.swing.thickness_m == null:
 			return "materials.%s.swing.thickness_m: is null" % name
-		var named := [["clips", facts.grain]]
+		var named := [["clips", facts.grain], ["clips", facts.again]]
 		for kind in IMPACTS:
 			named += facts[kind].clips.map(func(clip: String) -> Array: return ["clips", clip])
 		for kind in TEXTURES:

@@ -195,7 +195,7 @@ class Press:
 		var deeper := level.x - old
 		if level.x >= at and flow.x < dt:
 			var late_s := maxf(maxf(flow.x, dt * (at - old) / deeper if deeper > 0.0 else 0.0), 0.0)
-			hand.voices.append(player.grain(facts.grain, rules.grain_strength * fade, late_s))
+			hand.voices.append(player.grain(facts.grain if late_s > flow.x else facts.again, rules.grain_strength * fade, late_s))
 			at += floorf(maxf(old + deeper * late_s / dt - at, 0.0)) + 1.0
 			flow.x = late_s + 1.0 / rules.grains_per_s
 		flow.x -= dt

@@ -71,7 +71,6 @@ _ABOVE_DB = {"true": -36.0, "sound": -27.0}  # energy that may lie above it
 # Of the peak: the end of a clip that stays below it is cut.
 _SILENT = {"true": 1.0 / 200.0, "sound": 1.0 / 60.0}
 _FLOOR = 255  # the byte of silence in a track
-FIGURES = 4
 HUM_HZ = (20.0, 30.0, 40.0, 60.0, 80.0, 120.0, 160.0, 200.0, 250.0, 320.0, 400.0)
 SHARES = ("gain", "impact_gain", "hum.level")
 _THINNEST_M = 1e-3  # the wire wants more than 0
@@ -191,7 +190,10 @@ class Impact(msgspec.Struct, frozen=True):
 
 
 class MaterialFeel(msgspec.Struct, frozen=True):
-    """All of a material. `hz` is its first mode; `n_per_grain` null: it does not yield."""
+    """All of a material. `hz` is its first mode, `again` a grain that soon follows another.
+
+    `n_per_grain` null: it does not yield.
+    """
 
     hz: Hertz
     tap: Impact
@@ -201,6 +203,7 @@ class MaterialFeel(msgspec.Struct, frozen=True):
     carve: Texture
     swing: Texture
     grain: str
+    again: str
     n_per_grain: Positive | None
 
 
@@ -325,16 +328,12 @@ def encode(file: Feel) -> bytes:
 
 def _ranges() -> dict[str, tuple[float, float]]:
     """Return the range of each quantity that a touch or a surface states, as the wire has it."""
-    schema = msgspec.json.schema(messages.Touch)["$defs"]["Touch"]["properties"]
-    wire = {name: schema[name] for name in ("speed_mps", "force_n")}
-    thickness = msgspec.json.schema(messages.SceneObject)["$defs"]["SceneObject"]["properties"]
-    wire["thickness_m"] = next(
-        part for part in thickness["thickness_m"]["anyOf"] if "maximum" in part
-    )
-    ranges = {
-        name: (float(part.get("minimum", _THINNEST_M)), float(part["maximum"]))
-        for name, part in wire.items()
-    }
+    _, parts = msgspec.json.schema_components((messages.Touch, messages.SceneObject))
+    wire = {**parts["Touch"]["properties"], **parts["SceneObject"]["properties"]}
+    ranges = {}
+    for name in ("speed_mps", "force_n", "thickness_m"):
+        part = wire[name].get("anyOf", [wire[name]])[0]
+        ranges[name] = float(part.get("minimum", _THINNEST_M)), float(part["maximum"])
     return ranges | dict.fromkeys(SHARES, (0.0, 1.0)) | {"hum.frequency_hz": (1.0, 1000.0)}
 
 
@@ -408,6 +407,8 @@ def _material(writer: _Writer, name: str, facts: Vibration) -> MaterialFeel:
         textures.grain(facts, playback) for playback in (NOMINAL, vibration_plan.PLAYBACK)
     )
     writer.shots([f"{name} grain"], [grain], [on_pad])
+    yields = math.isfinite(facts.stiffness)
+    again = writer.again(f"{name} grain", grain) if yields else f"{name} grain"
     period_m = facts.swung_m / textures.STROUHAL
     relief = loops.noise(facts.bandwidth, facts.roughness)
     writer.loop(
@@ -415,7 +416,6 @@ def _material(writer: _Writer, name: str, facts: Vibration) -> MaterialFeel:
     )
     air = loops.noise(textures.shed(facts.roughness), 0.0)
     writer.loop(f"{name} air", air, [textures.centre_hz(v / period_m) for v in SPEEDS_MPS])
-    yields = math.isfinite(facts.stiffness)
     return MaterialFeel(
         hz=facts.modes[0].frequency_hz,
         **{kind: _impact(writer, name, kind, facts) for kind in IMPACTS},
@@ -423,6 +423,7 @@ def _material(writer: _Writer, name: str, facts: Vibration) -> MaterialFeel:
         carve=_carving(writer, name, facts),
         swing=Texture((writer.layer(f"{name} air", "swing", 1.0, 0.0, 1),), facts.swung_m),
         grain=f"{name} grain",
+        again=again,
         n_per_grain=_number(facts.stiffness * grains.STEP_M) if yields else None,
     )
 
@@ -578,6 +579,29 @@ class _Writer:
             body=body,
         )
 
+    def again(self, name: str, grain: _Floats) -> str:
+        """Add what a grain (N,) adds to those before it in a fast press; return its name.
+
+        The sound voice of a sum of grains is not the sum of theirs: this is the nearest for some.
+        """
+        if self.voice == "true":
+            return name
+        size, gap = 1 << 13, round(RATE_HZ / grains.MAX_RATE_HZ)
+        alone = self._voiced(np.pad(grain, (0, size - grain.size)))
+        above, below = np.zeros(size // 2 + 1, complex), np.zeros(size // 2 + 1)
+        for count in (2, 3, 4, 8, 16):
+            begins = np.zeros(size)
+            begins[: count * gap : gap] = 1.0
+            added = np.fft.rfft(self._voiced(np.convolve(begins, grain)[:size]) - alone)
+            turns = np.fft.rfft(begins) - 1.0
+            above += turns.conj() * added / np.sum(np.abs(added) ** 2)
+            below += np.abs(turns) ** 2 / np.sum(np.abs(added) ** 2)
+        heard = np.fft.irfft(above / (below + 1e-3 * below.max()))[: grain.size + RATE_HZ // 50]
+        clip = self.clips[name]
+        played = _resampled(heard, round(heard.size * clip.rate_hz / RATE_HZ))
+        self.clips[f"{name} again"] = msgspec.structs.replace(clip, **_packed(played))
+        return f"{name} again"
+
     def _voiced(self, wave: _Floats) -> _Floats:
         """Return a wave (N,) that sounds once in this voice."""
         if self.voice == "true":
@@ -656,8 +680,8 @@ def _bytes(values: _Floats) -> str:
 
 
 def _rounded(values: _Floats | list[float]) -> tuple[float, ...]:
-    return tuple(_number(float(value)) for value in values)
+    return tuple(_number(float(value), 3) for value in values)
 
 
-def _number(value: float, figures: int = FIGURES) -> float:
+def _number(value: float, figures: int = 4) -> float:
     return float(f"{value:.{figures}g}")

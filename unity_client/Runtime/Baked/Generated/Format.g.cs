@@ -146,7 +146,7 @@ namespace HapticVLM.Baked.Format
         }
     }
 
-    /// <summary>All of a material. `hz` is its first mode; `n_per_grain` null: it does not yield.</summary>
+    /// <summary>All of a material. `hz` is its first mode, `again` a grain that soon follows another. `n_per_grain` null: it does not yield.</summary>
     internal sealed class MaterialFeel
     {
         public readonly double Hz;
@@ -157,6 +157,7 @@ namespace HapticVLM.Baked.Format
         public readonly Texture Carve;
         public readonly Texture Swing;
         public readonly string Grain;
+        public readonly string Again;
         public readonly double? NPerGrain;
 
         public MaterialFeel(Table table)
@@ -169,6 +170,7 @@ namespace HapticVLM.Baked.Format
             Carve = table.Get("carve", Read.Part(part => new Texture(part)));
             Swing = table.Get("swing", Read.Part(part => new Texture(part)));
             Grain = table.Get("grain", Read.Text);
+            Again = table.Get("again", Read.Text);
             NPerGrain = table.Get("n_per_grain", Read.Maybe(Read.Number(0.0001, 1000000.0)));
         }
     }
