@@ -55,7 +55,7 @@ const float TRIP_HIGH_C = 43.0f;
 const float TRIP_LOW_C = 13.0f;
 // Mean estimates of the face that trip while the cut-out is closed: between the setpoints and the skin's limits, so that
 // the relay opens a shorted bridge before the skin reaches 43 or 15 degC, the hot one also behind beads of a wrong type.
-const float FACE_TRIP_HIGH_C = 41.2f, FACE_TRIP_LOW_C = 16.5f;
+const float FACE_TRIP_HIGH_C = 41.0f, FACE_TRIP_LOW_C = 16.5f;
 const uint8_t FACE_TRIP_MS = 60;
 // The cut-out's bead trips there as well while both of the plate stand still: a bridge may be shorted behind frozen ones.
 const float CUT_OUT_LEAD_S = 0.2f;

@@ -173,7 +173,7 @@ def test_a_fault_of_the_plate_is_said_with_what_to_do(guarded: Guarded, browser:
         expect(page.locator("#faults")).to_contain_text("no fault")
         guarded.board.plate = SimulatedPlate(stuck_sensor_c=44.0)
         fault = page.locator("#faults .fault")
-        expect(fault).to_contain_text("The plate is off: the plate reached 41.2 degC")
+        expect(fault).to_contain_text("The plate is off: the plate reached 41 degC")
         expect(fault.locator(".cure")).to_contain_text("Remedy: take the hand off")
         expect(page.locator("#troubles")).to_contain_text("plate fault")
         assert violations_of(page) == []

@@ -129,12 +129,12 @@ def test_a_shorted_bridge_leaves_a_pressed_palm_above_13_degrees(
 
 @pytest.mark.parametrize("start_c", [38.0, 40.0])
 @pytest.mark.parametrize("face_j_per_k", [0.6, 1.0, 1.5])
-def test_a_shorted_bridge_leaves_a_pressed_palm_below_42_5_degrees(
+def test_a_shorted_bridge_leaves_a_pressed_palm_below_42_degrees(
     face_j_per_k: float, start_c: float
 ) -> None:
     _, hottest_c = skin_of_a_shorted_bridge(1, 30.0, start_c, face_j_per_k)
 
-    assert hottest_c <= 42.5
+    assert hottest_c <= 42.0
 
 
 def skin_of_a_shorted_bridge(

@@ -29,6 +29,7 @@ PAIRS = [
     ("bridge shorted to heat", "plate A open", HOT),
     ("bridge shorted to cool", "hang, boot loader hides it", COLD),
     ("bridge shorted to cool", "fan dead", COLD),
+    ("shared ground of 50 mohm", "bridge shorted to heat", HELD_HOT),
     ("module backwards", "both frozen alike", HOT),
     ("module backwards", "both wrong beta", HOT),
     ("module backwards", "bridge shorted to cool", HOT),
