@@ -68,20 +68,21 @@ def read_bytes(path: Path, max_bytes: int = MAX_BYTES, timeout_s: float = READ_T
     return bytes(data)
 
 
-def replace_file(path: Path, data: bytes | str) -> None:
+def replace_file(path: Path, data: bytes | str, mode: int = 0o666) -> None:
     """Write a file whole or not at all, in place of the file or link of its name.
 
     After a power failure the old file or the new one is there. The temporary name is random, so
-    nobody can put a link there, and begins with a dot, so who lists the folder ignores it. A file
-    keeps its permissions. Raises OSError, which names `path`, also for a file that is read-only,
-    and for a device or a pipe, whose name would be given to a file.
+    nobody can put a link there, and begins with a dot, so who lists the folder ignores it. A new
+    file has the permissions `mode` less the umask; an old one keeps its own. Raises OSError, which
+    names `path`, also for a file that is read-only, and for a device or a pipe, whose name would be
+    given to a file.
     """
     part = path.with_name(f".{path.name}.{os.urandom(4).hex()}.part")
     try:
-        mode = kept_mode(path)
-        with part.open("xb") as file:
-            if mode is not None:
-                part.chmod(mode)
+        kept = kept_mode(path)
+        with open(part, "xb", opener=lambda name, flags: os.open(name, flags, mode)) as file:
+            if kept is not None:
+                part.chmod(kept)
             file.write(data.encode() if isinstance(data, str) else data)
             file.flush()
             os.fsync(file.fileno())

@@ -161,7 +161,7 @@ def test_a_token_is_asked_for_and_a_wrong_one_refused(guarded: Guarded, browser:
         ("wrong", "#gone", "The token is wrong"),
         (TOKEN, "#link", "Connected to hapticvlm"),
     ):
-        page.get_by_label("This service requires the token").fill(token)
+        page.get_by_label("Token of this service").fill(token)
         page.get_by_role("button", name="Connect").click()
         expect(page.locator(place)).to_contain_text(answer, timeout=PATIENCE_MS)
     expect(page.locator("#token-form")).to_be_hidden()

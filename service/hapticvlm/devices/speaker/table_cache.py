@@ -46,7 +46,7 @@ def save(cache: ArrayCache, folder: Path | None = None) -> None:
     try:
         file = _file(folder)
         file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        documents.replace_file(file, _packed(cache.arrays()))
+        documents.replace_file(file, _packed(cache.arrays()), 0o600)
         for old in set(file.parent.glob("vibration-*.bin")) - {file}:
             old.unlink(missing_ok=True)
     except OSError as error:
