@@ -108,6 +108,7 @@ def test_a_thing_pressed_with_the_mouse_is_decided_by_its_name_and_felt(visit: V
     visit.page.locator("#said", has_text="SteelBlock is metal").wait_for()
     visit.until(lambda: visit.felt(since) >= 0.1)
     visit.page.mouse.up()
+    visit.until(lambda: visit.rests(since))  # so that no later press is taken to be felt by it
 
 
 def test_a_model_of_gltf_is_felt_as_its_touched_material_and_other_things_go_on(
@@ -128,6 +129,7 @@ def test_a_model_of_gltf_is_felt_as_its_touched_material_and_other_things_go_on(
         visit.until(lambda begin: visit.felt(begin) >= 0.1, since)
         visit.page.mouse.up()
         visit.until(lambda begin: visit.phases(begin)[-1:] == ["release"], sent)
+        visit.until(lambda begin: visit.rests(begin), since)
         touches = [one for one in visit.sent[sent:] if one["type"] == "touch"]
         assert {(one.get("object_id", name), one.get("surface", 0)) for one in touches} == {
             (name, 0)

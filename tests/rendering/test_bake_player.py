@@ -49,7 +49,7 @@ OCTAVE_STEPS = np.arange(0.0, 8.0, 1.0 / 24.0)  # from 20 Hz
 # What is off by more than the marks, as docs/player.md says: 99 % of levels, dB, and of pitches.
 BEYOND = {
     ("true", "press"): (vectors.STEP_DB, 0.07),
-    ("sound", "press"): (4.0, 0.17),
+    ("sound", "press"): (4.4, 0.17),
     ("sound", "slide"): (2.0, 0.11),
     ("sound", "carve"): (vectors.STEP_DB, 0.1),
     ("sound", "swing"): (2.4, vectors.MOST_PITCH),
