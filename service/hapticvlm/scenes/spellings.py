@@ -6,7 +6,8 @@ glTF lets names be of any letters, the same twice, or absent. Each loader rewrit
   then: `_1`, `_2`. Scenes and nodes are named first, from the roots on, meshes after them.
 - Godot (GLTFDocument) turns `. : @ / " %` to `_`, numbers from 2 without a joint, by the order of
   the file, and takes an ending that has a meaning (`-col`, `-rigid`) away.
-- Babylon.js and Unity's loaders keep names. Babylon calls a nameless node `node` and its number.
+- Babylon.js and Unity's loaders keep names. Babylon calls a nameless node `node` and its number;
+  Unity's client turns `Node-3` of glTFast and `GLTFNode3` of UnityGLTF to that.
 """
 
 from __future__ import annotations

@@ -215,7 +215,7 @@ public static class FeltRooms
         Object.Destroy(client.gameObject);
     }
 
-    static HapticClient Client(string materials)
+    public static HapticClient Client(string materials)
     {
         var holder = new GameObject("client");
         holder.SetActive(false);

@@ -1,3 +1,4 @@
+using System.Collections.Generic;
 using System.Text.RegularExpressions;
 using HapticVLM.Baked;
 using UnityEngine;
@@ -10,6 +11,15 @@ namespace HapticVLM
         // What Unity puts behind the names of copies: "Crate (3)", "Crate(Clone)", "Oak (Instance)".
         static readonly Regex Copies = new Regex(@"( ?(\(Clone\)|\(Instance\)|\(\d+\)))+(?=/|$)", RegexOptions.CultureInvariant);
 
+        // What importers of glTF call the nameless node 3, which is "node3" in a bake: glTFast "Node-3", UnityGLTF "GLTFNode3".
+        static readonly Regex Nameless = new Regex(@"(?<=^|/)(Node-|GLTFNode)(?=\d+(/|$))", RegexOptions.CultureInvariant);
+
+        // What they make of a node beside itself: a further part of its mesh ("Cube_1"), one of many instances ("Cube_i7", "Instances/Instance 7").
+        static readonly Regex Part = new Regex(@"/([^/]*_i?\d+|Instances/Instance \d+)$", RegexOptions.CultureInvariant);
+
+        // What glTFast puts behind the names of siblings that have the same.
+        static readonly Regex Number = new Regex(@"_\d+$", RegexOptions.CultureInvariant);
+
         /// <summary>
         /// Returns what is felt of an object, or of its surface with this material; null: the bake of the active Haptic
         /// Client has nothing of it. An object is found by its id, a copy by that of its original, others by their names.
@@ -19,26 +29,35 @@ namespace HapticVLM
             BakedScene baked = HapticClient.Active == null ? null : HapticClient.Active.Baked;
             if (baked == null || of == null) return null;
             var target = of.GetComponentInParent<HapticObject>();
-            string id = target == null ? null : target.ObjectId;
-            return Find(baked, id, target == null ? of : target.gameObject, material == null ? null : Appearance.NameOf(material), 0);
+            var renderer = material == null ? of.GetComponent<Renderer>() : null;
+            if (renderer != null && renderer.sharedMaterials.Length == 1) material = renderer.sharedMaterial;
+            return Find(baked, target, material == null ? null : Appearance.NameOf(material), 0, of);
         }
 
         internal static FeltSurface Find(BakedScene baked, HapticObject target, int surface)
         {
-            return Find(baked, target.ObjectId, target.gameObject, target.MaterialName(surface), surface);
+            return Find(baked, target, target.MaterialName(surface), surface, target.gameObject);
         }
 
-        static FeltSurface Find(BakedScene baked, string id, GameObject of, string material, int surface)
+        static FeltSurface Find(BakedScene baked, HapticObject target, string material, int surface, GameObject of)
         {
-            string path = Appearance.Name(of);
+            var paths = new List<string>();
+            AddPaths(of, paths);
+            if (target != null && target.gameObject != of) AddPaths(target.gameObject, paths);
             BakeFound found = baked.Find(new BakeQuery
             {
-                ObjectId = id,
-                Paths = new[] { path, Copies.Replace(path, "") },
+                ObjectId = target == null ? null : target.ObjectId,
+                Paths = paths.ToArray(),
                 Material = material == null ? null : Copies.Replace(material, ""),
                 Surface = surface,
             });
             return found == null ? null : baked.SurfaceOf(found);
+        }
+
+        static void AddPaths(GameObject of, List<string> paths)
+        {
+            string path = Appearance.Name(of), plain = Nameless.Replace(Copies.Replace(path, ""), "node");
+            paths.AddRange(new[] { path, plain, Part.Replace(plain, ""), Number.Replace(plain, "") });
         }
     }
 }
