@@ -74,6 +74,7 @@ class Door(H11Protocol):
     def on_response_complete(self) -> None:
         """Wait for the next request: for long if this one was a client's."""
         super().on_response_complete()
+        self.cycle.body.clear()  # a refused body was not read, and would stay with its socket
         if not self.transport.is_closing() and not self._is_client():
             self._watch()
 

@@ -1,5 +1,6 @@
 """Strangers at the shared recogniser: silent sockets in hundreds, and a log that nobody reads."""
 
+import asyncio
 import contextlib
 import http.client
 import os
@@ -10,10 +11,12 @@ import time
 
 import psutil
 import pytest
+import uvicorn
 from pace import PACE
+from uvicorn.server import ServerState
 
 from hapticvlm.vision.remote import contract
-from hapticvlm_recogniser_app.door import STRANGER_S
+from hapticvlm_recogniser_app.door import STRANGER_S, Door, Strangers
 from hapticvlm_recogniser_app.settings import TOKEN
 
 SECRET = "the-token-of-this-test"
@@ -83,6 +86,24 @@ def test_a_crowd_of_strangers_keeps_no_client_out(app, said):
     finally:
         for one in crowd:
             one.close()
+
+
+async def test_a_refused_body_does_not_stay_with_its_socket():
+    async def refuse(_scope, _receive, send):
+        await send({"type": "http.response.start", "status": 401, "headers": []})
+        await send({"type": "http.response.body", "body": b""})
+
+    http = type("OwnDoor", (Door,), {"strangers": Strangers()})
+    config = uvicorn.Config(refuse, http=http, ws="none", lifespan="off", log_config=None)
+    config.load()
+    door = http(config=config, server_state=ServerState(), app_state={})
+    server = await asyncio.get_running_loop().create_server(lambda: door, "127.0.0.1", 0)
+    async with server:
+        reader, writer = await asyncio.open_connection(*server.sockets[0].getsockname())
+        writer.write(SAID["half a body"])
+        assert b"401" in await asyncio.wait_for(reader.readline(), 10.0 * PACE)
+        assert not door.cycle.body
+        writer.close()
 
 
 def test_a_client_keeps_its_socket_while_a_stranger_loses_it(app):

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pace import PACE
 from tiny_encoders import Graph, crop, picture, write_onnx
 
 from hapticvlm.vision.encoders.encoder import BATCH, EncoderError
@@ -162,3 +163,15 @@ def test_it_imports_no_torch_and_prints_nothing(folder: Path) -> None:
         timeout=60,
     )
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
+def test_a_look_loads_no_masked_arrays_and_keeps_no_file() -> None:
+    code = (
+        "import sys, hapticvlm, numpy as np\n"
+        "from hapticvlm.vision.loading import load_encoder\n"
+        "pixels = np.random.default_rng(0).integers(0, 256, (300, 300, 3), np.uint8)\n"
+        "hapticvlm.recognise(pixels)\n"
+        "assert 'onnxruntime' in sys.modules and 'numpy.ma' not in sys.modules\n"
+        "assert load_encoder().open()._model_bytes is None"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=60.0 * PACE)

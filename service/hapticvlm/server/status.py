@@ -6,8 +6,6 @@ import time
 from dataclasses import asdict
 from typing import Any
 
-import numpy as np
-
 from hapticvlm.devices.faults import describe
 from hapticvlm.devices.speaker.speaker import Speaker
 from hapticvlm.messages import Telemetry, View
@@ -18,6 +16,7 @@ from hapticvlm.server.outputs import Outputs
 from hapticvlm.server.vlm_queue import VlmQueue
 from hapticvlm.session.hands import NAMES, Hand
 from hapticvlm.session.targets import ObjectTarget
+from hapticvlm.statistics import percentile
 from hapticvlm.vision.worker import RecogniserWorker
 
 WAITS = 512
@@ -181,6 +180,6 @@ def _command_wait_ms(speaker: Speaker) -> dict[str, float] | None:
         return None
     return {
         "n": waits.size,
-        "median": float(np.median(waits)),
-        "p99": float(np.percentile(waits, 99)),
+        "median": float(percentile(waits, 50.0)),
+        "p99": float(percentile(waits, 99.0)),
     }

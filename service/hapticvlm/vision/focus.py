@@ -18,6 +18,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from hapticvlm.statistics import percentile
+
 # Our choice, by the decisions on choose_web that survive foveation (training/LOG.md). Levels are
 # sums of red, green and blue; a sharpness of 1 is an edge between two pixels.
 CELL = 8  # px a side
@@ -57,7 +59,7 @@ def is_uneven(image: _Pixels, mask: _Pixels) -> bool:
     if np.count_nonzero(has_edge) < LEAST:
         return False
     sharpness = np.maximum(down, across)[has_edge] / extent[has_edge]
-    if np.median(sharpness) >= BLURRED or np.percentile(sharpness, SHARPEST) <= SHARP:
+    if percentile(sharpness, 50.0) >= BLURRED or percentile(sharpness, SHARPEST) <= SHARP:
         return False
     # Motion blurs the edges across its path alone. Cells with an edge both ways tell it.
     both = (range_down > EDGE) & (range_across > EDGE)

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.messages import Frame
+from hapticvlm.statistics import percentile
 from hapticvlm.vision import pictures
 from hapticvlm.vision.pictures import Pixels
 
@@ -95,7 +96,7 @@ def _ground(pixels: NDArray[np.float32], width: int) -> NDArray[np.float32]:
     """Return the plane of colours through the medians of the four sides, (H, W, 3)."""
     # A thing that reaches into a side moves its median only if it covers half of that side.
     sides = (pixels[:width], pixels[-width:], pixels[:, :width], pixels[:, -width:])
-    top, bottom, left, right = (np.median(side.reshape(-1, 3), axis=0) for side in sides)
+    top, bottom, left, right = (percentile(side.reshape(-1, 3), 50.0) for side in sides)
     height, length = pixels.shape[:2]
     v = ((np.arange(height) + 0.5) / height - 0.5)[:, None, None]
     u = ((np.arange(length) + 0.5) / length - 0.5)[None, :, None]

@@ -12,6 +12,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from hapticvlm.statistics import percentile
+
 Levels = tuple[int, int]  # of the picture before, which its 0 and its 255 were
 WHOLE: Levels = (0, 255)
 
@@ -27,8 +29,8 @@ EVERY = 4  # rows and columns that are counted
 def stretched(image: NDArray[np.uint8]) -> tuple[NDArray[np.uint8], Levels]:
     """Return (H, W, 3) uint8 with its tones spread if it is hazy or dark, and its levels before."""
     sample = image[::EVERY, ::EVERY].reshape(-1, 3)
-    low = int(np.percentile(sample.min(axis=1), REST))
-    high = int(np.percentile(sample.max(axis=1), 100.0 - REST))
+    low = int(percentile(sample.min(axis=1), REST))
+    high = int(percentile(sample.max(axis=1), 100.0 - REST))
     is_hazy = low >= HAZE and high <= WHITE
     if not (is_hazy or high <= DARK) or high - low < LEAST:
         return image, WHOLE

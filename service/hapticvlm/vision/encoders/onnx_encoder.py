@@ -11,7 +11,9 @@ files share `open_session` (file_encoder).
 
 from __future__ import annotations
 
+import ctypes
 import hashlib
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -169,7 +171,18 @@ def open_session(graph: bytes, threads: int, folder: Path | None = None) -> Any:
     if folder is not None:
         options.add_session_config_entry(EXTERNAL_FOLDER, str(folder.resolve()))
     options.graph_optimization_level = onnxruntime.GraphOptimizationLevel.ORT_ENABLE_ALL
-    return onnxruntime.InferenceSession(graph, options, providers=["CPUExecutionProvider"])
+    session = onnxruntime.InferenceSession(graph, options, providers=["CPUExecutionProvider"])
+    session._model_bytes = None  # it would keep the file, to change providers
+    _return_free_memory()
+    return session
+
+
+def _return_free_memory() -> None:
+    """Return what loading has freed to the system, which glibc does not do by itself."""
+    if sys.platform == "linux":
+        trim = getattr(ctypes.CDLL(None), "malloc_trim", None)  # musl has none
+        if trim is not None:
+            trim(0)
 
 
 def _open(graph: bytes, folder: Path, threads: int) -> Any:  # noqa: ANN401

@@ -20,10 +20,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
 from hapticvlm import materials
 from hapticvlm.cache_folder import cache_folder
@@ -31,6 +31,9 @@ from hapticvlm.vision.encoders import joint_embedding
 from hapticvlm.vision.encoders.encoder import SHIPPED, NetworkEncoder
 from hapticvlm.vision.galleries.gallery import Calibration, Gallery, LinearLayer, log_softmax
 from hapticvlm.vision.pictures import Crop, central_mask
+
+if TYPE_CHECKING:
+    from PIL import Image
 
 Floats = NDArray[np.float32]
 Doubles = NDArray[np.float64]
@@ -120,6 +123,8 @@ def trial_shares(encoders: Sequence[NetworkEncoder]) -> list[float]:
 
 def read_references(side: int) -> tuple[list[Crop], Indices]:
     """Read the reference pictures as crops, blank ones as unknown; labels are indices in NAMES."""
+    from PIL import Image
+
     crops: list[Crop] = []
     labels: list[int] = []
     for label, name in enumerate(NAMES):
@@ -195,6 +200,8 @@ def _folds(labels: Indices) -> Indices:
 
 
 def _cut(sheet: Image.Image, masks: Image.Image, side: int) -> list[Crop]:
+    from PIL import Image
+
     square = sheet.width // COLUMNS
     boxes = [
         (left, top, left + square, top + square)
