@@ -76,7 +76,8 @@ function move() {
   const left = isRight ? at.x + AWAY.x : isLeft ? at.x - AWAY.x - SIZE.width : (room.width - SIZE.width) / 2;
   const top = isRight || isLeft ? at.y - AWAY.y - SIZE.height / 2 : at.y > room.height / 2 ? 0 : room.height;
   const x = clamp(left, EDGE, room.width - SIZE.width - EDGE);
-  const y = clamp(top, EDGE, room.height - SIZE.height - EDGE);
+  const words = document.getElementById("how")?.getBoundingClientRect().bottom ?? 0; // which lie over the stage
+  const y = clamp(top, Math.max(EDGE, words - byId("card").parentElement.getBoundingClientRect().top), room.height - SIZE.height - EDGE);
   byId("card").style.transform = `translate(${Math.round(x)}px, ${Math.round(y)}px)`;
 }
 
