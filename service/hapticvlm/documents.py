@@ -19,7 +19,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from io import BufferedReader
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import IO, Any, TypeVar
 
 MIB = 1024 * 1024
 MAX_BYTES = 16 * MIB
@@ -113,6 +113,19 @@ def kept_mode(path: Path) -> int | None:
     if not os.access(path, os.W_OK):
         raise PermissionError(errno.EACCES, "read-only")
     return mode & 0o777
+
+
+def locks(file: IO[Any]) -> bool:
+    """Lock an open file until it is closed or the process ends; False: another program has it."""
+    try:
+        import fcntl
+
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except ImportError:  # Windows has no flock: nothing is locked there
+        pass
+    except BlockingIOError:
+        return False
+    return True
 
 
 def sync_folder(folder: Path) -> None:

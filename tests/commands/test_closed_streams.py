@@ -95,3 +95,12 @@ def test_a_command_whose_reader_has_left_ends_without_a_word(command):
     done = subprocess.run(words, stdout=writer, stderr=-1, check=False, timeout=60 * PACE)
     os.close(writer)
     assert (done.returncode, done.stderr) == (1, b"")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="only Linux has a device that is full")
+def test_a_command_whose_disk_is_full_says_so_and_ends_alike_where_it_cannot():
+    words = [sys.executable, "-m", "hapticvlm", "gallery", "list"]
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(words, stdout=full, stderr=-1, check=False)
+        assert (done.returncode, b"free some space" in done.stderr) == (2, True)
+        assert subprocess.run(words, stdout=full, stderr=full, check=False).returncode == 2

@@ -304,6 +304,16 @@ def test_a_wav_in_a_folder_that_is_not_there_is_refused_by_name(tmp_path):
         speaker.start()
 
 
+def test_a_wav_that_another_speaker_writes_is_refused(tmp_path):
+    first, second = (Speaker(AudioSettings(wav=tmp_path / "played.wav")) for _ in range(2))
+    first.start()
+    try:
+        with pytest.raises(DeviceError, match="another program writes to it; choose another file"):
+            second.start()
+    finally:
+        first.close()
+
+
 def test_an_engine_that_was_restarted_goes_on_in_a_file_of_its_own(tmp_path):
     speaker = Speaker(AudioSettings(wav=tmp_path / "played.wav"))
     speaker.start()

@@ -14,6 +14,7 @@ import logging
 import os
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 
 from hapticvlm import __version__
 from hapticvlm.commands.parsing import Commands, Parser
@@ -91,7 +92,8 @@ def _guarded(options: argparse.Namespace) -> int:
     if getattr(options, "json", False):  # a program that reads stdout gets the error there
         print(json.dumps({"error": reason}))
     else:
-        print(f"{options.program}: {reason}", file=sys.stderr)
+        with suppress(OSError):  # stderr may be the file that its full disk has no room for
+            print(f"{options.program}: {reason}", file=sys.stderr)
     return 2
 
 

@@ -128,19 +128,10 @@ class Log:
 
 @contextmanager
 def locked(folder: Path) -> Iterator[None]:
-    """Lock the study against a second program. Raises StudyError when it is locked already.
-
-    The operating system holds the lock and releases it when the process ends, however it ends.
-    """
+    """Lock the study against a second program. Raises StudyError when it is locked already."""
     with (folder / ".lock").open("w") as file:
-        try:
-            import fcntl
-
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except ImportError:  # Windows has no flock: a study is not locked there
-            pass
-        except OSError:
-            raise StudyError(f"{folder}: another `study run` is using it") from None
+        if not documents.locks(file):
+            raise StudyError(f"{folder}: another `study run` is using it")
         yield
 
 

@@ -18,6 +18,7 @@ gaps.
 
 from __future__ import annotations
 
+import errno
 import gc
 import io
 import logging
@@ -132,7 +133,9 @@ class WavFile:
         import soundfile
 
         documents.kept_mode(path)  # opening a pipe would wait for its reader
-        path.open("ab").close()  # soundfile gives no reason
+        self._lock = path.open("ab")  # soundfile gives no reason
+        if not documents.locks(self._lock):
+            raise OSError(errno.EBUSY, "another program writes to it")
         self._file = soundfile.SoundFile(
             path, "w", samplerate=RATE_HZ, channels=channels, format="WAV", subtype="FLOAT"
         )
@@ -153,6 +156,7 @@ class WavFile:
         self._closing.set()
         self._thread.join(5.0)
         self._file.close()
+        self._lock.close()
 
     def _write(self) -> None:
         try:
