@@ -107,10 +107,25 @@ def test_links_are_printed_and_to_a_terminal_alone_the_token_and_its_code(
         assert "\u2588" not in shown
         return
     host = lan_pages.own_address() or "0.0.0.0"
-    assert f"http://{host}:8790/try" in shown
     assert f"http://{host}:8790/scene/" in shown
     assert f"password: {options.token}" in shown
-    assert read_code(shown) == f"http://phone:{options.token}@{host}:8790/try"
+    link = f"http://phone:{options.token}@{host}:8790/try"
+    assert f" {link}\n" in shown
+    assert read_code(shown) == link
+
+
+def test_a_folder_that_has_nothing_for_its_option_is_named(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    options = ServeOptions(scene=tmp_path, gallery=tmp_path)
+    for is_empty in (True, False):
+        print_ready(options, 8790, DEVICES, has_priority=False)
+        shown = capsys.readouterr().out
+        assert [f"{name} {tmp_path}" in shown for name in ("--scene", "--gallery")] == [
+            is_empty
+        ] * 2
+        for name in ("index.html", "walnut.toml"):
+            (tmp_path / name).touch()
 
 
 def test_a_token_with_any_letters_is_read_from_the_link() -> None:

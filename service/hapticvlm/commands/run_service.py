@@ -21,7 +21,7 @@ from typing import Any, TypeVar
 
 from hapticvlm import __version__
 from hapticvlm.devices.worn.output import WornOutput
-from hapticvlm.errors import out_of_memory
+from hapticvlm.errors import out_of_memory, shell_word
 from hapticvlm.messages import Devices
 from hapticvlm.processes.model_worker import WorkerReply
 from hapticvlm.server import log_writer, service_info, systemd
@@ -212,7 +212,20 @@ def _addresses(options: ServeOptions, port: int) -> Iterator[str]:
     yield f"  status page  {base}"
     yield f"  try it       {base}try"
     yield from _scenes(options, base)
+    yield from _empty_folders(options)
     yield from _network(options, f"ws{s}", port)
+
+
+def _empty_folders(options: ServeOptions) -> Iterator[str]:
+    """Yield a line for each folder that was named and has nothing to open or to compare with."""
+    scene, gallery = options.scene, options.gallery
+    if scene is not None and not scene_files.pages(scene):
+        yield f"  scene        --scene {scene}: it has no index.html; add it, or name another folder"
+    if gallery is None or not gallery.is_dir():
+        return
+    if not [*gallery.glob("*.toml"), *gallery.glob("gallery.npz")]:
+        cure = f"add one with `hapticvlm gallery add ... --out {shell_word(gallery)}`"
+        yield f"  gallery      --gallery {gallery}: it has no material, the shipped ones hold; {cure}"
 
 
 def _scenes(options: ServeOptions, base: str) -> Iterator[str]:

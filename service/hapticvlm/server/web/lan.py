@@ -78,9 +78,9 @@ def lines(base: str, token: str | None) -> Iterator[str]:
 
     `token` is None where others may read what is printed.
     """
+    yield f"  on a phone   {phone_link(base, token) if token else f'{base}try'}"
     token = token or "in the file below, not written to a log"
-    yield f"  on a phone   {base}try"
-    yield f"               name: any; password: {token}"
+    yield f"               a browser that asks: any name; password: {token}"
     yield f"  dashboard    {base}"
     yield f"  scenes       {base.replace('http', 'ws', 1)}   token: {token}"
     yield "  open to      anyone in your network who has the token; they can touch, stop and watch"
@@ -88,7 +88,7 @@ def lines(base: str, token: str | None) -> Iterator[str]:
 
 
 def phone_link(base: str, token: str) -> str:
-    """Return the link of the page to touch, with the token, for a code and not for a log.
+    """Return the link of the page to touch, with the token, for a terminal and not for a log.
 
     A browser that takes name and password from a link asks for nothing; others ask once.
     """
