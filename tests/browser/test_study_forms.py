@@ -165,6 +165,7 @@ def take_part(sat: Sat, context: BrowserContext, address: str) -> None:
     page.locator("label[lang=de]").click()
     page.locator("#form button", has_text="Ich nehme teil").wait_for()
     sat.look("consent", page)
+    assert "Platte" not in page.locator("main").aria_snapshot()  # read by ear: there is no plate
     page.locator(".agree input").check()
     page.locator("#form button").click()
     page.locator("input[name=age]").fill("31")

@@ -2,9 +2,9 @@
 import { byId, degrees, list, make, named, percent, setText } from "./dom.js";
 
 const PHASES = {
-  choosing: "No participant is chosen", consent: "Reads the consent", questions: "Answers questions", training: "Training",
-  ready: "Ready for the trials", resting: "Rests before the next pattern", playing: "A pattern is playing", asking: "Is asked which pattern it was",
-  rating: "Rates the pattern", paused: "Paused", stopped: "Stopped: the outputs are at rest", trouble: "A device has a problem", done: "All done",
+  choosing: "No participant is chosen", consent: "The participant reads the consent", questions: "The participant answers questions", training: "Training",
+  ready: "Ready for the trials", resting: "The participant rests before the next pattern", playing: "A pattern is playing", asking: "The participant is asked which pattern it was",
+  rating: "The participant rates the pattern", paused: "Paused", stopped: "Stopped: vibration and plate are at rest", trouble: "A device has a problem", done: "All done",
 };
 let socket = null;
 let view = null;

@@ -17,8 +17,10 @@ export function draw(form, phase, view, study, send) {
 function agreement(view, study, form) {
   const shown = [];
   if (known().length > 1) shown.push(choiceOf("language", text("page.language"), known().map((code) => ({ value: code, text: nameOf(code), lang: code })), spoken(), true));
-  shown.push(...paragraphs(own(study.consent, view)));
   if (own(study.consent)) {
+    const words = make(view.hear ? "details" : "div", "", { className: "prose" });
+    words.append(...(view.hear ? [make("summary", text("page.study"))] : []), ...paragraphs(own(study.consent, view)));
+    shown.push(words);
     const label = make("label", "", { className: "agree" });
     label.append(make("input", "", { type: "checkbox", name: "agreed", required: true }), " ", text("page.i_agree"));
     shown.push(label);

@@ -138,8 +138,8 @@ def _bits(document: Document) -> str:
     bits, bias = information["bits"], information["bias"]
     if bias > _BIAS_LIMIT * bits:
         return (
-            f"Information transmitted cannot be estimated from so few trials: {bias:.2f} of the "
-            f"{bits:.2f} bits counted would be bias."
+            f"Information transmitted cannot be estimated from so few trials: they count "
+            f"{bits:.2f} bits, and their bias is about {bias:.2f}."
         )
     return (
         f"Information transmitted: {bits:.2f} of {information['most']:.2f} bits, of which about "
