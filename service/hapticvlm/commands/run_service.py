@@ -220,12 +220,12 @@ def _empty_folders(options: ServeOptions) -> Iterator[str]:
     """Yield a line for each folder that was named and has nothing to open or to compare with."""
     scene, gallery = options.scene, options.gallery
     if scene is not None and not scene_files.pages(scene):
-        yield f"  scene        --scene {scene}: it has no index.html; add it, or name another folder"
+        yield f"  scene        --scene {scene}: no index.html is in it; add one, or name another"
     if gallery is None or not gallery.is_dir():
         return
     if not [*gallery.glob("*.toml"), *gallery.glob("gallery.npz")]:
-        cure = f"add one with `hapticvlm gallery add ... --out {shell_word(gallery)}`"
-        yield f"  gallery      --gallery {gallery}: it has no material, the shipped ones hold; {cure}"
+        cure = f"`hapticvlm gallery add ... --out {shell_word(gallery)}` adds one"
+        yield f"  gallery      --gallery {gallery}: no material is in it, as if left out; {cure}"
 
 
 def _scenes(options: ServeOptions, base: str) -> Iterator[str]:
