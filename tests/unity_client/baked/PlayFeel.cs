@@ -94,7 +94,7 @@ public static class PlayFeel
     {
         try
         {
-            Feel.Open(file);
+            Feel.Open(file is string ? Json.Parse((string)file) : file);
             return "";
         }
         catch (FormatException error)

@@ -14,7 +14,7 @@ namespace HapticVLM.Baked
 
         private Json(string text)
         {
-            this.text = text;
+            this.text = text ?? "";
         }
 
         /// <summary>Throws FormatException where the text is not one JSON value.</summary>
@@ -97,12 +97,14 @@ namespace HapticVLM.Baked
                 if (++at >= text.Length) throw Wrong();
                 int plain = "\"\\/bfnrt".IndexOf(text[at]);
                 if (plain >= 0) built.Append("\"\\/\b\f\n\r\t"[plain]);
-                else if (text[at] == 'u' && at + 4 < text.Length)
+                else
                 {
-                    built.Append((char)ushort.Parse(text.Substring(at + 1, 4), NumberStyles.AllowHexSpecifier, CultureInfo.InvariantCulture));
+                    ushort code = 0;
+                    bool isCode = text[at] == 'u' && at + 4 < text.Length && ushort.TryParse(text.Substring(at + 1, 4), NumberStyles.AllowHexSpecifier, CultureInfo.InvariantCulture, out code);
+                    if (!isCode) throw Wrong();
+                    built.Append((char)code);
                     at += 4;
                 }
-                else throw Wrong();
             }
             if (at++ >= text.Length) throw Wrong();
             return built.ToString();
