@@ -1,7 +1,7 @@
-// Finds objects of hierarchies, as importers make them at run time, in a bake. A line of standard input is a bake, or names from
-// the root on, materials, and the index of the touched one or nothing: "Scene|Cup<TAB>Clay|Glaze<TAB>1".
+// Finds objects, as importers make them at run time, in the bake that is the first line of standard input. Each other line has
+// names from a Haptic Object on, materials, and the index of the touched one or nothing: "Scene|Cup<TAB>Clay|Glaze<TAB>1".
 using System;
-using System.Reflection;
+using System.Linq;
 using HapticVLM;
 using HapticVLM.Baked;
 using UnityEngine;
@@ -10,27 +10,18 @@ public static class Imported
 {
     static void Find()
     {
-        var surfaces = Components.Private<object>(FeltRooms.Client(null), "surfaces");
-        PropertyInfo baked = surfaces.GetType().GetProperty("Baked");
+        object surfaces = Components.Private<object>(FeltRooms.Client(null), "surfaces");
+        surfaces.GetType().GetProperty("Baked").SetValue(surfaces, BakedScene.Open(Console.In.ReadLine()));
         for (string line = Console.In.ReadLine(); line != null; line = Console.In.ReadLine())
         {
-            if (line[0] == '{') baked.SetValue(surfaces, BakedScene.Open(line));
-            else Components.Say("felt " + Felt(line.Split('\t')));
+            string[] fields = line.Split('\t');
+            GameObject[] chain = Array.ConvertAll(fields[0].Split('|'), name => new GameObject(name));
+            for (int at = 1; at < chain.Length; at++) chain[at].transform.SetParent(chain[at - 1].transform, false);
+            chain[0].AddComponent<HapticObject>();
+            var renderer = chain.Last().AddComponent<MeshRenderer>();
+            renderer.sharedMaterials = Array.ConvertAll(fields[1].Split('|'), name => new Material { name = name });
+            FeltSurface felt = BakedFeel.Find(chain.Last(), fields[2] == "" ? null : renderer.sharedMaterials[int.Parse(fields[2])]);
+            Components.Say("felt " + (felt == null ? "nothing" : felt.Material));
         }
-    }
-
-    static string Felt(string[] fields)
-    {
-        GameObject of = null;
-        foreach (string name in fields[0].Split('|'))
-        {
-            var child = new GameObject(name);
-            if (of != null) child.transform.SetParent(of.transform, false);
-            of = child;
-        }
-        Material[] materials = Array.ConvertAll(fields[1].Split('|'), name => new Material { name = name });
-        of.AddComponent<MeshRenderer>().sharedMaterials = materials;
-        FeltSurface felt = BakedFeel.Find(of, fields[2] == "" ? null : materials[int.Parse(fields[2])]);
-        return felt == null ? "nothing" : felt.Material;
     }
 }
