@@ -9,6 +9,7 @@ namespace HapticVLM.Baked
     internal sealed class Json
     {
         private const int Deepest = 32;
+        private static readonly char[] Ends = { '"', '\\' };
         private readonly string text;
         private int at;
 
@@ -72,42 +73,27 @@ namespace HapticVLM.Baked
 
         private string String()
         {
-            if (at >= text.Length || text[at] != '"') throw Wrong();
-            int end = ++at;
-            while (end < text.Length && text[end] != '"' && text[end] != '\\') end++;
-            if (end < text.Length && text[end] == '"')
+            if (at >= text.Length || text[at++] != '"') throw Wrong();
+            var built = new StringBuilder();
+            while (true)
             {
-                string plain = text.Substring(at, end - at);
+                int end = text.IndexOfAny(Ends, at);
+                if (end < 0) throw Wrong();
+                built.Append(text, at, end - at);
                 at = end + 1;
-                return plain;
+                if (text[end] == '"') return built.ToString();
+                built.Append(Escape());
             }
-            return Escaped();
         }
 
-        private string Escaped()
+        private char Escape()
         {
-            var built = new StringBuilder();
-            for (; at < text.Length && text[at] != '"'; at++)
-            {
-                if (text[at] != '\\')
-                {
-                    built.Append(text[at]);
-                    continue;
-                }
-                if (++at >= text.Length) throw Wrong();
-                int plain = "\"\\/bfnrt".IndexOf(text[at]);
-                if (plain >= 0) built.Append("\"\\/\b\f\n\r\t"[plain]);
-                else
-                {
-                    ushort code = 0;
-                    bool isCode = text[at] == 'u' && at + 4 < text.Length && ushort.TryParse(text.Substring(at + 1, 4), NumberStyles.AllowHexSpecifier, CultureInfo.InvariantCulture, out code);
-                    if (!isCode) throw Wrong();
-                    built.Append((char)code);
-                    at += 4;
-                }
-            }
-            if (at++ >= text.Length) throw Wrong();
-            return built.ToString();
+            int plain = at < text.Length ? "\"\\/bfnrt".IndexOf(text[at]) : -1;
+            ushort code = 0;
+            bool isCode = at + 5 <= text.Length && text[at] == 'u' && ushort.TryParse(text.Substring(at + 1, 4), NumberStyles.AllowHexSpecifier, CultureInfo.InvariantCulture, out code);
+            if (plain < 0 && !isCode) throw Wrong();
+            at += isCode ? 5 : 1;
+            return isCode ? (char)code : "\"\\/\b\f\n\r\t"[plain];
         }
 
         private object Number()
