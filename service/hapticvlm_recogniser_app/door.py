@@ -9,7 +9,6 @@ oldest makes room. Health checks come from strangers too, and are answered befor
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Collection
 from typing import Any
 
 from uvicorn.protocols.http.h11_impl import H11Protocol
@@ -32,17 +31,14 @@ class Strangers:
         self._sockets.pop(socket, None)
         self._sockets[socket] = address
         same = [other for other, of in self._sockets.items() if of == address]
-        self._make_room(same, OF_ONE_ADDRESS)
-        self._make_room(list(self._sockets), IN_ALL)
+        if len(same) > OF_ONE_ADDRESS:
+            same[0].cut_off()
+        if len(self._sockets) > IN_ALL:
+            next(iter(self._sockets)).cut_off()
 
     def remove(self, socket: Door) -> None:
         """Forget one: it is closed, or a client's."""
         self._sockets.pop(socket, None)
-
-    def _make_room(self, sockets: Collection[Door], most: int) -> None:
-        for socket in list(sockets)[: max(0, len(sockets) - most)]:
-            self._sockets.pop(socket)
-            socket.cut_off()
 
 
 class Door(H11Protocol):

@@ -37,7 +37,9 @@ class Application:
     def __init__(self, settings: AppSettings) -> None:
         """Load encoder and galleries. Raises HapticVLMError."""
         live = settings.live
-        self._recogniser = Recogniser(settings.model, self._put, settings.scale.queue)
+        self._recogniser = Recogniser(
+            settings.model, lambda crop: self._batches.put(crop), settings.scale.queue
+        )
         self._recogniser.load(live)
         self._batches: Batches[PendingCrop, Embedded | None] = Batches(
             self._recogniser.embed, BATCH, live.batch_wait_ms / 1000.0
@@ -53,9 +55,6 @@ class Application:
         headers = [(b"content-type", reply.media_type.encode())]
         await send({"type": "http.response.start", "status": reply.status, "headers": headers})
         await send({"type": "http.response.body", "body": reply.content})
-
-    async def _put(self, crop: PendingCrop) -> Embedded | None:
-        return await self._batches.put(crop)
 
     async def _reply(self, scope: Message, receive: Receive) -> Reply:
         authorization = dict(scope["headers"]).get(b"authorization", b"").decode("latin-1")

@@ -173,16 +173,9 @@ def open_session(graph: bytes, threads: int, folder: Path | None = None) -> Any:
     options.graph_optimization_level = onnxruntime.GraphOptimizationLevel.ORT_ENABLE_ALL
     session = onnxruntime.InferenceSession(graph, options, providers=["CPUExecutionProvider"])
     session._model_bytes = None  # it would keep the file, to change providers
-    _return_free_memory()
+    if sys.platform == "linux" and hasattr(libc := ctypes.CDLL(None), "malloc_trim"):
+        libc.malloc_trim(0)  # glibc keeps what loading has freed; musl has no such function
     return session
-
-
-def _return_free_memory() -> None:
-    """Return what loading has freed to the system, which glibc does not do by itself."""
-    if sys.platform == "linux":
-        trim = getattr(ctypes.CDLL(None), "malloc_trim", None)  # musl has none
-        if trim is not None:
-            trim(0)
 
 
 def _open(graph: bytes, folder: Path, threads: int) -> Any:  # noqa: ANN401
