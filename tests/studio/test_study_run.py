@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import json
+import os
 import subprocess
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
@@ -94,6 +95,28 @@ async def test_an_answer_is_kept_at_once_while_its_pattern_still_plays(
     async with conducting(service, design, tmp_path) as conductor:
         await conductor.do({"do": "choose", "participant": "ann"})
         assert conductor.view()["answered"] == 1
+
+
+async def test_a_page_hears_of_an_answer_once_it_is_on_the_disk(
+    service: Service, design: Design, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fsync, path, told = os.fsync, tmp_path / "ann.jsonl", [(0, 0)]  # answers shown and flushed
+    flushed = 0
+
+    def flush(descriptor: int) -> None:
+        nonlocal flushed
+        fsync(descriptor)
+        if os.path.samestat(os.fstat(descriptor), path.stat()):
+            flushed = kinds(tmp_path).count("answered")
+
+    monkeypatch.setattr(os, "fsync", flush)
+    async with conducting(service, design, tmp_path) as conductor:
+        conductor.notify = lambda: told.append((conductor.view().get("answered", 0), flushed))
+        await begin(conductor)
+        await conductor.do({"do": "answer", "trial": 0, "pattern": design.stimuli[0].name})
+        await until(lambda: told[-1][0])
+    assert told[-1] == (1, 1)
+    assert all(shown <= kept for shown, kept in told)
 
 
 async def test_the_time_left_of_the_training_falls_with_each_pattern_felt(
