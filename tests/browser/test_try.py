@@ -313,6 +313,8 @@ def test_the_picture_fills_the_window_and_stays_whatever_is_said(browser, servic
         assert box() == before
         page.get_by_text("Settings").click()
         assert box() == before
+        thumbnails = page.locator("#samples").bounding_box()
+        assert thumbnails is None or thumbnails["y"] >= page.evaluate("stage.clientHeight")
 
 
 @pytest.mark.nightly
