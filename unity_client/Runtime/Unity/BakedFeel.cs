@@ -30,7 +30,9 @@ namespace HapticVLM
             if (baked == null || of == null) return null;
             var target = of.GetComponentInParent<HapticObject>();
             var renderer = material == null ? of.GetComponent<Renderer>() : null;
-            if (renderer != null && renderer.sharedMaterials.Length == 1) material = renderer.sharedMaterial;
+            var drawn = new List<Material>();
+            if (renderer != null) renderer.GetSharedMaterials(drawn);
+            if (drawn.Count == 1) material = drawn[0];
             return Find(baked, target, material == null ? null : Appearance.NameOf(material), 0, of);
         }
 
