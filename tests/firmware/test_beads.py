@@ -71,15 +71,36 @@ def test_wood_is_felt_as_wood_whatever_the_beads_lag(chip: Chip, lag_s: float) -
 @pytest.mark.parametrize("lag_s", LAGS_S)
 @pytest.mark.parametrize(
     ("material", "surface_c", "least"),
-    [("metal", 22.0, (0.63, 0.94)), ("glass", 22.0, (0.77, 0.98)), ("metal", 5.0, (0.22, 0.4))],
+    [
+        ("metal", 22.0, (0.63, 0.94)),
+        ("glass", 22.0, (0.77, 0.98)),
+        ("metal", 5.0, (0.22, 0.4)),
+        ("metal", 40.0, (0.39, 0.7)),
+    ],
 )
-def test_cold_is_felt_early_whatever_the_beads_lag(
+def test_cold_and_warmth_are_felt_early_whatever_the_beads_lag(
     chip: Chip, material: str, surface_c: float, least: tuple[float, float], lag_s: float
 ) -> None:
     felt = [felt_share(chip, material, Build(lag_s), at_s, surface_c) for at_s in (0.25, 1.0)]
 
     print(felt)
     assert all(found > bound for found, bound in zip(felt, least, strict=True)), felt
+
+
+# A Weber fraction of 0.43 is a just noticeable difference (docs/physics.md 1.3).
+@pytest.mark.nightly
+@pytest.mark.parametrize(("surface_c", "lag_s"), list(product((5.0, 40.0), LAGS_S)))
+def test_materials_stay_apart_where_a_limit_binds(
+    chip: Chip, surface_c: float, lag_s: float
+) -> None:
+    felt = {}
+    for material in ("metal", "glass", "wood"):
+        of_physics = felt_share(chip, material, Build(lag_s), 1.0, surface_c)
+        felt[material] = of_physics * share(scenes.contact(material, surface_c), 1.0)
+    apart = {name: math.log(felt["metal"] / felt[name]) / math.log(1.43) for name in felt}
+
+    assert min(apart["wood"] / 1.5, apart["glass"] / 0.6) >= 1.0, apart
+    assert of_physics <= 1.1, "of wood"
 
 
 def felt_share(
