@@ -61,6 +61,31 @@ def test_people_match_the_plate_to_steel_and_the_service_takes_their_median(
     assert "P-04: 70 %, 70 %, 70 %, 70 %" in capsys.readouterr().out  # no answer is lost
 
 
+def test_the_plate_waits_at_neutral_for_the_palm_before_it_plays_again(
+    service: Service, tmp_path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name, value in (("FELT_S", 1.5), ("REST_S", 0.0), ("STARTS", (1.0,))):
+        monkeypatch.setattr(match, name, value)
+    monkeypatch.setattr(sys, "stdin", io.StringIO("\n100\n\n\n"))  # again at once
+    asked = ["study", "match", str(tmp_path / "cold.json"), "--participant", "P-01", "--room", "10"]
+    told: list[tuple[float, float]] = []  # plate and setpoint, degC
+
+    async def watched() -> int:
+        async with connect(service.url, role="observer") as client:
+            study = asyncio.create_task(asyncio.to_thread(main, [*asked, "--url", service.url]))
+            while not study.done():
+                event = await client.events.get()
+                if event["type"] == "telemetry":
+                    told.append((event["plate_c"], event["setpoint_c"]))
+            return await study
+
+    assert asyncio.run(watched()) == 0
+    cold = next(at for at, (plate_c, _) in enumerate(told) if plate_c < 28.0)
+    neutral = next(at for at in range(cold, len(told)) if told[at][1] > 31.5)
+    plays_from_c = next(plate_c for plate_c, setpoint_c in told[neutral:] if setpoint_c < 31.0)
+    assert plays_from_c > 30.5, told
+
+
 def test_another_file_and_no_service_are_told_and_nothing_is_kept(
     tmp_path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -18,6 +18,7 @@ from hapticvlm.errors import UsageError, network_reason, shell_word
 if TYPE_CHECKING:
     from hapticvlm.client import Client
     from hapticvlm.commands.parsing import Commands
+    from hapticvlm_studio.trials.player import Player
 
 _DESCRIPTION = """
 Ask a person how strong cold must be. The palm rests on a block of steel of the room's temperature,
@@ -27,7 +28,9 @@ FILE keeps everybody's matches; run the command once for each person. It takes a
 more that lay in the room for an hour.
 """
 STARTS = (1.0, 0.4, 1.0, 0.4)  # of the matches; our choice: an end that is approached biases it
-FELT_S, REST_S = 3.0, 6.0  # of a presentation; then the skin recovers, our choice
+# Of a presentation, of the palm on the neutral plate before it, and of the wait for that plate; how
+# near to neutral it must be, degC. Our choice, as in a study.
+FELT_S, REST_S, LONGEST_S, SETTLE_C = 3.0, 6.0, 60.0, 0.8
 STEEL = "steel block"
 
 
@@ -99,36 +102,48 @@ async def _ask(options: argparse.Namespace) -> tuple[list[float], bool]:
     from websockets.exceptions import WebSocketException
 
     from hapticvlm.client import connect
+    from hapticvlm_studio.trials.player import NEUTRAL, Player, PresentationError
 
-    steel = {"object_id": STEEL, "material": "metal", "temperature_c": options.room}
+    things = [
+        {"object_id": name, "material": "metal", "temperature_c": celsius}
+        for name, celsius in ((STEEL, options.room), (NEUTRAL.name, NEUTRAL.object_c))
+    ]
     try:
         async with connect(options.url, name="study match") as client:
             await client.set(ownership="take")  # of a scene that touches nothing
-            await client.scene([steel], ambient_c=options.room)
-            found = [await _one(client, number, start) for number, start in enumerate(STARTS, 1)]
+            await client.scene(things, ambient_c=options.room)
+            player = Player(client, SETTLE_C)
+            listening = asyncio.create_task(player.listen())
+            try:
+                found = [await _one(client, player, *each) for each in enumerate(STARTS, 1)]
+            finally:
+                listening.cancel()
+                await asyncio.gather(listening, return_exceptions=True)
             await client.set(thermal_gain=statistics.geometric_mean(found))
             return found, bool(client.welcome["devices"]["peltier"]["simulated"])
+    except PresentationError as error:
+        raise UsageError(f"{error}; no answer of {options.participant} was kept") from None
     except (OSError, WebSocketException) as error:
         raise UsageError(
             f"{options.url}: {network_reason(error)}; start a plate with `hapticvlm serve`"
         ) from None
 
 
-async def _one(client: Client, number: int, strength: float) -> float:
+async def _one(client: Client, player: Player, number: int, strength: float) -> float:
     """Let the person move the strength until plate and block feel alike."""
     while True:
         shown = f"match {number} at {100 * strength:.0f} %"
-        await _read(f"{shown}: feel the block, press Enter, then lay the palm on the plate ")
+        todo = "feel the block, press Enter, then rest the palm on the plate until asked"
+        await _read(f"{shown}: {todo} ")
+        await player.settle(REST_S, LONGEST_S)
         await client.set(thermal_gain=strength)
         async with client.touching(STEEL, speed_mps=0.0):
             await asyncio.sleep(FELT_S)
-        rested = asyncio.create_task(asyncio.sleep(REST_S))
         said = await _read("  alike (Enter), or another strength in percent, 5 to 100? ")
         if not said:
             return strength
         if said.isdecimal() and 5 <= int(said) <= 100:
             strength = int(said) / 100.0
-        await rested
 
 
 async def _read(question: str) -> str:

@@ -35,6 +35,7 @@ SILENCE_S = 3.0  # within which the service tells that a speaker does not play w
 # so the words are part of the file format.
 SILENT = "the speaker played nothing: see to it and to its level, then go on"
 _STILL = Motion(0.0, 0.0)
+NEUTRAL = Stimulus("neutral", "", "", "metal", "slide", NEUTRAL_C, speed_mps=0.0, force_n=0.0)
 
 
 def is_silence(why: str) -> bool:
@@ -95,7 +96,7 @@ class Player:
             raise StudyError("another scene owns the outputs; close it and start again")
         objects = [
             {"object_id": s.name, "material": s.material, "temperature_c": s.object_c}
-            for s in (*stimuli, _NEUTRAL)
+            for s in (*stimuli, NEUTRAL)
         ]
         await self._client.scene(objects, ambient_c=AMBIENT_C)
 
@@ -121,12 +122,12 @@ class Player:
         begun = time.monotonic()
         await self.release()
         try:
-            await self._touch("approach", _NEUTRAL)
+            await self._touch("approach", NEUTRAL)
             while (reason := self._unrest()) or time.monotonic() < begun + rest_s:
                 patience_s = SILENCE_S if self._telemetry.get("faults") else longest_s
                 if reason and time.monotonic() > begun + rest_s + patience_s:
                     raise PresentationError(reason)
-                await self._touch("slide", _NEUTRAL)
+                await self._touch("slide", NEUTRAL)
                 await asyncio.sleep(TOUCH_S)
         except (Refused, ConnectionError) as error:
             raise PresentationError(_cause(error)) from None
@@ -251,10 +252,9 @@ def _in_words(faults: Iterable[str]) -> str:
 
 
 def _cause(error: Exception) -> str:
-    remedy = "" if isinstance(error, Refused) else "; nothing is lost: start `study run` again"
+    remedy = "" if isinstance(error, Refused) else "; start again, what is on disk stays"
     return f"{error}{remedy}"
 
 
-_NEUTRAL = Stimulus("neutral", "", "", "metal", "slide", NEUTRAL_C, speed_mps=0.0, force_n=0.0)
 _TOUCH = {"hand": "right", "speed_mps": 0.0, "force_n": 0.0}
 _now = time.monotonic
