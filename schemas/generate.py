@@ -79,7 +79,8 @@ def generated() -> Iterator[tuple[Path, str]]:
     yield HERE / "vectors" / "refused.json", _dump(list(vectors.refused()))
     yield HERE / "vectors" / "answers.json", _dump(list(answers()))
     materials_schema = baked_schema("materials", bake.Materials, bake.VERSION)
-    yield HERE / "materials.schema.json", _dump(materials_schema)
+    for folder in (HERE, GODOT):
+        yield folder / "materials.schema.json", _dump(materials_schema)
     yield WEB / "materials.schema.js", _module(materials_schema, "materials")
     yield HERE / "vectors" / "player.json", _lines(player_vectors.plans())
     yield HERE / "vectors" / "player_sound.json", _lines(player_vectors.sounds())

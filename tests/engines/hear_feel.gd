@@ -22,9 +22,9 @@ func listen() -> Dictionary:
 	ProjectSettings.set_setting("hapticvlm/mode", "baked")  # which connects to nothing
 	_service = HapticService.new()
 	add_child(_service)
-	_service.felt.open({}, {})
+	_service.felt.open({}, null)
 	told["no bake"] = await _phase("slide")
-	_service.felt.open(FeelPlayer.open(FileAccess.get_file_as_string(HapticService.FEEL)), {})
+	_service.felt.open(FeelPlayer.open(FileAccess.get_file_as_string(HapticService.FEEL)), null)
 	_service.add({"object_id": "mat", "material": "rubber"})
 	_touch("release")
 	_touch("contact")

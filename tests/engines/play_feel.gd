@@ -4,6 +4,7 @@ extends Node
 
 const Switch := preload("res://switch_feel.gd")
 const Hear := preload("res://hear_feel.gd")
+const Damage := preload("res://damage_feel.gd")
 const FeelFile := preload("res://addons/hapticvlm/feel_file.gd")
 const CHANGES := 20
 const SOUND_HZ := 12000.0
@@ -44,6 +45,9 @@ func _process(_delta: float) -> void:
 		_switches.erase(name)
 		return
 	set_process(false)
+	for path: String in ["res://identity_cases.json", HapticService.FEEL]:
+		var file: Dictionary = _parsed(path)
+		_say("damaged", Damage.new(file, path == HapticService.FEEL).spoil(file))
 	var hear := Hear.new()
 	add_child(hear)
 	_say("speaker", await hear.listen())

@@ -50,6 +50,7 @@ func cases() -> Dictionary[String, Callable]:
 		"heard after a freeze": _heard.bind("frozen", false),
 		"heard of a stop": _heard.bind("frozen", true),
 		"unknown": _unknown,
+		"damaged": _damaged,
 		"materials": _materials,
 		"identity": _identity,
 	}
@@ -67,7 +68,7 @@ func _begin(mode: String, has_service := true) -> void:
 	_felt.forms = {"right": "amplitude"}
 	_felt.stated_of = func(id: String) -> Dictionary: return {} if id == "thing" else {"material": id}
 	_felt.on_vibration = func(vibration: Dictionary) -> void: _motor.receive(vibration, 0.001 * _now)
-	_felt.open(_feel, {})
+	_felt.open(_feel, null)
 	_felt.select(mode, 0.001 * _now)
 
 
@@ -228,11 +229,20 @@ func _unknown() -> String:
 	return _felt.silence()
 
 
+## Says why nothing is felt with a `materials.json` that ends too soon.
+func _damaged() -> String:
+	_begin("baked", false)
+	_felt.open(_feel, HapticBake.new(null))
+	_touch("contact", "thing")
+	return _felt.silence()
+
+
 ## Says the materials of the surfaces of a bake, the second of which the service decided otherwise before.
 func _materials() -> Array:
 	_begin("baked", false)
-	var surfaces := [{"material": "wood"}, {"material": "glass", "hum": null}]
-	_felt.open(_feel, {"version": 2, "objects": {"thing": {"surfaces": surfaces}}})
+	var surface := {"belief": 1.0, "by": "name", "surface_c": 20.0, "surface_by": "room"}
+	var surfaces := ["wood", "glass"].map(func(felt: String) -> Dictionary: return surface.merged({"material": felt}))
+	_felt.open(_feel, HapticBake.new({"version": 2, "not_baked": [], "objects": {"thing": {"surfaces": surfaces}}}))
 	_felt.decide({"object_id": "thing", "surface": 1, "material": "metal"})
 	return range(3).map(
 		func(at: int) -> String: return _felt.surface_of({"object_id": "thing", "surface": at})["material"]

@@ -78,6 +78,7 @@ class Played:
     opened_us: float
     switched: dict[str, Any]  # what the motor was told while the service died and came back
     changed: dict[str, NDArray[np.float64]]  # of a stroke, half of them before the named change
+    damaged: list[Any]  # wrong values of each file that do harm, or are refused without their field
     speaker: dict[str, Any]  # what a HapticSpeaker put out in each phase
 
 
@@ -226,6 +227,17 @@ def test_a_thing_that_no_bake_knows_is_named(gdscript: Played) -> None:
     assert "`thing` is not in the bake" in gdscript.switched["unknown"]
 
 
+def test_a_damaged_bake_is_named(gdscript: Played) -> None:
+    said = gdscript.switched["damaged"]
+    assert said == "materials.json: the file: is not of type object; bake it again"
+
+
+def test_each_wrong_value_of_a_bake_is_refused_with_its_field_or_does_no_harm(
+    gdscript: Played,
+) -> None:
+    assert gdscript.damaged == [[], []]
+
+
 def test_things_are_found_in_a_bake_as_the_shared_cases_say(gdscript: Played) -> None:
     assert identity.differences(gdscript.switched["identity"]) == []
 
@@ -272,7 +284,7 @@ def played() -> Played:
             page.wait_for_timeout(100)
         browser.close()
     # Of what is hostile; the engine itself says what is not base64.
-    wanted = r"WARNING: HapticVLM: |ERROR: .*b64_decode|   at: (push_warning|base64_to_raw) "
+    wanted = r"WARNING: HapticVLM: |ERROR: (HapticVLM: mat|.*b64_d)|   at: (push_|base64_to_raw)"
     assert [text for text in complaints if not re.match(wanted, text)] == []
     details: dict[str, list[Any]] = {}
     for each in said:
@@ -283,6 +295,7 @@ def played() -> Played:
         plans_us=done["plans_us"],
         switched={name: told for one in details["switch"] for name, told in one.items()},
         changed={one["name"]: np.array(one["wave"]) for one in details["change"]},
+        damaged=details["damaged"],
         speaker=details["speaker"][0],
         opened_us=done["opened_us"],
     )
@@ -293,7 +306,7 @@ def exported(folder: Path) -> Path:
     project = folder / "project"
     project.mkdir()
     shutil.copytree(ADDON, project / "addons" / "hapticvlm")
-    for script in ("play_feel.gd", "switch_feel.gd", "hear_feel.gd"):
+    for script in ("play_feel.gd", "switch_feel.gd", "hear_feel.gd", "damage_feel.gd"):
         shutil.copy(HERE / script, project)
     (project / "project.godot").write_text(SETTINGS)
     (project / "play.tscn").write_text(SCENE)

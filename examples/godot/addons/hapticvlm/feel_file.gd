@@ -1,29 +1,36 @@
 extends RefCounted
-## Opens a feel file of `hapticvlm bake` (docs/player.md): checks it by its schema, and unpacks its clips.
+## Checks the files of `hapticvlm bake` by their schemas, and unpacks the clips of a feel file (docs/player.md).
 
-const SCHEMA := "res://addons/hapticvlm/feel_clips.schema.json"
+const FEEL := "res://addons/hapticvlm/feel_clips.schema.json"
+const MATERIALS := "res://addons/hapticvlm/materials.schema.json"
 const IMPACTS: Array[String] = ["tap", "strike", "press"]
 const TEXTURES: Array[String] = ["slide", "carve", "swing"]
+const AGAIN := "; bake it again"
 const KINDS := {"object": TYPE_DICTIONARY, "array": TYPE_ARRAY, "string": TYPE_STRING}
 
-static var _schema := {}
+static var _forms := {}  # path of a schema -> its Form
 
 
-## Unpacks a parsed file in place, as a player needs it. Returns the first field that is wrong, and why; empty: none is.
+## Unpacks a parsed feel file in place, as a player needs it. Returns the first field that is wrong, and why; empty: none is.
 static func unpack(file: Variant) -> String:
-	if _schema.is_empty():
-		var schema: Variant = JSON.parse_string(FileAccess.get_file_as_string(SCHEMA))
-		if schema == null:
-			return "%s is missing: add *.json to the export's filter of files that are not resources" % SCHEMA
-		_schema = schema
-	var wrong := _misfit(file, _schema)
-	if wrong.is_empty():
-		wrong = _unfit(file)
+	var wrong := check(file, FEEL)
+	if not wrong.is_empty():
+		return wrong
+	wrong = _unfit(file)
 	if wrong.is_empty():
 		wrong = _unpack_clips(file)
-	if not wrong.is_empty():
-		return "%s%s; bake it again" % ["the file" if wrong.begins_with(":") else "", wrong.trim_prefix(".")]
-	return ""
+	return wrong if wrong.is_empty() else wrong + AGAIN
+
+
+## Returns the first field in which a parsed file is not as its schema has it, and why; empty: none is.
+static func check(file: Variant, path: String) -> String:
+	if not _forms.has(path):
+		var schema: Variant = JSON.parse_string(FileAccess.get_file_as_string(path))
+		if schema == null:
+			return "%s is missing: add *.json to the export's filter of files that are not resources" % path
+		_forms[path] = Form.new(schema, schema["$defs"])
+	var wrong := _misfit(file, _forms[path])
+	return "" if wrong.is_empty() else ("the file" + wrong if wrong.begins_with(":") else wrong.trim_prefix(".")) + AGAIN
 
 
 ## Unpacks clips and loops; samples stay bytes until they are played. Returns the first text that is not base64.
@@ -31,13 +38,14 @@ static func _unpack_clips(file: Dictionary) -> String:
 	for kind: String in ["clips", "loops"]:
 		for name: String in file[kind]:
 			var clip: Dictionary = file[kind][name]
-			for track: Variant in clip.keys():
-				var of: Dictionary = clip[track] if clip[track] is Dictionary else clip
-				var key: String = track if of == clip else "bytes"
-				if of[key] is String:
+			for field: String in ["wave", "hz", "drive", "felt", "body"]:
+				var part: Variant = clip.get(field)
+				var of: Dictionary = part if part is Dictionary else clip
+				var key := "bytes" if part is Dictionary else field
+				if of.get(key) is String:
 					of[key] = Marshalls.base64_to_raw(of[key])
 					if of[key].is_empty():
-						return "%s.%s.%s: is not base64" % [kind, name, track if of == clip else track + ".bytes"]
+						return "%s.%s.%s: is not base64" % [kind, name, field + ".bytes" if part is Dictionary else field]
 			clip.seconds = clip.wave.size() / clip.rate_hz
 	return ""
 
@@ -48,6 +56,8 @@ static func _unfit(file: Dictionary) -> String:
 		for at in range(1, axis[1].size()):
 			if axis[1][at] <= axis[1][at - 1]:
 				return "%s: does not rise" % axis[0]
+	if not file.words.hand.has("left") or not file.words.hand.has("right"):
+		return "words.hand: lacks left or right"
 	if file.voice != "true":
 		return "voice: is `%s`; the addon plays feel.true.json" % file.voice
 	for name: String in file.materials:
@@ -72,48 +82,91 @@ static func _unfit(file: Dictionary) -> String:
 	return ""
 
 
-## Checks a value, and all that it contains, by the part of the schema that describes it. Returns the rest of the field's name
-## and why it is wrong, as `.wood.hz: is missing`.
-static func _misfit(value: Variant, described: Dictionary) -> String:
-	var schema := described
-	if schema.has("anyOf"):
-		if value == null:
-			return ""
-		schema = schema.anyOf[0]
-	if schema.has("$ref"):
-		schema = _schema["$defs"][schema["$ref"].get_file()]
-	var kind: String = schema.type
-	if not KINDS.has(kind):
-		if not (value is float or value is int) or (kind == "integer" and value != floorf(value)):
-			return ": is not of type %s" % kind
-		var low: float = schema.get("minimum", -1e9)
-		var high: float = schema.get("maximum", 1e9)
-		return "" if value >= low and value <= high else ": %s is not %s to %s" % [value, low, high]
-	if typeof(value) != KINDS[kind]:
-		return ": is not of type %s" % kind
-	if kind == "string":
-		var is_word: bool = not schema.has("pattern") or RegEx.create_from_string(schema.pattern).search(value) != null
-		return "" if is_word and value.length() >= schema.get("minLength", 0) else ": `%s` is not as the schema has it" % value
-	var others: Variant = schema.get("items", schema.get("additionalProperties"))
-	var parts: Dictionary = schema.get("properties", {})
-	var keys: Array = parts.keys() if parts else schema.get("required", []) + value.keys() if kind == "object" else range(value.size())
-	if kind == "array":
-		if value.size() < schema.get("minItems", 0) or value.size() > schema.get("maxItems", INF):
-			return ": has %d entries" % value.size()
-		if others is bool:  # a list of two
-			others = schema.prefixItems[0]
-		elif others.has("minimum") and _are_numbers(value, others):
-			return ""
-	for key: Variant in keys:
-		var is_missing: bool = kind == "object" and not value.has(key)
-		var wrong := ": is missing" if is_missing else _misfit(value[key], parts.get(key, others))
+## Checks a value, and all that it contains, by its form. Returns the rest of the field's name and why it is wrong, as
+## `.wood.hz: is missing`.
+static func _misfit(value: Variant, form: Form) -> String:
+	var problem := form.problem(value)
+	if not problem.is_empty():
+		return ": " + problem
+	if not (value is Dictionary or value is Array) or (value is Array and form.has_numbers_only(value)):
+		return ""
+	var parts: Dictionary[String, Form] = form.parts
+	for key: Variant in range(value.size()) if value is Array else parts.keys() if parts else form.required + value.keys():
+		if value is Dictionary and not value.has(key):
+			if key in form.required:
+				return ".%s: is missing" % key
+			value[key] = parts[key].default
+			continue
+		var each: Variant = value[key]
+		var of: Form = parts[key] if parts else form.others
+		var is_fit: bool = each is float and each >= of.low and each <= of.high or each is String and each.length() >= of.shortest
+		if is_fit or (each == null and of.is_optional):
+			continue  # most are, and need no call
+		var wrong := _misfit(each, of)
 		if not wrong.is_empty():
 			return ".%s%s" % [key, wrong]
 	return ""
 
 
-## Returns whether a list has numbers within the limits only, without a look at each.
-static func _are_numbers(list: Array, schema: Dictionary) -> bool:
-	var least: Variant = list.min()
-	var most: Variant = list.max()
-	return least is float and most is float and least >= schema.minimum and most <= schema.maximum
+## A part of a schema, with what it refers to.
+class Form:
+	var is_optional := false
+	var default: Variant  # of what is not required
+	var shortest := INF  # of texts without a pattern
+	var low := INF  # of numbers that need not be whole
+	var high := -INF
+	var required: Array
+	var parts: Dictionary[String, Form]
+	var others: Form  # of the entries of a list, or of a map
+	var _schema: Dictionary
+	var _kind: String
+	var _type: int
+
+	func _init(described: Dictionary, defs: Dictionary) -> void:
+		is_optional = described.has("anyOf")
+		default = described.get("default")
+		_schema = described.anyOf[0] if is_optional else described
+		if _schema.has("$ref"):
+			_schema = defs[_schema["$ref"].get_file()]
+		_kind = _schema.type
+		_type = KINDS.get(_kind, TYPE_FLOAT)
+		required = _schema.get("required", [])
+		for name: String in _schema.get("properties", {}):
+			parts[name] = Form.new(_schema.properties[name], defs)
+		var entries: Variant = _schema.prefixItems[0] if _schema.has("prefixItems") else _schema.get("items", _schema.get("additionalProperties"))
+		if entries is Dictionary:
+			others = Form.new(entries, defs)
+		if _kind == "number":
+			low = _schema.get("minimum", -1e9)
+			high = _schema.get("maximum", 1e9)
+		if _kind == "string" and not _schema.has("pattern"):
+			shortest = _schema.get("minLength", 0)
+
+	## Returns whether a list, or each list of a table, has numbers within the limits only, without a look at each.
+	func has_numbers_only(list: Array) -> bool:
+		var cell := others
+		var flat := list
+		if cell.others != null and cell._kind == "array":
+			cell = cell.others
+			flat = []
+			for row: Variant in list:
+				if not (row is Array and row.size() == others._schema.get("maxItems", -1)):
+					return false
+				flat.append_array(row)
+		if cell._kind != "number":
+			return false
+		var ends: Array = [flat.min(), flat.max()]
+		return ends[0] is float and ends[1] is float and ends[0] >= cell.low and ends[1] <= cell.high
+
+	## Returns what is wrong with a value itself; empty: nothing.
+	func problem(value: Variant) -> String:
+		if _type == TYPE_FLOAT and (value is float or value is int) and (_kind == "number" or value == floorf(value)):
+			var limits := [_schema.get("minimum", -1e9), _schema.get("maximum", 1e9)]
+			return "" if value >= limits[0] and value <= limits[1] else "%s is not %s to %s" % ([value] + limits)
+		if typeof(value) != _type:
+			return "is not of type " + _kind
+		if value is Array and (value.size() < _schema.get("minItems", 0) or value.size() > _schema.get("maxItems", INF)):
+			return "has %d entries" % value.size()
+		if value is String and (value.length() < _schema.get("minLength", 0) or not RegEx.create_from_string(_schema.get("pattern", "")).search(value)):
+			return "`%s` is not as the schema has it" % value
+		return ""

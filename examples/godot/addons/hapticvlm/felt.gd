@@ -53,10 +53,10 @@ class Hand:
 	var missed_at := -INF
 
 
-## Takes the contents of `feel.true.json`, opened, and of `materials.json`; empty dictionaries: there is none.
-func open(tables: Dictionary, materials: Dictionary) -> void:
+## Takes `feel.true.json` (empty: there is none) and `materials.json` (null: there is none), opened.
+func open(tables: Dictionary, materials: HapticBake) -> void:
 	feel = tables
-	bake = null if materials.is_empty() else HapticBake.new(materials)
+	bake = materials
 	_baked.clear()
 	_player = null if feel.is_empty() else FeelPlayer.new(feel, surface_of)
 
@@ -237,6 +237,8 @@ func _find(id: String, surface: int, stated: Dictionary) -> Dictionary:
 func _miss(id: String, found: Dictionary) -> String:
 	if not found.is_empty():
 		return "the material of `%s` is unknown: correct it in materials.json, or bake with --unknown" % id
+	if bake != null and not bake.problem.is_empty():
+		return "materials.json: " + bake.problem
 	var near := "there is no materials.json" if bake == null else "nearest is `%s`" % bake.nearest(id)
 	return "`%s` is not in the bake; %s: bake the scene again, or state its material" % [id, near]
 

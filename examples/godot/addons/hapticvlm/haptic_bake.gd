@@ -5,8 +5,11 @@ extends RefCounted
 ## A thing is found by its id, else by the path of its names, else by its material's name. The bake has the paths as
 ## glTF and the engines spell them; an index decides only between surfaces of which nothing else is known.
 
-const VERSION := 2
+const FeelFile := preload("feel_file.gd")
 const AS_THE_SCENE := "scene"  # the spelling of engines that keep names
+
+## Why the file is refused; empty: it is not.
+var problem: String
 
 var _objects := {}  # id -> its surfaces
 var _named := {}  # an object's own name -> [names of its path, id, engine, engines that spell it otherwise]
@@ -56,10 +59,11 @@ static func name_of(node: Node) -> String:
 	return root if is_numbered and not root.is_empty() else own
 
 
-## Takes the parsed contents of `materials.json`. Another version has no objects.
-func _init(file: Dictionary) -> void:
-	if int(file.get("version", 0)) != VERSION:
-		push_error("HapticVLM: materials.json: version %s is not %d: bake the scene again" % [file.get("version"), VERSION])
+## Takes the parsed contents of `materials.json`. One that is refused has no objects.
+func _init(file: Variant) -> void:
+	problem = FeelFile.check(file, FeelFile.MATERIALS)
+	if not problem.is_empty():
+		push_error("HapticVLM: materials.json: ", problem)
 		return
 	for id: String in file["objects"]:
 		var surfaces: Array = file["objects"][id]["surfaces"]

@@ -230,12 +230,12 @@ func _set_mode(value: String) -> void:
 func _open_bake() -> void:
 	var folder: String = ProjectSettings.get_setting("hapticvlm/bake", "res://baked")
 	var feel := folder.path_join("feel.true.json")
-	var materials: Variant = null
+	var materials: HapticBake = null
 	if FileAccess.file_exists(folder.path_join("materials.json")):
-		materials = JSON.parse_string(FileAccess.get_file_as_string(folder.path_join("materials.json")))
+		materials = HapticBake.new(JSON.parse_string(FileAccess.get_file_as_string(folder.path_join("materials.json"))))
 	feel = feel if FileAccess.file_exists(feel) else FEEL
 	if FileAccess.file_exists(feel):
-		felt.open(FeelPlayer.open(FileAccess.get_file_as_string(feel)), materials if materials is Dictionary else {})
+		felt.open(FeelPlayer.open(FileAccess.get_file_as_string(feel)), materials)
 
 
 func _plays_bake() -> bool:
