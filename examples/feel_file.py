@@ -31,6 +31,8 @@ def opened(file: Any) -> Json:  # noqa: ANN401
     for name, axis in (axes | {"rules.pad.hum_hz": file["rules"]["pad"]["hum_hz"]}).items():
         if sorted(set(axis)) != axis:
             raise ValueError(f"{name}: does not rise; bake it again")
+    if not {"left", "right"} <= set(file["words"]["hand"]):
+        raise ValueError("words.hand: lacks left or right; bake it again")
     _check_names(file)
     feel: Json = {**file}
     for kind in ("clips", "loops"):

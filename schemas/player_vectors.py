@@ -370,6 +370,7 @@ def _broken() -> Iterator[Json]:
         (["words", "phase"], "contact", "words.phase"),
         (["words"], {}, "words.phase"),
         (["words", "hand"], [], "words.hand"),
+        (["words", "hand"], ["left", "LEFT"], "words.hand"),
         (["ranges"], {}, "ranges.speed_mps"),
         (["impacts"], {}, "impacts.tap"),
         (["rules", "pad", "period_s"], {}, "rules.pad.period_s.amplitude"),

@@ -14,6 +14,7 @@ export function openFeel(file) {
   for (const [name, axis] of [['speeds_mps', file.speeds_mps], ['forces_n', file.forces_n], ['rules.pad.hum_hz', file.rules.pad.hum_hz]]) {
     if (axis.some((value, at) => value <= axis[at - 1])) refuse(name, 'does not rise');
   }
+  if (!['left', 'right'].every((name) => file.words.hand.includes(name))) refuse('words.hand', 'lacks left or right');
   for (const [name, facts] of Object.entries(file.materials)) checkNames(file, name, facts);
   for (const [name, {wave, hz, drive, felt, body}] of Object.entries(file.clips)) checkBase64(`clips.${name}`, {wave, hz, 'drive.bytes': drive.bytes, 'felt.bytes': felt.bytes, 'body.bytes': body?.bytes});
   for (const [name, {wave, drive}] of Object.entries(file.loops)) checkBase64(`loops.${name}`, {wave, 'drive.bytes': drive.bytes});
@@ -56,7 +57,7 @@ function problemOf(value, schema) {
 }
 
 function checkNames(file, material, facts) {
-  if (facts.swing.thickness_m === null) refuse(`materials.${material}.swing.thickness_m`, 'is null');
+  if (facts.swing.thickness_m == null) refuse(`materials.${material}.swing.thickness_m`, 'is null');
   const textures = TEXTURES.map((kind) => facts[kind]);
   const layers = textures.flatMap((texture) => texture.layers);
   const named = {
