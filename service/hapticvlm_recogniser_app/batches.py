@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections import deque
 from collections.abc import Awaitable, Callable, Sequence
+from contextlib import suppress
 from typing import Generic, TypeVar
 
 T = TypeVar("T")
@@ -44,7 +45,9 @@ class Batches(Generic[T, R]):
     async def _run(self) -> None:
         while self._queue:
             if len(self._queue) < self._most and self._wait_s > 0.0:
-                await self._wait_until_full()
+                self._full.clear()
+                with suppress(TimeoutError):
+                    await asyncio.wait_for(self._full.wait(), self._wait_s)
             count = min(self._most, len(self._queue))
             batch = [self._queue.popleft() for _ in range(count)]
             try:
@@ -57,10 +60,3 @@ class Batches(Generic[T, R]):
             for (_, result), value in zip(batch, values, strict=True):
                 if not result.done():  # its caller may have been cancelled meanwhile
                     result.set_result(value)
-
-    async def _wait_until_full(self) -> None:
-        self._full.clear()
-        try:
-            await asyncio.wait_for(self._full.wait(), self._wait_s)
-        except TimeoutError:
-            return

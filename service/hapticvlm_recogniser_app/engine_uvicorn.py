@@ -58,7 +58,9 @@ class Application:
 
     async def _reply(self, scope: Message, receive: Receive) -> Reply:
         authorization = dict(scope["headers"]).get(b"authorization", b"").decode("latin-1")
-        scope[ADMITTED] = self._recogniser.tokens.client(authorization)
+        client = scope[ADMITTED] = self._recogniser.tokens.client(authorization)
+        query = urllib.parse.parse_qs(scope["query_string"].decode("latin-1"))
+        gallery = query.get("gallery", [contract.SHIPPED])[0]
         # A full queue does not make the process unhealthy, and a monitor that cannot ask would
         # restart it: health and readiness are answered whatever the load.
         is_exempt = scope["path"] in (contract.HEALTH, contract.READY)
@@ -66,20 +68,10 @@ class Application:
             return self._recogniser.refuse(Refusal(503, "the queue is full: try again later"))
         self._in_progress += 1
         try:
-            return await self._recogniser.answer(_request(scope, receive))
+            request = Request(scope["method"], scope["path"], gallery, client, _body(receive))
+            return await self._recogniser.answer(request)
         finally:
             self._in_progress -= 1
-
-
-def _request(scope: Message, receive: Receive) -> Request:
-    query = urllib.parse.parse_qs(scope["query_string"].decode("latin-1"))
-    return Request(
-        scope["method"],
-        scope["path"],
-        query.get("gallery", [contract.SHIPPED])[0],
-        scope[ADMITTED],
-        _body(receive),
-    )
 
 
 async def _body(receive: Receive) -> AsyncIterator[bytes]:
