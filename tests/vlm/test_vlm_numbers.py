@@ -213,6 +213,12 @@ def test_packed_texts_see_their_own_beginning_alone() -> None:
         ("大约22摄氏度", 22, 22),
         ("約22℃です", 22, 22),
         ("섭씨 22도", 22, 22),
+        ("The temperature shown in the picture is likely about -5 °C.", -5, -5),
+        ("It looks like a hot summer day, so the temperature is around 30°C.", 30, 30),
+        ("Ich schätze die Temperatur auf etwa minus 3 Grad Celsius.", -3, -3),
+        ("La température de la pièce semble être d'environ 20 °C.", 20, 20),
+        ("Estimo que la temperatura es de 20 °C.", 20, 20),
+        ("根据图片，室温大约在20到25摄氏度之间。", 20, 25),
     ],
 )
 def test_a_stated_temperature_is_read(text: str, low: float, high: float) -> None:
@@ -254,6 +260,9 @@ def test_each_language_has_its_own_minus(text: str) -> None:
             "hay 3",
             "ci sono 3",
         ),
+        *("In winter, it is about -5 °C.", "The oven's temperature is 50 °C", "温度在30℃以上"),
+        *("Die Temperatur ist auf über 30 °C.", "La température est inférieure à 10 °C."),
+        *("我估计气温不是20度", "Creo que la temperatura no es de 20 °C", "температура выше 20 °C"),
         *("a 45 degree camera angle", "a 30 degree slope, snow", "20 or 25 degrees", "22, 25 °C"),
         *(
             "20, maybe 25 °C",

@@ -33,7 +33,9 @@ _BELOW = (  # zero, behind the number; Russian counts degrees of frost
 )
 _DEGREE = r"°|degrees?|deg\b\.?|grad|grados?|gradi|graus?|degrés?|градус(?:а|ов)?|度|도"
 _BEFORE = r"摄氏|攝氏|摂氏|섭씨"  # stands before the number, alone or with its minus
-_CELSIUS = r"celsius|centigrade|centígrados|[cс](?![a-zа-я])|(?:по\s)?цельсия|摄氏度|攝氏度|摂氏度"
+_CELSIUS = (
+    r"celsius|centigrade|centígrados|[cс](?![a-zа-я])|(?:по\s)?цельси[яю]|摄氏度|攝氏度|摂氏度"
+)
 
 
 def _number(name: str) -> str:
@@ -60,39 +62,47 @@ _VALUE = (
 _FAHRENHEIT = r"(?P<{}>-?[\d.]+)(?:\s*(?:-|to)\s*[\d.]+)?\s*(?:°|degrees?)?\s*f(?:ahrenheit)?"
 _SCENE = (
     r"(?:air|picture|image|photo(?:graph)?|scene|room|place|environment|area|location|kitchen"
-    r"|shade|street)"
+    r"|shade|street|setting|space)"
 )
-_PLACE = rf"(?:here|outside|inside|(?:in|out)doors|(?:in|of|at|for)\s(?:this|the)\s{_SCENE})"
+_PLACE = rf"(?:here|(?:in|out)(?:side|doors)|(?:shown\s)?(?:in|of|at|for)\s(?:this|the)\s{_SCENE})"
 _SEEN = (
-    r"(?:the|this|their|people's|visible|heavy|warm|winter|summer|bright|of|and|scene|picture|image"
-    r"|photo|clothing|clothes|coats?|jackets?|snow|ice|season|light(?:ing)?|sun(?:light|shine)?"
-    r"|plants?|trees|vegetation|weather|surroundings|environment|setting|context|visual|cues?)"
+    r"(?:an?|the|this|their|people's|visible|heavy|warm|hot|cool|cold|winter|summer|bright|of|and|day"
+    r"|sunny|cloudy|(?:in|out)door|room|scene|picture|image|photo|clothing|clothes|coats?|jackets?|ice"
+    r"|snow|season|light(?:ing)?|sun(?:light|shine)?|plants?|trees|vegetation|weather|surroundings"
+    r"|environment|setting|context|visual|cues?)"
 )
 _SUBJECT = (
     r"(?:(?:the|my|an?)\s)?(?:(?:best|rough|final|estimated|approximate|likely|current|ambient|air"
     r"|outdoor|indoor|outside|inside|room)\s)*(?:temperature|temp\.?|answer|estimate|guess|t(?=\s?[:=≈~]))"
-    rf"(?:\s{_PLACE})?"
+    rf"(?:\s{_PLACE}){{0,2}}"
 )
 _IS = r"(?:\sis|'s|\s(?:seem|appear|look)s)(?:\s(?:most|likely|probably|estimated|to|be|like|at))*"
 _FRAMES = (  # what stands before the value, in each language whose units are read
-    rf"(?:(?:based\son|judging\s(?:by|from)|given|considering)(?:\s{_SEEN})+,\s)?"
+    rf"(?:(?:(?:based\son|judging\s(?:by|from)|given|considering)(?:\s{_SEEN})+"
+    rf"|(?:from|in)\s(?:the|this)\s{_SCENE}),\s)?"
     rf"(?:i(?:'d|\swould)?\s(?:estimate|guess|say|think|believe|assume|expect)(?:\sthat)?\s?)?"
-    rf"(?:(?:it|(?:the|this)\s{_SCENE})\s(?:looks|seems|appears)\s(?:like|as\sif)\s)?"
-    rf"(?:it{_IS}|{_SUBJECT}(?:{_IS}|\swould\sbe|\sto\sbe|\sat)?)?",
+    rf"(?:(?:it|(?:the|this)\s{_SCENE})\s(?:looks|seems|appears)\s(?:like|as\sif)\s"
+    rf"(?:{_SEEN}\s)*(?:{_SEEN},\sso\s)?)?"
+    rf"(?:(?:it|the\s(?:air|room)){_IS}|{_SUBJECT}(?:{_IS}|\s(?:w|c|sh)ould\sbe|\sto\sbe|\sat|\sof)?)?",
     r"(?:degrees\s|°)?c(?:elsius)?",
-    r"(?:die\s)?(?:geschätzte\s)?(?:luft|umgebungs|raum|außen)?temperatur(?:\shier)?"
-    r"\s?(?:beträgt|ist|liegt\sbei)?|es\s(?:sind|ist|hat)|ich\sschätze",
-    r"(?:la\s)?temperatura(?:\s(?:estimada|aproximada|ambiente|del\saire|aquí))*(?:\ses(?:\sde)?)?"
-    r"|(?:hace|hay)(?=.*grad)|(?:creo|diría)\sque\shace",
-    r"(?:la\s)?température(?:\s(?:de\sl'air|ambiante|estimée|ici))*(?:\sest(?:\s(?:de|à))?)?"
-    r"(?:\sd')?|il\sfait|je\sdirais",
-    r"(?:la\s)?temperatura(?:\s(?:dell'aria|ambiente|stimata))*(?:\sè(?:\sdi)?)?|(?:ci\ssono|fa)(?=.*grad)",
-    r"(?:a\s)?temperatura(?:\s(?:do\sar|ambiente|estimada))*(?:\sé(?:\sde)?)?|está|estão|faz",
-    r"температура(?:\sвоздуха)?(?:\sздесь)?(?:\s(?:составляет|-))?",
-    r"(?:这里|此处|图中|图片中|照片中|当前|现在)?的?(?:空气|环境|室内|室外)?(?:气温|温度|答案)"
-    r"(?:应该)?(?:大约|大概|可能)?[是为]?|[這这]里是",
-    r"(?:ここの|この場所の|現在の)?(?:気温|室温|温度|答え)は?",
-    r"(?:이곳의|여기|현재)?\s?(?:기온|온도|실내\s온도)[은는]?",
+    r"(?:ich\s(?:schätze|würde)(?:,\sdass)?\s)?(?:die\s)?(?:geschätzte\s)?(?:luft|umgebungs|raum|innen"
+    r"|außen)?temperatur(?:\s(?:hier|im\s(?:bild|raum|zimmer)))?\s?(?:beträgt|ist|auf"
+    r"|liegt(?:\sschätzungsweise|\swahrscheinlich)?\sbei)?|es\s(?:sind|ist|hat)|hier\s(?:sind|ist)\ses|ich\sschätze",
+    r"(?:(?:estimo|creo|diría|stimo|credo|direi|acho|diria)\s(?:que|che)\s)?(?:l?a\s)?temperatura"
+    r"(?:\s(?:ambiente|aquí|estimada|aproximada|stimata|d[oe]l?\s(?:ar|aire|ambiente)|dell'aria"
+    r"|(?:(?:en|de)\s(?:la|esta)|[dn]a|[dn]ella)\s(?:imagen|escena|habitación|scena|stanza|cena|imagem|sala)))*"
+    r"(?:\s(?:es|é|è|parece\sser|sembra\sessere|ser[íi]a|sarebbe)(?:\sd[ei])?)?"
+    r"|(?:hace|hay|ci\ssono|fa)(?=.*grad)|(?:creo|diría)\sque\shace|está|estão|faz",
+    r"(?:j'estime\s(?:que\s)?)?(?:la\s)?température(?:\s(?:ambiante|extérieure|estimée|ici|de\sl'air"
+    r"|(?:de|dans)\s(?:la|cette|l')\s?(?:pièce|scène|image)))*(?:\sà|\s(?:est|semble\sêtre|serait)"
+    r"(?:\sestimée)?(?:\s(?:de|à))?)?(?:\sd')?|il\sfait|je\sdirais|j'estime\sà",
+    r"температура(?:\s(?:воздуха|здесь|в\s(?:помещении|комнате)|на\s(?:улице|изображении|фото)))*"
+    r"(?:\s(?:составляет|-))?|на\sулице|в\sкомнате",
+    r"(?:(?:根据|从)(?:这张)?(?:图片|图像|照片)(?:来看|判断)?,?\s?)?(?:我?(?:估计|认为|觉得))?"
+    r"(?:这里|此处|当前|现在|(?:这张)?(?:图|图片|照片|场景|房间)中|(?:这个|该|此)(?:场景|房间|环境|地方))?的?"
+    r"(?:空气|环境|室内|室外)?(?:气温|温度|室温|答案)(?:应该)?(?:大约|大概|可能|约)?[是为在]?|(?:我(?:估计|觉得))?[這这]里是?",
+    r"(?:(?:ここ|この(?:場所|部屋|画像)|現在|部屋|画像)の)?(?:気温|室温|温度|答え)は?",
+    r"(?:이곳의|여기|현재|(?:이\s)?방의)?\s?(?:기온|온도|실내\s온도)[은는]?",
 )
 _ABOUT = (
     r"(?:about|around|approx(?:imately|\.)?|roughly|circa|ca\.?|probably|likely|perhaps|maybe|near"
@@ -102,11 +112,11 @@ _ABOUT = (
     r"|だいたい|약|대략|아마|~|≈)"
 )
 _AFTER = (
-    rf"(?:\s*(?:{_PLACE}|or\sso|左右|上下|(?:くらい|ぐらい|程度)?(?:です|でしょう)?|(?:정도|쯤)?"
-    r"(?:입니다|이에요|예요)?))?"
+    rf"(?:\s*(?:{_PLACE}|or\sso|schätzen|左右|上下|之间|(?:くらい|ぐらい|程度)?(?:です|でしょう"
+    r"|だ?と(?:思|推定さ|考えら)わ?れます)?|(?:정도|쯤)?(?:입니다|이에요|예요)?))?"
 )
 _ANSWER = re.compile(
-    rf"(?:(?:{'|'.join(_FRAMES)})\s*[:=]?\s*)?(?:{_ABOUT}\s*)*"
+    rf"(?:(?:{'|'.join(_FRAMES)})\s*[:=]?\s*)?(?:{_ABOUT},?\s*)*"
     rf"(?:{_FAHRENHEIT.format('f')}\s*[(/=]\s*)?{_VALUE}"
     rf"(?:\s*[(/=,]\s*(?:about\s|or\s)?{_FAHRENHEIT.format('g')}\s*)?\)?{_AFTER}[.!。]?"
 )
