@@ -327,6 +327,25 @@ def test_an_object_of_the_users_own_is_known_again_once_enrolled() -> None:
     assert grown.match(views[3]).confidence > KNOWN
 
 
+def test_a_child_in_a_built_gallery_takes_no_picture_from_its_parent() -> None:
+    middles = unit(31, 4)  # the last one is the child's
+    views = np.repeat(middles, 5, axis=0) + 1.5 * unit(32, 20)
+    views = np.asarray(views / np.linalg.norm(views, axis=1, keepdims=True), np.float32)
+    labels = np.repeat(np.arange(3), 5)
+    built = Gallery("t", ("wood", "glass", "metal"), views[:15], labels, FEW, places=np.arange(15))
+    built = replace(built, calibration=calibrate(built))
+    walnut = materials.derive("walnut", "wood")
+    grown = with_user_materials(
+        built, [UserMaterial(walnut, "wood", {}, "t", views[15:], (1,) * 5)]
+    )
+    asked = np.concatenate([middles[:3].repeat(50, axis=0) + 1.2 * unit(33, 150), unit(34, 50)])
+    asked = np.asarray(asked / np.linalg.norm(asked, axis=1, keepdims=True), np.float32)
+    before, after = built.beliefs(asked), grown.beliefs(asked)
+    assert (after[:, 0] + after[:, 3] >= before[:, 0] - 1e-9).all()
+    assert (after.sum(axis=1) <= 1.0).all()
+    assert grown.match(middles[3]).material == "walnut"
+
+
 def test_own_references_are_calibrated_by_leaving_each_picture_out() -> None:
     """Five views of each of three things, wide apart or all over the place."""
     rng = np.random.default_rng(3)

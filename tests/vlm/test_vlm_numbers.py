@@ -218,7 +218,7 @@ def test_packed_texts_see_their_own_beginning_alone() -> None:
         ("Ich schätze die Temperatur auf etwa minus 3 Grad Celsius.", -3, -3),
         ("La température de la pièce semble être d'environ 20 °C.", 20, 20),
         ("Estimo que la temperatura es de 20 °C.", 20, 20),
-        ("根据图片，室温大约在20到25摄氏度之间。", 20, 25),
+        ("根据图片,室温大约在20到25摄氏度之间。", 20, 25),
     ],
 )
 def test_a_stated_temperature_is_read(text: str, low: float, high: float) -> None:

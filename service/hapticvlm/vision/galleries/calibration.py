@@ -149,7 +149,11 @@ def _similarity(enrolled: Enrolled, material: str, other: str) -> float:
 
 
 def calibrate(gallery: Gallery, shipped: Gallery | None = None) -> Calibration:
-    """Calibrate user references, beside the shipped gallery if there is one; FEW if too few."""
+    """Calibrate user references, beside the shipped gallery if there is one; FEW if too few.
+
+    Children are left out: what a class is worth does not change with what it is divided into.
+    """
+    gallery = _without_children(gallery)
     left_out = _LeftOut(gallery)
     fitted = FEW
     if is_enough(gallery):
@@ -158,6 +162,18 @@ def calibrate(gallery: Gallery, shipped: Gallery | None = None) -> Calibration:
         return fitted
     unknown_scores = [] if shipped is None else [_unknown_scores(gallery, shipped)]
     return _fit_known(left_out, fitted, unknown_scores)
+
+
+def _without_children(gallery: Gallery) -> Gallery:
+    heads, of_label = np.unique(gallery.families, return_inverse=True)
+    kept = np.isin(gallery.labels, heads)
+    return replace(
+        gallery,
+        materials=tuple(gallery.materials[head] for head in heads),
+        references=gallery.references[kept],
+        labels=of_label[gallery.labels[kept]],
+        places=places_of(gallery)[kept],
+    )
 
 
 def is_enough(gallery: Gallery) -> bool:

@@ -26,7 +26,12 @@ more than one material.
 
 User references are a second gallery with its own calibration (`Gallery.user`). Within the user's
 materials the shipped beliefs count too, with the exponent `share`; the part of the belief that the
-user references do not claim goes to the shipped gallery with all its materials. Reads no file.
+user references do not claim goes to the shipped gallery with all its materials.
+
+In a gallery that a user built, a material whose parent has references there is its child and is not
+a rival: the score of the family is the mean of its members' as powers, but at least the parent's,
+and the softmax of the members divides what is believed of the family among them. So a family is
+believed at least as much as its parent is without the child. Reads no file.
 """
 
 from __future__ import annotations
@@ -143,8 +148,31 @@ class Gallery:
         logits = scale[:, None] * self._logits(embeddings, scores, flat)
         if self.user is not None:
             return self._with_user(embeddings, logits)
-        believed = known(scores, self.calibration)[:, None] * softmax(logits)
+        believed = self._believed(scores, logits)
         return believed[:, [self.materials.index(name) for name in self.candidates]]
+
+    @property
+    def families(self) -> Indices:
+        """The index in `materials` of each one's parent, or its own if that is not among them."""
+        names = self.materials
+        parents = [self.parents.get(name, name) for name in names]
+        pairs = zip(names, parents, strict=True)
+        return np.array([names.index(up if up in names else name) for name, up in pairs], np.int64)
+
+    def _believed(self, scores: Doubles, logits: Doubles) -> Doubles:
+        """Return beliefs (N, C) of scores and logits (N, C): in families, then within each."""
+        heads, places = np.unique(self.families, return_inverse=True)
+        own, of_family = scores[:, heads], logits[:, heads]
+        if len(heads) == len(places):
+            return np.asarray(known(own, self.calibration)[:, None] * softmax(of_family))
+        gain = self.calibration.sharpness
+        members = np.eye(len(heads))[places]
+        mean = np.log(np.exp(gain * scores) @ members / members.sum(axis=0)) / gain
+        best = np.maximum(own, mean)
+        of_family = of_family + self.calibration.weight * gain * (best - own)
+        within = np.exp(logits - logits.max(axis=1, keepdims=True))
+        believed = known(best, self.calibration)[:, None] * softmax(of_family)
+        return np.asarray(believed[:, places] * within / (within @ members)[:, places])
 
     def scores(self, embeddings: Floats) -> Doubles:
         """Return soft-maximum similarities of (N, D) embeddings to `materials`: (N, C)."""

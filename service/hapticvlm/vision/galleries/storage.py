@@ -336,11 +336,11 @@ def with_user_materials(gallery: Gallery, added: Sequence[UserMaterial]) -> Gall
     gallery = replace(gallery, parents={**gallery.parents, **parents})
     parts = [_references_of(material, gallery) for material in added if material.encoder]
     if gallery.layer is None and gallery.user is None and gallery.places is not None:
-        whole = join([gallery, *parts])
+        whole = replace(join([gallery, *parts]), parents=gallery.parents)
         # A gallery that a user built has no layer and knows its pictures. Added references join it
         # as if all had been enrolled together, with one calibration. Any other gallery stays as it
         # is, and the user references form a second one beside it.
-        return replace(whole, calibration=calibrate(whole)) if parts else gallery
+        return replace(whole, calibration=calibrate(whole)) if added else gallery
     galleries = [part for part in (gallery.user, *parts) if part is not None]
     if not galleries:
         return gallery
