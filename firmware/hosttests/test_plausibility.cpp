@@ -83,6 +83,17 @@ TEST_CASE("a first second of full heat that was not interrupted is judged by its
     }
 }
 
+TEST_CASE("half an ampere of heat must move the plate; 0.44 A is not judged") {
+    for (float current_a : {0.5f, 0.44f}) {
+        Plausibility state;
+        start_judging(state);
+        Sensors sensors{};
+        uint32_t faults = 0;
+        for (int i = 0; i < 400; i++) faults |= judged(state, sensors, 30.0, 30.0, current_a, 3.0f);
+        CHECK(faults == (current_a > 0.45f ? bit(RUNAWAY) : 0));
+    }
+}
+
 TEST_CASE("a working plate under such a host raises no fault") {
     Rig rig = holding(30.0, 30.0);
     for (int i = 0; i < 1000 && !rig.board.faults; i++) {
@@ -177,15 +188,17 @@ TEST_CASE("more cooling and a warmer plate, second after second, reduces cooling
     CHECK(steps * STEP_S < 20.0);
 }
 
-TEST_CASE("cooling that eases while the plate warms, and a plate that is not read, are no reversal") {
-    for (double hotter_c : {0.0, 500.0}) {
+TEST_CASE("cooling that eases while the plate warms, and a plate or sink that is not read, are no reversal") {
+    const struct { double plate_c, sink_c; bool is_read; } rows[] = {
+        {25.0, 40.0, true}, {525.0, 40.0, false}, {25.0, 540.0, false}};
+    for (const auto& row : rows) {
         Plausibility state;
         start_judging(state);
         Sensors sensors{};
         for (int i = 0; i < 510; i++)
-            judged(state, sensors, 25.0 + 0.15 * i * STEP_S + hotter_c, 40.0, -2.0f + 0.1f * i * STEP_S, -3.0f);
+            judged(state, sensors, row.plate_c + 0.15 * i * STEP_S, row.sink_c, -2.0f + 0.1f * i * STEP_S, -3.0f);
         CHECK(state.strikes == 0);
-        CHECK((state.second_ms == 0) == (hotter_c > 0.0));
+        CHECK((state.second_ms != 0) == row.is_read);
     }
 }
 

@@ -72,6 +72,13 @@ TEST_CASE("beads are read at the turn of a pulse and at its end, up to three tic
     }
 }
 
+TEST_CASE("a pulse that has no room for minutes stays due") {
+    Sensors sensors{};
+    Pulse pulse{};
+    for (int i = 0; i < 6000; i++) watch_beads(pulse, sensors, false, false, 0.0f);
+    CHECK(pulse.quiet_ms == 20000);
+}
+
 TEST_CASE("one thermistor that answers does not speak for the other") {
     Rig half = holding(1.0, 0.1);
     half.hold_for(30.0, 800);
