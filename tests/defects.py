@@ -33,7 +33,7 @@ HOST_TESTS = "make -C firmware/hosttests SANITIZE= FLAGS=-std=gnu++14\\ -O0\\ -I
 ROOMS = {  # of each, its files and its tests
     "edge": (
         f"{SERVICE}/server/edge/*.py {SERVICE}/server/access.py",
-        "tests/server/test_[ebrp][dueh][dgqa]*.py tests/server/test_[hs][tc][te]*.py",
+        "tests/server/test_[ebrp][dueh][dgqa]*.py tests/server/test_[hs][tc][teh]*.py",
     ),
     "web": (
         f"{SERVICE}/server/web/*.py",
@@ -43,7 +43,10 @@ ROOMS = {  # of each, its files and its tests
         f"{SERVICE}/server/recognition_queue.py {SERVICE}/server/supervision.py",
         "tests/server/test_gateway.py tests/server/test_supervision.py tests/server/test_server.py",
     ),
-    "frames": (f"{SERVICE}/vision/frame_*.py", "tests/vision/test_frame_recogniser.py"),
+    "frames": (
+        f"{SERVICE}/vision/frame_*.py",
+        "tests/vision/test_frame_*.py tests/vision/test_remote_client.py tests/vision/test_te*.py",
+    ),
     "speaker": (
         f"{SERVICE}/devices/speaker/engine.py",
         "tests/devices/test_engine.py tests/devices/test_audio.py",
@@ -161,12 +164,7 @@ def is_noticed(room: str, file: str, scratch: Path, limit_s: float) -> bool:
         markers = "nightly" if room in NIGHTLY else "not nightly and not realtime"
         options = ("-q", "-x", "-n", "0", "-p", "no:cacheprovider", "-m", markers)
         command = [sys.executable, "-m", "pytest", *options, *map(str, tests)]
-    env = {
-        **os.environ,
-        "PYTHONPATH": f"{scratch / 'service'}",
-        "CI": "1",
-        "PYTHONDONTWRITEBYTECODE": "1",
-    }
+    env = {**os.environ, "PYTHONPATH": f"{scratch / 'service'}", "CI": "1"}
     log = scratch / "defect.log"
     with log.open("w") as out:
         ran = subprocess.Popen(

@@ -129,6 +129,19 @@ def test_a_setpoint_is_sent_with_what_is_left_of_its_lease_and_never_after() -> 
     ]
 
 
+def test_a_board_that_reports_a_fault_is_sent_no_setpoint() -> None:
+    session = greeted()
+    tell(session, telemetry(5.1, faults=2), 0.1)
+    session.command(22.0, 0.25, 1.0)
+    assert said(session, 1.0) == []
+
+
+def test_nothing_is_known_of_a_board_whose_port_is_lost() -> None:
+    session = greeted()
+    session.lost()
+    assert (session.board, session.telemetry, session.is_moving) == (None, None, False)
+
+
 def test_a_changing_setpoint_is_sent_at_most_25_times_a_second() -> None:
     session = greeted()
     sent = []

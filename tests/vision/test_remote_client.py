@@ -12,6 +12,7 @@ from pace import PACE
 from shared_recogniser import KNOWING_NOTHING, Shared, shared_recogniser
 
 from hapticvlm import materials
+from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.http_client import HttpError
 from hapticvlm.messages import Frame
 from hapticvlm.vision import pictures, textures
@@ -162,6 +163,25 @@ class NeverLoaded:
 
     def embed(self, crops: object) -> NoReturn:
         raise AssertionError(f"this machine loads its encoder for {crops}")
+
+
+def test_what_another_encoder_there_believes_is_taken_and_seen_again_when_it_comes(
+    shared: Shared,
+) -> None:
+    shown, here = SceneContext("scene", "cup"), shared.encoder
+    recogniser = FrameRecogniser(
+        here, shared.galleries["shipped"].gallery, asked := remote(shared, deadline_s=LONG_S)
+    )
+
+    def look() -> Evidence | None:
+        return recogniser.recognise(view(3), "cup", 0.0, force=False, shown=shown).evidence
+
+    assert look() is not None
+    tried(asked)
+    recogniser._encoder = NeverLoaded(shared)
+    recogniser._encoder.name = "another"
+    assert look() is not None, "it was recognised here, and is there from now on"
+    assert look() is None
 
 
 @pytest.mark.parametrize("fault", KNOWING_NOTHING)

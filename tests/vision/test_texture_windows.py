@@ -1,7 +1,9 @@
 """Texture maps are read by six windows, and an atlas of several materials is not taken for one."""
 
 import dataclasses
+from collections.abc import Sequence
 from pathlib import Path
+from typing import NoReturn
 
 import msgspec
 import numpy as np
@@ -12,7 +14,7 @@ from msgspec.structs import replace
 from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.messages import Region
 from hapticvlm.vision import texture_verdicts, textures
-from hapticvlm.vision.encoders.encoder import Encoder
+from hapticvlm.vision.encoders.encoder import Encoder, EncoderError
 from hapticvlm.vision.frame_recogniser import FrameRecogniser
 from hapticvlm.vision.galleries.gallery import Gallery
 from hapticvlm.vision.galleries.storage import load_gallery
@@ -53,6 +55,24 @@ def test_a_drawn_map_of_boards_is_wood_and_one_of_cloth_is_fabric(
     assert wood.rung == cloth.rung == "texture"
     assert wood.material == "wood"
     assert cloth.material == "fabric"
+
+
+class Fails:
+    name, side = "fails", 224
+
+    def embed(self, crops: Sequence[object]) -> NoReturn:
+        raise EncoderError(f"no answer to {len(crops)}")
+
+
+def test_a_frame_that_is_a_map_is_read_as_one_and_an_encoder_that_fails_is_our_fault(
+    encoder: Encoder, gallery: Gallery
+) -> None:
+    read, failed = (
+        FrameRecogniser(each, gallery).recognise(frame_of(planks()), "", 0.0, force=True)
+        for each in (encoder, Fails())
+    )
+    assert read.evidence == textures.read(frame_of(planks()), encoder, gallery)
+    assert (failed.evidence, failed.error, failed.is_our_fault) == (None, "no answer to 6", True)
 
 
 def test_an_atlas_is_unsure_and_its_region_is_read_as_what_it_holds(
