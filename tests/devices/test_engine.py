@@ -8,7 +8,15 @@ from numpy.typing import NDArray
 
 from hapticvlm.devices.speaker.channels import Channels
 from hapticvlm.devices.speaker.engine import AudioSettings, Engine
-from hapticvlm.devices.speaker.ring import SAMPLES, EngineStatus, PersistentState, RestAll, Ring
+from hapticvlm.devices.speaker.ring import (
+    SAMPLES,
+    EngineStatus,
+    PersistentState,
+    Release,
+    RestAll,
+    Ring,
+    _persistent_at,
+)
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 from hapticvlm.rendering.vibration.voices import Command
 
@@ -43,9 +51,35 @@ def test_a_sleeping_engine_plays_an_order_in_the_very_next_block(
     engine.fill(BLOCK)
     number = ring.put(_strike(), time.monotonic())
     played = np.concatenate([engine.fill(BLOCK) for _ in range(4)])
-    assert np.abs(played).max() > 0.1
+    assert 0.1 < np.abs(played).max() < 1.0
     assert ring.status().newest == number
     assert ring.status().level > 0.0
+
+
+def test_an_engine_is_awake_between_the_grains_of_a_press_until_it_is_released(
+    asleep: tuple[Ring, Engine],
+) -> None:
+    ring, engine = asleep
+    until = time.monotonic() + 600.0
+    ring.put(Command(0, "fabric", "press", False, Motion(0.0, 1.0), 1, until), time.monotonic())
+    assert not engine.fill(BLOCK).any(), "its first grain is still to come"
+    assert any(engine.fill(BLOCK).any() for _ in range(40))
+    ring.put(Command(0, "wood", "slide", False, Motion(0.3, 2.0), 1, until), time.monotonic())
+    assert [engine.fill(BLOCK) for _ in range(40)][-1].any()
+    ring.put(Release(0), time.monotonic())
+    assert not [engine.fill(BLOCK) for _ in range(40)][-1].any()
+
+
+def test_an_engine_is_awake_until_it_has_read_a_state_that_was_half_written(
+    asleep: tuple[Ring, Engine],
+) -> None:
+    ring, engine = asleep
+    ring.set_persistent(PersistentState(1.0, 0))
+    ring._view[_persistent_at(1)] ^= 1
+    assert engine.fill(BLOCK) is not engine.fill(BLOCK)
+    ring._view[_persistent_at(1)] ^= 1
+    engine.fill(BLOCK)
+    assert engine.fill(BLOCK) is engine.fill(BLOCK)
 
 
 def test_silence_is_counted_and_reported_as_it_is_played(asleep: tuple[Ring, Engine]) -> None:
@@ -106,6 +140,12 @@ def test_hands_with_a_channel_each_are_rendered_apart_and_rest_together():
     assert np.allclose(shown, both[-BLOCK:].sum(axis=1), atol=1e-6)
     ring.put(RestAll(), time.monotonic())
     assert not [engine.fill(BLOCK) for _ in range(40)][-1].any()
+    for hand in (0, 1):
+        hard = Command(hand, "fabric", "slide", False, Motion(3.0, 30.0), 1, until)
+        ring.put(hard, time.monotonic())
+    both = np.concatenate([engine.fill(BLOCK) for _ in range(40)]).sum(axis=1)
+    assert both.min() < -1.0
+    assert np.allclose(ring.waveform(both.size), np.clip(both, -1.0, 1.0), atol=1e-6)
 
 
 def test_one_hand_alone_sounds_the_same_on_its_own_channel_as_in_the_mix():
