@@ -15,7 +15,6 @@ from hapticvlm.devices.speaker.ring import (
     Release,
     RestAll,
     Ring,
-    _persistent_at,
 )
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
 from hapticvlm.rendering.vibration.voices import Command
@@ -68,18 +67,6 @@ def test_an_engine_is_awake_between_the_grains_of_a_press_until_it_is_released(
     assert [engine.fill(BLOCK) for _ in range(40)][-1].any()
     ring.put(Release(0), time.monotonic())
     assert not [engine.fill(BLOCK) for _ in range(40)][-1].any()
-
-
-def test_an_engine_is_awake_until_it_has_read_a_state_that_was_half_written(
-    asleep: tuple[Ring, Engine],
-) -> None:
-    ring, engine = asleep
-    ring.set_persistent(PersistentState(1.0, 0))
-    ring._view[_persistent_at(1)] ^= 1
-    assert engine.fill(BLOCK) is not engine.fill(BLOCK)
-    ring._view[_persistent_at(1)] ^= 1
-    engine.fill(BLOCK)
-    assert engine.fill(BLOCK) is engine.fill(BLOCK)
 
 
 def test_silence_is_counted_and_reported_as_it_is_played(asleep: tuple[Ring, Engine]) -> None:

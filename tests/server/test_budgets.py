@@ -6,6 +6,7 @@ import pytest
 
 from hapticvlm.server.access import Address
 from hapticvlm.server.counters import Count
+from hapticvlm.server.edge import limits
 from hapticvlm.server.edge.limiter import SocketLimiter
 from hapticvlm.server.edge.limits import CONNECTS, Rate, TokenBucket
 from hapticvlm.server.edge.listener import ConnectRates
@@ -34,17 +35,29 @@ def socket():
     return Socket()
 
 
-def test_a_bucket_gives_its_burst_and_then_its_rate():
-    bucket = TokenBucket(Rate(per_s=10.0, burst=3.0), 0.0)
-    assert [bucket.spend(1, 0.0) for _ in range(4)] == [True, True, True, False]
-    assert not bucket.spend(1, 0.09)
-    assert bucket.spend(1, 0.11)
-
-
 def test_a_bucket_never_holds_more_than_its_burst_and_a_clock_that_jumps_back_gives_nothing():
     bucket = TokenBucket(Rate(per_s=10.0, burst=3.0), 0.0)
     assert [bucket.spend(1, 100.0) for _ in range(4)] == [True, True, True, False]
     assert not bucket.spend(1, 50.0)
+
+
+@pytest.mark.parametrize(
+    ("rate", "burst", "per_s"),
+    [
+        (CONNECTS, 250, 250),
+        (limits.MESSAGES, 4000, 2000),
+        (limits.REFUSED, 2000, 200),
+        (limits.CONTROL_FRAMES, 100, 20),
+        (limits.RECOGNITION_RATE, 10, 20),
+        (limits.LOG_REPEATS, 20, 5),
+    ],
+)
+def test_each_rate_gives_so_many_at_once_and_then_so_many_a_second(rate, burst, per_s):
+    assert not TokenBucket(rate, 0.0).spend(burst + 1, 0.0)
+    bucket = TokenBucket(rate, 0.0)
+    assert bucket.spend(burst, 0.0)
+    assert not bucket.spend(per_s, 0.99)
+    assert bucket.spend(min(per_s, burst), 1.0)
 
 
 def test_the_socket_that_waits_longest_for_hello_makes_room_and_is_counted():
@@ -86,6 +99,8 @@ def test_connects_have_a_budget_for_each_address_and_one_for_this_machine():
     assert budgets.spend("192.0.2.1", 1.5 / CONNECTS.per_s)
     assert all(budgets.spend(f"127.0.0.{number % 9}", 0.0) for number in range(burst))
     assert not budgets.spend("::1", 0.0)
+    assert all(budgets.spend(f"198.51.100.{number}", 0.0) for number in range(256))
+    assert all(budgets.spend("192.0.2.1", 0.0) for _ in range(burst)), "255 others are remembered"
 
 
 def test_a_newcomer_goes_when_all_others_have_said_hello():

@@ -50,8 +50,18 @@ def test_a_tunnel_is_let_in_by_its_name_and_its_own_pages_only() -> None:
     other = ("Origin", "https://evil.tunnel.example")
     assert policy.refusal(asked("/", other, host="abc.tunnel.example")) is not None
     assert policy.refusal(asked(host="evil.tunnel.example")) is not None
+    near = ("Origin", "https://192.168.1.5:8790")
+    policy = Address("0.0.0.0", token=TOKEN).policy()
+    assert policy.refusal(asked("/", near, host="192.168.1.5:8790")) is not None, "no tunnel"
     with pytest.raises(ValueError, match=r"--allow-host abc\.tunnel\.example .* add a token"):
         Address(tunnels=frozenset({"abc.tunnel.example"}))
+
+
+@pytest.mark.parametrize(("port", "admitted"), [(8790, True), (8791, False)])
+def test_a_study_is_open_to_its_own_pages_and_not_to_another_of_this_machine(port, admitted):
+    policy = http.AccessPolicy("127.0.0.1", frozenset(), is_open_to_own_pages_only=True)
+    request = asked("/", ("Origin", f"http://127.0.0.1:{port}"), host="127.0.0.1:8790")
+    assert (policy.refusal(request) is None) == admitted
 
 
 @pytest.mark.parametrize(

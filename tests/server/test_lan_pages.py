@@ -18,7 +18,7 @@ from hapticvlm.client import Refused, connect
 from hapticvlm.client.local_service import Service, running
 from hapticvlm.server.access import Address
 from hapticvlm.server.web import http
-from hapticvlm.server.web.lan_pages import LanPages, is_near, is_token, own_names
+from hapticvlm.server.web.lan_pages import LanPages, is_near, is_token, own_names, qr_code, reach
 
 TOKEN = "pässword of a dozen"
 
@@ -183,8 +183,14 @@ def test_a_network_is_let_in_only_where_it_can_come_and_by_a_token_nobody_guesse
         Address(host="0.0.0.0", token="short", pages_from="lan")
 
 
-def test_two_authorization_headers_are_none():
+def test_a_code_of_29_modules_has_two_of_white_around_it_and_without_the_flag_there_is_none():
+    assert 'width="264" height="264"' in qr_code("http://192.168.1.5:8790/#token")
+    assert reach(None, 8790)["page"] is None
+
+
+def test_none_or_two_authorization_headers_are_no_token():
     lan_pages = LanPages(TOKEN, own_names(), "http")
+    assert http.turn_away("192.168.1.7", asked("/", host="192.168.1.2"), lan_pages) is not None
     given = ("Authorization", basic(TOKEN).encode().decode("latin-1"))
     once, twice = (asked("/", *[given] * times, host="192.168.1.2") for times in (1, 2))
     assert http.turn_away("192.168.1.7", once, lan_pages) is None

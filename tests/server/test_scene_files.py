@@ -110,6 +110,9 @@ def test_a_page_may_run_the_scripts_it_is_written_with_and_no_other_inline():
         ("build.data.br", "application/octet-stream", "br"),
         ("build.wasm.gz", "application/wasm", "gzip"),
         ("photo.webp", "image/webp", None),
+        ("hit.mp3", "audio/mpeg", None),
+        ("hit.ogg", "audio/ogg", None),
+        ("hit.wav", "audio/wav", None),
         ("notes.txt", None, None),
         ("archive.gz", None, "gzip"),
     ],
@@ -117,6 +120,18 @@ def test_a_page_may_run_the_scripts_it_is_written_with_and_no_other_inline():
 def test_what_engines_build_for_the_web_has_its_type_and_compression(name, kind, encoding):
     assert scene_files.kind(Path(name)) == kind
     assert scene_files.encoding(Path(name)) == encoding
+
+
+async def test_a_compressed_file_says_so_and_without_a_folder_nothing_is_for_the_scene(tmp_path):
+    (tmp_path / "build.wasm.gz").write_bytes(b"1")
+    (tmp_path / "page.js").write_text("1;")
+    ends: Any = SimpleNamespace(remote_address=("127.0.0.1", 1), local_address=("127.0.0.1", 2))
+    said = []
+    for folder, name in ((tmp_path, "build.wasm.gz"), (tmp_path, "page.js"), (None, "page.js")):
+        policy = http.AccessPolicy("127.0.0.1", frozenset(), scene_folder=folder)
+        answer = await scene_pages.answer(ends, asked(f"/scene/{name}"), policy)
+        said.append(answer and answer.headers.get("Content-Encoding", "plain"))
+    assert said == ["gzip", "plain", None]
 
 
 def test_the_service_serves_them_with_a_strict_policy_when_asked_to(folder):

@@ -168,9 +168,9 @@ class NeverLoaded:
 def test_what_another_encoder_there_believes_is_taken_and_seen_again_when_it_comes(
     shared: Shared,
 ) -> None:
-    shown, here = SceneContext("scene", "cup"), shared.encoder
+    shown, gallery = SceneContext("scene", "cup"), shared.galleries["shipped"].gallery
     recogniser = FrameRecogniser(
-        here, shared.galleries["shipped"].gallery, asked := remote(shared, deadline_s=LONG_S)
+        shared.encoder, gallery, asked := remote(shared, deadline_s=LONG_S)
     )
 
     def look() -> Evidence | None:

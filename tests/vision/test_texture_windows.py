@@ -3,7 +3,7 @@
 import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NoReturn
+from typing import NoReturn, cast
 
 import msgspec
 import numpy as np
@@ -68,7 +68,9 @@ def test_a_frame_that_is_a_map_is_read_as_one_and_an_encoder_that_fails_is_our_f
     encoder: Encoder, gallery: Gallery
 ) -> None:
     read, failed = (
-        FrameRecogniser(each, gallery).recognise(frame_of(planks()), "", 0.0, force=True)
+        FrameRecogniser(cast("Encoder", each), gallery).recognise(
+            frame_of(planks()), "", 0.0, force=True
+        )
         for each in (encoder, Fails())
     )
     assert read.evidence == textures.read(frame_of(planks()), encoder, gallery)
