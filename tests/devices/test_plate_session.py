@@ -129,19 +129,6 @@ def test_a_setpoint_is_sent_with_what_is_left_of_its_lease_and_never_after() -> 
     ]
 
 
-def test_a_board_that_reports_a_fault_is_sent_no_setpoint() -> None:
-    session = greeted()
-    tell(session, telemetry(5.1, faults=2), 0.1)
-    session.command(22.0, 0.25, 1.0)
-    assert said(session, 1.0) == []
-
-
-def test_nothing_is_known_of_a_board_whose_port_is_lost() -> None:
-    session = greeted()
-    session.lost()
-    assert (session.board, session.telemetry, session.is_moving) == (None, None, False)
-
-
 def test_a_changing_setpoint_is_sent_at_most_25_times_a_second() -> None:
     session = greeted()
     sent = []
@@ -216,6 +203,7 @@ def test_a_lost_port_is_a_fault_and_sends_nothing() -> None:
     commanded(session, 0.0, 1.0)
     session.lost()
 
+    assert (session.board, session.is_moving) == (None, False)
     assert session.reading(1.1).faults == ("plate_unplugged",)
     assert session.reading(1.1).plate_c is None
     assert session.reading(1.1).duty == 0.0
@@ -318,6 +306,8 @@ def test_a_latched_fault_is_named_and_ends_the_lease() -> None:
 
     assert session.reading(1.0).faults == ("over_temperature", "fault_31")
     assert said(session, 1.2) == []
+    session.command(22.0, 0.25, 3.0)  # after a pause, as a new caller
+    assert said(session, 3.0) == []
 
 
 def test_a_cleared_fault_does_not_let_the_same_caller_drive_on() -> None:
