@@ -108,13 +108,6 @@ async def test_only_pages_of_this_service_may_connect_and_still_need_the_token(v
             pass
 
 
-def test_without_the_flag_the_network_gets_no_page_with_any_token():
-    with running(["--host", "0.0.0.0", "--token", TOKEN]) as service:
-        code, _, text = got(at_own_address(service), Authorization=basic(TOKEN))
-    assert code == 403
-    assert "--lan" in text
-
-
 @each_row(
     ("peer", "near"),
     [
@@ -190,8 +183,11 @@ def test_a_code_of_29_modules_has_two_of_white_around_it_and_without_the_flag_th
 
 def test_none_or_two_authorization_headers_are_no_token():
     lan_pages = LanPages(TOKEN, own_names(), "http")
-    assert http.turn_away("192.168.1.7", asked("/", host="192.168.1.2"), lan_pages) is not None
     given = ("Authorization", basic(TOKEN).encode().decode("latin-1"))
+    assert http.turn_away("192.168.1.7", asked("/", host="192.168.1.2"), lan_pages) is not None
+    without = http.turn_away("192.168.1.7", asked("/", given, host="192.168.1.2"), None)
+    assert without is not None
+    assert (without.status_code, b"--lan" in without.body) == (403, True)
     once, twice = (asked("/", *[given] * times, host="192.168.1.2") for times in (1, 2))
     assert http.turn_away("192.168.1.7", once, lan_pages) is None
     answer = http.turn_away("192.168.1.7", twice, lan_pages)
