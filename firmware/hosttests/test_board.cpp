@@ -73,15 +73,6 @@ TEST_CASE("a fault opens the bridge in its step, and stays: no setpoint is taken
     CHECK(bench.counts == 0);
 }
 
-TEST_CASE("no setpoint is taken before the plate was read") {
-    Rig rig;
-    start(rig.board);
-    rig.answer_hello();
-    CHECK(rig.hold(36.0) == FAULTED);
-    rig.step();
-    CHECK(rig.hold(36.0) == OK);
-}
-
 TEST_CASE("clearing is by number: the others stay") {
     Rig rig = heating();
     rig.step_on({16 * 1023, sum_at(32), 0});

@@ -80,7 +80,7 @@ TEST_CASE("another major version is refused with a HELLO_REPLY, and needs a new 
     CHECK(rig.hold(30) == OK);
 }
 
-TEST_CASE("no setpoint is held before a HELLO, nor after a reset without a new one") {
+TEST_CASE("no setpoint is held before a HELLO, nor after a reset without a new one and a reading") {
     Rig rig;
     CHECK(rig.hold(36) == NEEDS_HELLO);
     rig.step(50);
@@ -89,6 +89,12 @@ TEST_CASE("no setpoint is held before a HELLO, nor after a reset without a new o
     rig.reset(RESET_EXTERNAL);
     rig.step();
     CHECK(rig.hold(36) == NEEDS_HELLO);
+    bench.reset_cause = RESET_POWER_ON;
+    start(rig.board);
+    rig.answer_hello();
+    CHECK(rig.hold(36) == FAULTED);  // nothing was read yet
+    rig.step();
+    CHECK(rig.hold(36) == OK);
 }
 
 TEST_CASE("setpoints outside the range are refused, never clamped") {
