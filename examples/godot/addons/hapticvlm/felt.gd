@@ -80,12 +80,12 @@ func select(value: String, now: float) -> void:
 func by() -> String:
 	var hands: Array = _hands.values()
 	var vibrating := hands.filter(func(hand: Hand) -> bool: return hand.vibrates)
-	return "baked" if (hands if vibrating.is_empty() else vibrating).any(_is_baked) else "service"
+	return "baked" if (hands if vibrating.is_empty() else vibrating).any(func(hand: Hand) -> bool: return not hand.is_served) else "service"
 
 
 ## Returns whether this hand feels the bake.
 func is_baked(name: String) -> bool:
-	return _is_baked(_hands[name])
+	return not _hands[name].is_served
 
 
 ## Returns whether a stop keeps this hand silent in the bake.
@@ -154,7 +154,7 @@ func touch(fields: Dictionary, now: float) -> bool:
 		hand.missed = _plan(fields["hand"], now)
 		hand.missed_touch = fields
 		hand.missed_at = now
-	if _is_baked(hand):
+	if not hand.is_served:
 		if begins_impact:
 			_post_missed(fields["hand"], now)
 		elif is_release:
@@ -184,7 +184,7 @@ func stop() -> void:
 		return
 	_stop_player()
 	for name: String in _hands:
-		if _is_baked(_hands[name]) and forms.has(name):
+		if not _hands[name].is_served and forms.has(name):
 			_post(name, {"period_ms": 12.5, "amplitude": [], "frequency_hz": [], "transients": []}, true)
 
 
@@ -193,7 +193,7 @@ func step(now: float) -> void:
 	for name: String in _hands:
 		var hand: Hand = _hands[name]
 		_change_over(hand, now)
-		if _player == null or not _is_baked(hand):
+		if _player == null or hand.is_served:
 			continue
 		if not hand.missed.is_empty():
 			_strike_again(name, now)
@@ -241,10 +241,6 @@ func _miss(id: String, found: Dictionary) -> String:
 		return "materials.json: " + bake.problem
 	var near := "there is no materials.json" if bake == null else "nearest is `%s`" % bake.nearest(id)
 	return "`%s` is not in the bake; %s: bake the scene again, or state its material" % [id, near]
-
-
-func _is_baked(hand: Hand) -> bool:
-	return not hand.is_served
 
 
 func _change_over(hand: Hand, now: float) -> void:

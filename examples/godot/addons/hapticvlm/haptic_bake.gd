@@ -121,6 +121,7 @@ func _by_id(id: String) -> String:
 ## Returns the object whose names agree farthest, from its own up to its parents'.
 func _by_path(query: Dictionary) -> String:
 	var engine: String = query.get("engine", AS_THE_SCENE)
+	var wanted := _names(query.get("material"))
 	for path: String in query.get("paths", []):
 		var names := path.split("/")
 		var best := ""
@@ -129,7 +130,9 @@ func _by_path(query: Dictionary) -> String:
 		for each: Array in _named.get(names[-1], []):
 			var is_own: bool = each[2] == engine or (each[2] == AS_THE_SCENE and not each[3].has(engine))
 			var rank := 2 * _shared(names, each[0]) + int(is_own)
-			var has := _has(each[1], query.get("material"))
+			var has: bool = _objects[each[1]].any(
+				func(surface: Dictionary) -> bool: return _names(surface.name).any(func(name: String) -> bool: return name in wanted)
+			)
 			if rank > most or (rank == most and has and not best_has):
 				most = rank
 				best = each[1]
@@ -137,14 +140,6 @@ func _by_path(query: Dictionary) -> String:
 		if not best.is_empty():
 			return best
 	return ""
-
-
-func _has(id: String, material: Variant) -> bool:
-	var wanted := _names(material)
-	for surface: Dictionary in _objects[id]:
-		if _names(surface.get("name")).any(func(name: String) -> bool: return name in wanted):
-			return true
-	return false
 
 
 ## Returns the surface with this material's name, else this primitive, else this index, else 0.
