@@ -90,7 +90,8 @@ def test_a_controller_is_felt_from_the_bake_until_a_service_answers_and_says_so(
 
 def test_the_baked_mode_connects_to_nothing_and_names_what_has_no_material(play):
     output = play("FeltRooms.Baked", NOBODY)
-    assert "amplitude 0 silence the bake has no material of 'Xyzzy': choose" in output
+    assert "silence 'Xyzzy' is not in the bake; there is no materials.json: choose" in output
+    assert "amplitude 0 " in output
     assert "felt from the bake; nothing connects connected False threads 0" in output
     assert "effect True warnings 0 exceptions 0" in output
 
@@ -99,6 +100,7 @@ def test_a_bake_tells_what_the_scene_does_not_and_a_script_overrides_it(play):
     output = play("FeltRooms.BakedScene", NOBODY)
     assert "copy True stone" in output  # made at run time, with an id of its own
     assert "overridden, errors 0" in output
+    assert "silence 'Xyzzx' is not in the bake; nearest is 'Xyzzy': choose" in output
     refused = [line for line in output.splitlines() if "materials.json: version 9" in line]
     assert len(refused) == 1  # once, not in each frame
     assert "bake it again" in refused[0]

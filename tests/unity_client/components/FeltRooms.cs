@@ -73,7 +73,7 @@ public static class FeltRooms
     {
         HapticObject box = Moves.Box("Xyzzy", new Vector3(0f, 0f, 0f), new Vector3(8f, 1f, 0.1f));
         string surface = "{\"material\": \"stone\", \"belief\": 0.9, \"by\": \"name\", \"surface_c\": 22.0, \"surface_by\": \"ambient\", \"impact_gain\": 0.8}";
-        HapticClient client = Client("{\"version\": 2, \"objects\": {\"" + box.ObjectId + "\": {\"surfaces\": [" + surface + "]}}, \"not_baked\": []}");
+        HapticClient client = Client("{\"version\": 2, \"objects\": {\"" + box.ObjectId + "\": {\"paths\": {\"scene\": [\"Room/Xyzzy\"]}, \"surfaces\": [" + surface + "]}}, \"not_baked\": []}");
         HapticHand hand = Moves.Hand(new Vector3(-2f, 0f, 0.06f));
         var haptics = hand.gameObject.AddComponent<ControllerHaptics>();
         Stroke(hand, () => haptics.Amplitude > 0f, "the bake is not felt");
@@ -81,6 +81,10 @@ public static class FeltRooms
         box.State("unobtainium");
         Stroke(hand, () => haptics.Amplitude == 0f, "a script does not override the bake");
         Components.Say("overridden, errors " + Debug.Errors);
+        Object.Destroy(box.gameObject);
+        Moves.Box("Xyzzx", new Vector3(0f, 0f, 0f), new Vector3(8f, 1f, 0.1f));
+        Stroke(hand, () => haptics.Silence != null && haptics.Silence.Contains("Xyzzx"), "nobody is told");
+        Components.Say("silence " + haptics.Silence);
         Object.Destroy(client.gameObject);
         Components.RunFor(2);
         client = Client("{\"version\": 9, \"objects\": {}}");

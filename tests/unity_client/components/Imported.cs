@@ -20,6 +20,7 @@ public static class Imported
             chain[0].AddComponent<HapticObject>();
             var renderer = chain.Last().AddComponent<MeshRenderer>();
             renderer.sharedMaterials = Array.ConvertAll(fields[1].Split('|'), name => new Material { name = name });
+            chain.Last().AddComponent<BoxCollider>().sharedMaterial = new PhysicMaterial { name = "Ice" }; // a name for the service alone
             FeltSurface felt = BakedFeel.Find(chain.Last(), fields[2] == "" ? null : renderer.sharedMaterials[int.Parse(fields[2])]);
             Components.Say("felt " + (felt == null ? "nothing" : felt.Material));
         }

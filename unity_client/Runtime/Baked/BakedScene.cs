@@ -110,21 +110,23 @@ namespace HapticVLM.Baked
             return objects[found.ObjectId][found.Surface].Felt;
         }
 
-        /// <summary>Returns the id that shares most pairs of letters with a name; null: there is none.</summary>
+        /// <summary>Returns the id or name that shares most pairs of letters with a name, because the ids that Unity makes are no words; null: there is none.</summary>
         public string Nearest(string name)
         {
             HashSet<string> pairs = PairsOf(name ?? "");
             string best = null;
             double most = -1.0;
-            foreach (string id in ids)
+            var names = new List<string>(ids);
+            names.AddRange(named.Keys);
+            foreach (string each in names)
             {
-                HashSet<string> others = PairsOf(id);
+                HashSet<string> others = PairsOf(each);
                 int all = pairs.Count + others.Count;
                 others.IntersectWith(pairs);
                 double share = 2.0 * others.Count / Math.Max(1, all);
                 if (share <= most) continue;
                 most = share;
-                best = id;
+                best = each;
             }
             return best;
         }

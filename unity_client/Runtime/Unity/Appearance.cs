@@ -47,11 +47,15 @@ namespace HapticVLM
         /// <summary>Joins the names of collider material and object, which is the noun, behind those of its parents.</summary>
         public static string Name(GameObject of)
         {
-            string name = of.name;
             var collider = of.GetComponentInChildren<Collider>();
             var surface = collider == null ? null : collider.sharedMaterial;
-            if (surface != null) name = surface.name + " " + name;
-            for (Transform parent = of.transform.parent; parent != null; parent = parent.parent)
+            return PathOf(of.transform, surface == null ? of.name : surface.name + " " + of.name);
+        }
+
+        /// <summary>Returns a name behind those of the parents, as many as the service reads.</summary>
+        public static string PathOf(Transform of, string name)
+        {
+            for (Transform parent = of.parent; parent != null; parent = parent.parent)
             {
                 string path = parent.name + "/" + name;
                 if (path.Length > SceneObject.NameMaxLength) break;

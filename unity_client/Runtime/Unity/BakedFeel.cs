@@ -58,8 +58,8 @@ namespace HapticVLM
 
         static void AddPaths(GameObject of, List<string> paths)
         {
-            string path = Appearance.Name(of), plain = Nameless.Replace(Copies.Replace(path, ""), "node");
-            paths.AddRange(new[] { path, plain, Part.Replace(plain, ""), Number.Replace(plain, "") });
+            string path = Appearance.PathOf(of.transform, of.name), plain = Nameless.Replace(Copies.Replace(path, ""), "node");
+            paths.AddRange(new[] { Appearance.Name(of), path, plain, Part.Replace(plain, ""), Number.Replace(plain, "") });
         }
     }
 }

@@ -76,6 +76,14 @@ namespace HapticVLM
             return surface;
         }
 
+        /// <summary>Returns why an object without a material is not felt, with the remedy.</summary>
+        public string MissOf(HapticObject target)
+        {
+            if (baked != null && BakedFeel.Find(baked, target, 0) != null) return "the bake does not know the material of '" + target.name + "': set it, or correct materials.json";
+            string near = baked == null ? "there is no materials.json" : "nearest is '" + baked.Nearest(target.name) + "'";
+            return "'" + target.name + "' is not in the bake; " + near + ": choose GameObject > HapticVLM > Bake Scene, or set its material";
+        }
+
         FeltSurface Find(Thing thing, string objectId, long surface)
         {
             HapticObject target = HapticObject.ById(objectId);

@@ -35,7 +35,7 @@ namespace HapticVLM
         volatile Opened opened; // by a worker thread, not in use yet
         volatile Exception unopened;
         bool isOpening;
-        string unfelt; // the object touched last, if the bake does not know its material
+        HapticObject unfelt; // the object touched last, if its material is not known
 
         /// <summary>The source of what is felt: the service, the bake, or the service where it answers.</summary>
         public FeltMode Mode
@@ -72,7 +72,7 @@ namespace HapticVLM
                 if (unopened != null) return "the bake cannot be read: " + unopened.Message;
                 if (felt.IsStopped) return "outputs stopped: release and touch again";
                 if (vibrationGain <= 0f) return "Vibration Gain of the Haptic Client is 0";
-                return unfelt == null ? null : "the bake has no material of '" + unfelt + "': choose GameObject > HapticVLM > Bake Scene, or set its material";
+                return unfelt == null ? null : surfaces.MissOf(unfelt);
             }
         }
 
@@ -174,8 +174,7 @@ namespace HapticVLM
         {
             FeltSurface surface = surfaces.Of(ref touch);
             bool isUnknown = touch.ObjectId != null && touch.Phase != Phase.Approach && surface.Material == null;
-            HapticObject target = isUnknown ? HapticObject.ById(touch.ObjectId) : null;
-            unfelt = target == null ? null : target.name;
+            unfelt = isUnknown ? HapticObject.ById(touch.ObjectId) : null;
             felt.Touch(ref touch, surface, touch.CapturedAt);
         }
 
