@@ -162,9 +162,9 @@ class Gallery:
     def _believed(self, scores: Doubles, logits: Doubles) -> Doubles:
         """Return beliefs (N, C) of scores and logits (N, C): in families, then within each."""
         heads, places = np.unique(self.families, return_inverse=True)
-        own, of_family = scores[:, heads], logits[:, heads]
         if len(heads) == len(places):
-            return np.asarray(known(own, self.calibration)[:, None] * softmax(of_family))
+            return np.asarray(known(scores, self.calibration)[:, None] * softmax(logits))
+        own, of_family = scores[:, heads], logits[:, heads]
         gain = self.calibration.sharpness
         members = np.eye(len(heads))[places]
         mean = np.log(np.exp(gain * scores) @ members / members.sum(axis=0)) / gain
