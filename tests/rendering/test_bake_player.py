@@ -18,13 +18,14 @@ from numpy.typing import NDArray
 from hapticvlm.materials import MATERIALS
 from hapticvlm.rendering.vibration.sound_voice import as_sound
 from hapticvlm.rendering.vibration.vibration import IMPACTS, INTERACTIONS, RATE_HZ, VOICES, Motion
+from hapticvlm.rendering.vibration.vibration_plan import VibrationPlanner
 from hapticvlm.rendering.vibration.voices import DELAY_S, Command, Voices
 
 ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT / "schemas"), str(ROOT / "examples")]
 
 from bake_player import Player  # noqa: E402
-from feel_file import opened  # noqa: E402
+from feel_file import TEXTURES, opened  # noqa: E402
 
 import player_vectors as vectors  # noqa: E402
 
@@ -136,6 +137,33 @@ def test_the_player_is_within_a_step_of_the_service(kind: str) -> None:
     for row in compared(kind, ("glass", "wood"), (0.4,), (1.5,)):
         assert abs(row.level_db) <= vectors.MOST_DB
         assert abs(row.onset_s) <= vectors.MOST_ONSET_S
+
+
+@pytest.mark.parametrize("kind", INTERACTIONS)
+def test_a_plan_begins_with_the_service_s_own_and_is_as_strong(kind: str) -> None:
+    planner, plans = VibrationPlanner(MATERIALS), np.zeros((2, 6, 9, 8))
+    for seed, at in itertools.product(range(6), range(9)):
+        if not at:
+            planner.rest()
+            player = Player(FEELS["true"], lambda _: {"material": "glass"}, None, str)
+            [player.draw() for _ in range(5 * seed)]
+        now, onset = 2.0 * seed + 0.1 * at, not at and kind != "swing"
+        if onset or kind in TEXTURES:
+            command = Command(1, "glass", kind, onset, Motion(**vectors.MOTION), seed, now + 0.25)
+            planner.apply(command, now)
+            phase = "approach" if kind == "swing" else "contact" if onset else "slide"
+            touch = {"phase": phase, "hand": "right", "interaction": kind, **vectors.MOTION}
+            player.touch(touch, now)
+        theirs = planner.plan("amplitude", now).amplitude
+        mine = player.plan("right", "amplitude", now)["amplitude"]
+        plans[0, seed, at, : len(theirs)], plans[1, seed, at, : len(mine)] = theirs, mine
+    begins = np.argmax(plans[:, :, 0] > 0.0, axis=2)
+    assert kind == "swing" or (begins[0] == begins[1]).all()  # a swing swells
+    for part, most in (
+        (plans[:, :, 0].max(axis=2), 0.1),
+        (plans[:, :, 1:].mean(axis=(2, 3)), 0.05),
+    ):
+        assert abs(np.subtract(*part.mean(axis=1))) < most
 
 
 @pytest.mark.nightly
