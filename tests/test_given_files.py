@@ -148,9 +148,11 @@ def test_what_is_written_is_on_the_disk_before_it_takes_its_name(
     assert os.name == "nt" or stat.S_IMODE(path.stat().st_mode) == 0o600
 
 
+# Python keeps a part of a module's bytecode on a disk that fills up, and other tests would read it.
 FULL = """
 import resource, sys
 from hapticvlm.commands.main import main
+sys.dont_write_bytecode = True
 resource.setrlimit(resource.RLIMIT_FSIZE, (100, resource.RLIM_INFINITY))
 for words in sys.stdin.read().splitlines():
     print(main(words.split()))

@@ -96,6 +96,7 @@ from pathlib import Path
 from hapticvlm.messages import Frame
 from hapticvlm.recordings.recorder import Recorder
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+sys.dont_write_bytecode = True  # a part of it would be kept
 recorder = Recorder(Path(sys.argv[1]), frames=True)
 tell = recorder.begin({"owner": True})
 picture = Frame(
@@ -123,10 +124,11 @@ def test_neither_a_line_nor_a_picture_that_a_full_disk_cuts_is_kept(tmp_path):
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux limits another process's files")
 async def test_on_a_full_disk_the_session_goes_on_and_the_loss_is_counted_shown_and_logged(
-    tmp_path,
+    tmp_path, monkeypatch
 ):
     import resource
 
+    monkeypatch.setenv("PYTHONDONTWRITEBYTECODE", "1")  # a part of it would be kept
     with running(["--record", str(tmp_path)]) as service:
         async with peer(service) as client, peer(service) as watching:
             await client.hello()

@@ -18,6 +18,7 @@ from pathlib import Path
 from hapticvlm_studio.design.stimuli import StudyError
 from hapticvlm_studio.trials.record import Log
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+sys.dont_write_bytecode = True  # a part of it would be kept
 log = Log(Path(sys.argv[1]), "P01")
 resource.setrlimit(resource.RLIMIT_FSIZE, (400, resource.RLIM_INFINITY))
 kept = 0
