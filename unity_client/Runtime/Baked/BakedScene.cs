@@ -110,7 +110,7 @@ namespace HapticVLM.Baked
             return objects[found.ObjectId][found.Surface].Felt;
         }
 
-        /// <summary>Returns the id or name that shares most pairs of letters with a name, because the ids that Unity makes are no words; null: there is none.</summary>
+        /// <summary>Returns the id or name that shares most pairs of letters with a name, because the ids that Unity makes are not words; null: there is none.</summary>
         public string Nearest(string name)
         {
             HashSet<string> pairs = PairsOf(name ?? "");
