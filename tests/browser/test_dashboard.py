@@ -1,5 +1,6 @@
 """The dashboard in a real Chromium, against a real service on simulated devices."""
 
+import os
 import signal
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -9,8 +10,6 @@ import numpy as np
 import pytest
 from conftest import status
 from dashboard_scene import (
-    AXE,
-    DESKTOP,
     PATIENCE_MS,
     WATCH_POLICY,
     board_on_a_port,
@@ -28,10 +27,10 @@ from hapticvlm.devices.simulated.simulated_board import SimulatedBoard
 
 pytestmark = pytest.mark.browser
 
-PHONE = (360, 740)
 TOKEN = "s3cret"
 SILENCE = 1e-4  # of full scale
-LEAK_MB = 2.0  # a heap that still fills grows by one; soak_dashboard.py looks closer, for longer
+SOAK_S = float(os.environ.get("HAPTICVLM_SOAK_S", "8"))
+LEAK_MB = 2.0  # a heap that still fills grows by one, within SOAK_S
 
 
 @dataclass
@@ -292,45 +291,6 @@ def test_the_ring_keeps_the_newest_and_quantiles_are_numpys(modules: Page) -> No
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("size", [PHONE, DESKTOP])
-def test_nothing_scrolls_sideways_and_the_stop_is_always_in_view(
-    service: Service, browser: Browser, size: tuple[int, int]
-) -> None:
-    with dashboard(browser, service.page, size) as page, touching(service.url):
-        expect(page.locator("#stages")).to_contain_text("whole recognition")
-        expect(page.locator("#objects li")).to_have_count(4)
-        assert page.evaluate("document.scrollingElement.scrollWidth") <= size[0]
-        for place in ("0", "document.body.scrollHeight"):
-            page.evaluate(f"scrollTo(0, {place})")
-            expect(page.locator("#stop")).to_be_in_viewport(ratio=1)
-
-
-@pytest.mark.parametrize(("scheme", "size"), [("light", DESKTOP), ("dark", PHONE)])
-@pytest.mark.nightly
-def test_axe_finds_nothing_serious(
-    service: Service, browser: Browser, scheme: Any, size: tuple[int, int]
-) -> None:
-    with (
-        dashboard(browser, service.page, size, color_scheme=scheme) as page,
-        touching(service.url),
-    ):
-        expect(page.locator("#stages")).to_contain_text("whole recognition")
-        page.evaluate(
-            """async () => {
-              const faults = await import("./faults.js");
-              faults.trouble({ code: "model", text: "the recogniser was restarted" });
-              const plate = { faults: { a: "seen (a): cure" } };
-              faults.show({ plate, speaker: { plays: false, faults: {} } });
-            }"""
-        )
-        page.evaluate(AXE.read_text(encoding="utf-8"))
-        found = page.evaluate("axe.run()")
-    said = [f"{entry['impact']} {entry['id']}: {entry['help']}" for entry in found["violations"]]
-    assert [line for line in said if line.startswith(("serious", "critical"))] == []
-    assert len(found["passes"]) > 10
-
-
-@pytest.mark.nightly
 def test_the_theme_follows_the_system_and_a_choice_is_kept(
     service: Service, browser: Browser
 ) -> None:
@@ -410,13 +370,14 @@ def test_memory_stays_flat_and_every_interaction_is_painted(
     service: Service, browser: Browser
 ) -> None:
     with touching(service.url):
-        found = soak(browser, service.page, 8.0, every_s=2.0, warm_up_s=8.0)
-    assert found.telemetry_hz > 1.0
-    assert found.interactions >= 3
-    assert found.growth_mb < LEAK_MB
-    assert found.node_growth < 200
-    assert found.median_ms < 1000.0
-    assert found.frames > 20
+        found = soak(browser, service.page, SOAK_S)
+    print(found)
+    assert found["telemetry_hz"] > 1.0
+    assert found["interactions"] >= 3
+    assert found["growth_mb"] < LEAK_MB
+    assert found["node_growth"] < 200
+    assert found["median_ms"] < 1000.0
+    assert found["frames"] > 20
 
 
 def violations_of(page: Page) -> list[str]:

@@ -17,7 +17,7 @@ pytestmark = [pytest.mark.browser, pytest.mark.needs_toolchain("chromium", "thre
 
 LOOK_MS = 10_000 * PACE  # to draw, send and look at a picture
 NEUTRAL_C = 32.0
-FRAMES_ONLY = ("bowl", "vase", "linen", "kettle")  # all eleven: webxr_frames.py
+FRAMES_ONLY = ("bowl", "vase", "linen", "kettle")
 HEAD = (0.1, 1.4, 0.5)
 HOLD_BEFORE = """async ({main, three, session}, [key, x, y, z]) => {
   const {root} = main.objects.find((one) => one.key === key);
