@@ -45,7 +45,8 @@ window.violations = [];
 addEventListener("securitypolicyviolation", (event) => violations.push(event.violatedDirective));
 """
 
-Stroke = Callable[[Client, str, threading.Event], Awaitable[None]]
+Begin = Callable[[Client], Awaitable[None]]
+Perform = Callable[[Client, threading.Event, threading.Event], Awaitable[None]]
 
 
 @contextmanager
@@ -92,32 +93,52 @@ def touching(
     """
     stroke = _stroke if lets_go else _rub_on
     names = [entry["object_id"] for entry in OBJECTS if only in (None, entry["object_id"])]
-    events = began, ending = threading.Event(), threading.Event()
-    with ThreadPoolExecutor(1, "scene") as threads:
-        scene = threads.submit(lambda: asyncio.run(_perform(url, names, stroke, events, token)))
-        assert began.wait(START_S), "the scene did not begin"
+
+    async def touch(client: Client, began: threading.Event, ending: threading.Event) -> None:
+        await client.scene(OBJECTS, ambient_c=21.0)
+        await client.touch("release")  # a stop of an earlier test holds until then
+        frames = asyncio.create_task(_show(client, names))
+        began.set()
         try:
-            yield
+            for name in cycle(names):
+                await stroke(client, name, ending)
+                if ending.is_set():
+                    return
         finally:
-            ending.set()
-        scene.result(START_S)
+            frames.cancel()
+
+    with _scene(url, touch, "test scene", token):
+        yield
 
 
 @contextmanager
-def idling(url: str) -> Iterator[None]:
-    """Own the outputs and touch nothing, until ended."""
+def idling(url: str, begin: Begin | None = None) -> Iterator[None]:
+    """Own the outputs, do no more than what begins the scene, and go when ended."""
+
+    async def idle(client: Client, began: threading.Event, ending: threading.Event) -> None:
+        if begin is not None:
+            await begin(client)
+        began.set()
+        ended = asyncio.create_task(asyncio.to_thread(ending.wait))
+        tasks = (asyncio.create_task(client.wait_closed()), ended)
+        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+        ending.set()
+
+    with _scene(url, idle, "idle scene"):
+        yield
+
+
+@contextmanager
+def _scene(url: str, perform: Perform, name: str, token: str | None = None) -> Iterator[None]:
+    """Let a scene perform in a thread of its own, from when it says that it has begun."""
     began, ending = threading.Event(), threading.Event()
 
-    async def idle() -> None:
-        async with connect(url, name="idle scene") as client:
-            began.set()
-            ended = asyncio.create_task(asyncio.to_thread(ending.wait))
-            tasks = (asyncio.create_task(client.wait_closed()), ended)
-            await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
-            ending.set()
+    async def run() -> None:
+        async with connect(url, name=name, token=token) as client:
+            await perform(client, began, ending)
 
-    with ThreadPoolExecutor(1, "idle scene") as threads:
-        scene = threads.submit(lambda: asyncio.run(idle()))
+    with ThreadPoolExecutor(1, name) as threads:
+        scene = threads.submit(lambda: asyncio.run(run()))
         assert began.wait(START_S), "the scene did not begin"
         try:
             yield
@@ -159,28 +180,6 @@ def picture(seed: int) -> bytes:
     buffer = io.BytesIO()
     Image.fromarray(coarse).resize((SIDE, SIDE)).save(buffer, "JPEG", quality=80)
     return buffer.getvalue()
-
-
-async def _perform(
-    url: str,
-    names: list[str],
-    stroke: Stroke,
-    events: tuple[threading.Event, threading.Event],
-    token: str | None,
-) -> None:
-    began, ending = events
-    async with connect(url, name="test scene", token=token) as client:
-        await client.scene(OBJECTS, ambient_c=21.0)
-        await client.touch("release")  # a stop of an earlier test holds until then
-        frames = asyncio.create_task(_show(client, names))
-        began.set()
-        try:
-            for name in cycle(names):
-                await stroke(client, name, ending)
-                if ending.is_set():
-                    return
-        finally:
-            frames.cancel()
 
 
 async def _show(client: Client, names: list[str]) -> None:

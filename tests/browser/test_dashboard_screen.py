@@ -1,11 +1,9 @@
 """The dashboard's first screen: outputs, a stop that never moves, test touches, how to connect."""
 
-import asyncio
 import io
 import re
 import subprocess
 import sys
-import threading
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -25,7 +23,7 @@ from PIL import Image
 from playwright.sync_api import Browser, Page, Route, expect
 from qr_codes import read_code
 
-from hapticvlm.client import connect
+from hapticvlm.client import Client
 from hapticvlm.client.local_service import Service, running
 
 pytestmark = pytest.mark.browser
@@ -271,7 +269,7 @@ def test_while_a_scene_owns_the_outputs_a_test_touch_says_so_and_moves_nothing(
 def test_a_frame_stands_beside_its_own_decision_outlined_by_its_mask(
     service: Service, browser: Browser
 ) -> None:
-    with dashboard(browser, service.page, SCREEN) as page, masked_frame(service):
+    with dashboard(browser, service.page, SCREEN) as page, idling(service.url, masked_frame):
         page.get_by_role("button", name="Object_07").click()
         expect(page.locator("#frame-said")).to_contain_text("Object_07; outlined by its mask")
         assert page.locator("#object").inner_text() == "Object_07"
@@ -287,7 +285,7 @@ def test_a_frame_stands_beside_its_own_decision_outlined_by_its_mask(
 def test_what_a_person_says_an_object_is_decides_and_may_be_said_again(
     service: Service, browser: Browser
 ) -> None:
-    with dashboard(browser, service.page, SCREEN) as page, masked_frame(service):
+    with dashboard(browser, service.page, SCREEN) as page, idling(service.url, masked_frame):
         page.get_by_role("button", name="Object_07").click()
         for material in ("glass", "fabric"):
             say(page, material)
@@ -300,7 +298,7 @@ def test_what_a_person_says_an_object_is_decides_and_may_be_said_again(
 def test_the_surface_that_is_corrected_leaves_the_others_of_its_object_as_they_are(
     service: Service, browser: Browser
 ) -> None:
-    with dashboard(browser, service.page, SCREEN) as page, room_of_surfaces(service):
+    with dashboard(browser, service.page, SCREEN) as page, idling(service.url, room_of_surfaces):
         page.get_by_role("button", name="Hall, mat14").click()
         say(page, "leather")
         expect(page.locator("#material")).to_have_text("leather")
@@ -317,7 +315,7 @@ def test_what_was_said_while_the_list_of_it_was_on_its_way_may_be_said_again(
     lists: list[Route] = []
     with dashboard(browser, service.page, SCREEN) as page:
         page.route("**/stated.json", lambda route: lists.append(route))
-        with masked_frame(service):
+        with idling(service.url, masked_frame):
             tile = page.get_by_role("button", name="Object_07")
             tile.click()
             say(page, "glass")
@@ -400,60 +398,26 @@ def test_a_view_as_a_whole_takes_no_touched_object_off_the_screen(
         expect(page.locator("#object")).to_have_text("table")
 
 
-class masked_frame:
-    """A scene that shows one grey frame with a mask of its middle, and touches a kettle."""
-
-    def __init__(self, service: Service) -> None:
-        self._service = service
-        self._ending = threading.Event()
-        self._began = threading.Event()
-        self._thread = threading.Thread(target=self._run)
-
-    def __enter__(self) -> None:
-        self._thread.start()
-        assert self._began.wait(30.0)
-
-    def __exit__(self, *_: object) -> None:
-        self._ending.set()
-        self._thread.join(30.0)
-
-    def _run(self) -> None:
-        asyncio.run(self._perform())
-
-    async def _perform(self) -> None:
-        grey = np.full((224, 224), 200, np.uint8)
-        mask = np.zeros((224, 224), np.uint8)
-        mask[56:168, 56:168] = 255
-        image = cv2.imencode(".png", grey)[1].tobytes()
-        outline = cv2.imencode(".png", mask)[1].tobytes()
-        async with connect(self._service.url, name="masked scene") as client:
-            objects = [
-                {"object_id": "o7", "name": "Object_07"},
-                {"object_id": "kettle", "material": "metal"},
-            ]
-            await client.scene(objects)
-            await client.touch("release", "kettle")
-            await client.frame(image, 224, 224, format="png", object_id="o7", mask=outline)
-            await client.touch("contact", "kettle", speed_mps=0.1, force_n=1.0)
-            self._began.set()
-            while not self._ending.wait(0.1):
-                pass
+async def masked_frame(client: Client) -> None:
+    """Show one grey frame with a mask of its middle, and touch a kettle."""
+    grey = np.full((224, 224), 200, np.uint8)
+    mask = np.zeros((224, 224), np.uint8)
+    mask[56:168, 56:168] = 255
+    image, outline = (cv2.imencode(".png", each)[1].tobytes() for each in (grey, mask))
+    kettle = {"object_id": "kettle", "material": "metal"}
+    await client.scene([{"object_id": "o7", "name": "Object_07"}, kettle])
+    await client.touch("release", "kettle")
+    await client.frame(image, 224, 224, format="png", object_id="o7", mask=outline)
+    await client.touch("contact", "kettle", speed_mps=0.1, force_n=1.0)
 
 
-class room_of_surfaces(masked_frame):
-    """A scene of one mesh with two materials, both of which a hand has touched."""
-
-    async def _perform(self) -> None:
-        async with connect(self._service.url, name="scene of a room") as client:
-            surfaces = [{"name": "Oak_Floor"}, {"name": "mat14"}]
-            room = {"object_id": "room", "name": "Hall", "surfaces": surfaces}
-            await client.scene([room])
-            await client.touch("release", "room")
-            for phase, surface in (("contact", 0), ("slide", 1)):
-                await client.touch(phase, "room", surface=surface, speed_mps=0.1, force_n=1.0)
-            self._began.set()
-            while not self._ending.wait(0.1):
-                pass
+async def room_of_surfaces(client: Client) -> None:
+    """Touch both materials of one mesh."""
+    surfaces = [{"name": "Oak_Floor"}, {"name": "mat14"}]
+    await client.scene([{"object_id": "room", "name": "Hall", "surfaces": surfaces}])
+    await client.touch("release", "room")
+    for phase, surface in (("contact", 0), ("slide", 1)):
+        await client.touch(phase, "room", surface=surface, speed_mps=0.1, force_n=1.0)
 
 
 @pytest.mark.nightly
