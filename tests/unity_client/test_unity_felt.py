@@ -101,6 +101,7 @@ def test_a_bake_tells_what_the_scene_does_not_and_a_script_overrides_it(play):
     assert "copy True stone" in output  # made at run time, with an id of its own
     assert "overridden, errors 0" in output
     assert "silence 'Xyzzx' is not in the bake; nearest is 'Xyzzy': choose" in output
+    assert "looked up once True" in output  # though an inspector asks in each picture
     refused = [line for line in output.splitlines() if "materials.json: version 9" in line]
     assert len(refused) == 1  # once, not in each frame
     assert "bake it again" in refused[0]

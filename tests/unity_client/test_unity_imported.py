@@ -13,11 +13,12 @@ from hapticvlm.scenes.reading import read_scene
 pytest_plugins = ("mono_build",)
 PARTS = [{"attributes": {}, "material": 0}, {"attributes": {}, "material": 1}]
 CAR = [{"children": [1, 2], "name": "Car"}, *({"name": "Wheel", "mesh": 1} for _ in "12")]
+FAR = {"MSFT_lod": {"ids": [5]}}
 FILE = {
     "asset": {"version": "2.0"},
     "materials": [{"name": "Clay"}, {"name": "Steel"}],
     "meshes": [{"primitives": PARTS[:1]}, {"name": "Cube", "primitives": PARTS}],
-    "nodes": [*CAR, {"mesh": 0}, {"name": "Table", "mesh": 1}],
+    "nodes": [*CAR, {"mesh": 0}, {"name": "Table", "mesh": 1, "extensions": FAR}, {"name": "Far"}],
     "scenes": [{"nodes": [0, 3, 4]}],
 }
 # Names from a Haptic Object on, materials, the touched one: what is felt.
@@ -31,7 +32,10 @@ SPELLED = {
     "Scene|Table|Instances|Instance 7\tClay|Steel\t1": "4 Steel",  # UnityGLTF
     "Scene|Table|Cup\tplain\t": "nothing",  # put on it by a game
     "Table|Collider\tplain|Clay\t1": "4 Clay",  # below a Haptic Object
-    "Scene|Car|Wheel_0\tplain|Steel\t1": "1 Steel",  # glTFast: one of two of one name
+    "Scene|Car|Wheel\tplain|Steel\t1": "1 Steel",
+    "Scene|Car|Wheel_0\tplain|Steel\t1": "2 Steel",  # glTFast: one of two of one name
+    "Scene|Car|Wheel;Wheel\tplain|Steel\t1": "2 Steel",  # where it does not number them
+    "Scene|Table|Far\tplain|Steel\t1": "4 Steel",  # UnityGLTF: a lower level of detail
     "Scene|Car(Clone)|Wheel (1)\tplain|Steel\t1": "1 Steel",  # a copy that Unity made
 }
 

@@ -143,12 +143,25 @@ class Mesh(_Part, frozen=True):
     name: str | None = None
 
 
+class Levels(_Part, frozen=True):
+    """MSFT_lod: the nodes that stand for this one where less detail is drawn."""
+
+    ids: list[Index] = []
+
+
+class NodeExtensions(_Part, frozen=True):
+    """Extensions of a node."""
+
+    lod: Levels = msgspec.field(name="MSFT_lod", default=Levels())
+
+
 class Node(_Part, frozen=True):
     """A node of the tree."""
 
     name: str | None = None
     mesh: Index | None = None
     children: list[Index] = []
+    extensions: NodeExtensions = NodeExtensions()
     extras: msgspec.Raw = msgspec.Raw()
 
 

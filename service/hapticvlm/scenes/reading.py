@@ -85,6 +85,7 @@ class _Reader:
         """Walk the tree from its roots; each node counts once, however often it is reached."""
         nodes = self._document.nodes
         visited = bytearray(len(nodes))
+        lower = {each for levels in self._spelled.lower.values() for each in levels}
         objects: list[SceneNode] = []
         ids: Counter[str] = Counter()
         repeated = left_out = in_all = 0
@@ -92,6 +93,8 @@ class _Reader:
         while waiting:
             index, parents = waiting.pop()
             node = _at(nodes, index, "node")
+            if index in lower:
+                continue  # it is felt as the node for which it stands
             if visited[index]:
                 repeated += 1
                 continue

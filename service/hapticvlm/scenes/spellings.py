@@ -8,6 +8,9 @@ glTF lets names be of any letters, the same twice, or absent. Each loader rewrit
   the file, and takes an ending that has a meaning (`-col`, `-rigid`) away.
 - Babylon.js and Unity's loaders keep names. Babylon calls a nameless node `node` and its number;
   Unity's client turns `Node-3` of glTFast and `GLTFNode3` of UnityGLTF to that.
+- glTFast, where it makes names unique, numbers siblings of one name: the second one `_0`.
+
+A lower level of detail (MSFT_lod) has the paths of the node that it stands for.
 """
 
 from __future__ import annotations
@@ -40,6 +43,7 @@ class Spellings:
 
     engines: Mapping[str, Names]
     parents: tuple[int | None, ...]
+    lower: Mapping[int, tuple[int, ...]]  # levels of detail that stand for a node
 
     def paths(self, node: int) -> dict[str, tuple[str, ...]]:
         """Return the paths of a node by engine, without those that are as in the file."""
@@ -49,7 +53,11 @@ class Spellings:
             above.append(at)
             at = self.parents[at]
         paths = {
-            engine: tuple("/".join((*_first(names, above), own)) for own in names[node])
+            engine: tuple(
+                "/".join((*_first(names, above), own))
+                for level in (node, *self.lower.get(node, ()))
+                for own in names[level]
+            )
             for engine, names in self.engines.items()
         }
         kept = paths.pop(AS_THE_SCENE)
@@ -71,10 +79,23 @@ def spellings(document: gltf.Document) -> Spellings:
                 parents[child] = index
     engines = {
         AS_THE_SCENE: _kept(document),
+        "gltfast": _numbered_siblings(document),
         "three": _three(document, parents),
         "godot": _godot(document),
     }
-    return Spellings(engines, tuple(parents))
+    return Spellings(engines, tuple(parents), _levels(document))
+
+
+def _levels(document: gltf.Document) -> dict[int, tuple[int, ...]]:
+    """Return the lower levels of detail of each node with a mesh that is no lower level itself."""
+    lower: set[int] = set()
+    levels = {}
+    for index, node in enumerate(document.nodes):
+        stand_ins = {each for each in node.extensions.lod.ids if each < len(document.nodes)}
+        if node.mesh is not None and index not in lower and (own := stand_ins - lower - {index}):
+            levels[index] = tuple(sorted(own))
+            lower |= own
+    return levels
 
 
 def _kept(document: gltf.Document) -> Names:
@@ -89,6 +110,23 @@ def _mesh_names(document: gltf.Document, node: gltf.Node) -> tuple[str, ...]:
         return ()
     name = document.meshes[node.mesh].name
     return (name,) if name else ()
+
+
+def _numbered_siblings(document: gltf.Document) -> Names:
+    names = list(kept := _kept(document))
+    families = (*(n.children for n in document.nodes), *(s.nodes for s in document.scenes))
+    for family in families:
+        numbers: dict[str, int] = {}
+        for index in family:
+            if index < len(names):
+                name, *others = kept[index]
+                longer = name
+                while longer in numbers:
+                    longer = f"{name}_{numbers[name]}"
+                    numbers[name] += 1
+                numbers[longer] = 0
+                names[index] = (longer, *others)
+    return tuple(names)
 
 
 def _three(document: gltf.Document, parents: Sequence[int | None]) -> Names:

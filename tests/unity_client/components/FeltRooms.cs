@@ -84,7 +84,7 @@ public static class FeltRooms
         Object.Destroy(box.gameObject);
         Moves.Box("Xyzzx", new Vector3(0f, 0f, 0f), new Vector3(8f, 1f, 0.1f));
         Stroke(hand, () => haptics.Silence != null && haptics.Silence.Contains("Xyzzx"), "nobody is told");
-        Components.Say("silence " + haptics.Silence);
+        Components.Say("silence " + haptics.Silence + ", looked up once " + ReferenceEquals(haptics.Silence, haptics.Silence));
         Object.Destroy(client.gameObject);
         Components.RunFor(2);
         client = Client("{\"version\": 9, \"objects\": {}}");

@@ -17,9 +17,6 @@ namespace HapticVLM
         // What they make of a node beside itself: a further part of its mesh ("Cube_1"), one of many instances ("Cube_i7", "Instances/Instance 7").
         static readonly Regex Part = new Regex(@"/([^/]*_i?\d+|Instances/Instance \d+)$", RegexOptions.CultureInvariant);
 
-        // What glTFast puts behind the names of siblings that have the same.
-        static readonly Regex Number = new Regex(@"_\d+$", RegexOptions.CultureInvariant);
-
         /// <summary>
         /// Returns what is felt of an object, or of its surface with this material; null: the bake of the active Haptic
         /// Client has nothing of it. An object is found by its id, a copy by that of its original, others by their names.
@@ -59,7 +56,25 @@ namespace HapticVLM
         static void AddPaths(GameObject of, List<string> paths)
         {
             string path = Appearance.PathOf(of.transform, of.name), plain = Nameless.Replace(Copies.Replace(path, ""), "node");
-            paths.AddRange(new[] { Appearance.Name(of), path, plain, Part.Replace(plain, ""), Number.Replace(plain, "") });
+            paths.AddRange(new[] { Numbered(of.transform), Appearance.Name(of), path, plain, Part.Replace(plain, "") });
+        }
+
+        /// <summary>Returns a path with the numbers by which a bake tells siblings of one name apart; glTFast gives them itself, or not.</summary>
+        static string Numbered(Transform of)
+        {
+            if (of.parent == null) return of.name;
+            var used = new HashSet<string>();
+            Transform sibling;
+            string name;
+            int at = 0;
+            do
+            {
+                sibling = of.parent.GetChild(at++);
+                name = sibling.name;
+                for (int number = 0; !used.Add(name); number++) name = sibling.name + "_" + number;
+            }
+            while (sibling != of);
+            return Numbered(of.parent) + "/" + name;
         }
     }
 }

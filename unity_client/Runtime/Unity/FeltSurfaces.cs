@@ -14,6 +14,13 @@ namespace HapticVLM
         {
             public readonly Dictionary<long, string> Decided = new Dictionary<long, string>(); // materials by surface
             public readonly Dictionary<long, FeltSurface> Known = new Dictionary<long, FeltSurface>(); // so that a renewal allocates nothing
+            public string Miss; // why it is not felt, so that an inspector that asks in each picture searches no bake
+
+            public void Forget()
+            {
+                Known.Clear();
+                Miss = null;
+            }
         }
 
         static readonly FeltSurface Nothing = new FeltSurface();
@@ -30,7 +37,7 @@ namespace HapticVLM
             set
             {
                 baked = value;
-                foreach (Thing thing in things.Values) thing.Known.Clear();
+                foreach (Thing thing in things.Values) thing.Forget();
             }
         }
 
@@ -55,7 +62,7 @@ namespace HapticVLM
         public void Change(string objectId)
         {
             Thing thing;
-            if (things.TryGetValue(objectId, out thing)) thing.Known.Clear();
+            if (things.TryGetValue(objectId, out thing)) thing.Forget();
         }
 
         /// <summary>Forgets an object.</summary>
@@ -78,6 +85,12 @@ namespace HapticVLM
 
         /// <summary>Returns why an object without a material is not felt, with the remedy.</summary>
         public string MissOf(HapticObject target)
+        {
+            Thing thing = Of(target.ObjectId);
+            return thing.Miss ?? (thing.Miss = Miss(target));
+        }
+
+        string Miss(HapticObject target)
         {
             if (baked != null && BakedFeel.Find(baked, target, 0) != null) return "the bake does not know the material of '" + target.name + "': set it, or correct materials.json";
             string near = baked == null ? "there is no materials.json" : "nearest is '" + baked.Nearest(target.name) + "'";
