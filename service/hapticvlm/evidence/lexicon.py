@@ -101,7 +101,8 @@ def _lexicon(known: tuple[Material, ...]) -> Lexicon:
     phrases = engine_runs | _phrases(table)
     items = _all("plain", engine["plain"])
     # Phrases are written as one word as well: "piggybank".
-    items |= {"".join(run): item for run, item in phrases.items() if sum(map(len, run)) > 6}
+    joined = {"".join(run): item for run, item in phrases.items()}
+    items |= {word: joined[word] for word in joined if len(word) > 6 or (word,) in phrases}
     items |= _all("part", engine["part"])
     items |= {run[0]: item for run, item in engine_runs.items() if len(run) == 1}
     items |= _entries("weak", table["weak"]) | _entries("thing", table["things"])

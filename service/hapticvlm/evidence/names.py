@@ -58,9 +58,12 @@ _SIDE = re.compile(r"[\W_]([LRlr])$")
 _SIDES = {"l": frozenset(("left",)), "r": frozenset(("right",))}
 _GAP = re.compile(r"[\W\d_]+")
 _SCRIPT = re.compile(r"[\x00-\x7f]+|[^\x00-\x7f]+")
-# What 3ds Max and Maya call a new solid, which artists leave: "Box001", "pPipe3".
-_PRIMITIVE = re.compile(r"(?:(?:Box|Pyramid|Pipe|Hose|Disc)\d{3}|p(?:Pyramid|Pipe|Gear|Disc)\d+)")
+# What 3ds Max and Maya call a new solid or colour, which artists leave: "Box001", "pPipe3".
+_PRIMITIVE = re.compile(
+    r"(?:(?:Box|Pyramid|Pipe|Hose|Disc)\d{3}|p(?:Pyramid|Pipe|Gear|Disc)\d+|wire_\d{9})"
+)
 _ENDING = re.compile(r"[\u3040-\u309f]*")  # hiragana
+_VOWEL = re.compile(r"[aeiouy]")  # a word without one is a code: "Fridge_SBS"
 _THINGS: frozenset[Kind] = frozenset(("thing", "picky", "phrase"))
 _STUFFS: frozenset[Kind] = frozenset(("word", "form"))
 
@@ -235,17 +238,26 @@ def _item_at(words: Sequence[str], at: int, lexicon: Lexicon) -> tuple[tuple[str
         item = lexicon.phrases.get(run)
         if item is None and length == 2:  # "SunFlower"
             item = lexicon.items.get("".join(run)) if min(map(len, run)) > 2 else None
+            item = item or _catalogued(run, lexicon)
         if item is not None:
             return run, item
     word = words[at]
     return (word,), lexicon.items.get(word) or lexicon.foreign.get(word) or _engine(word, lexicon)
 
 
+def _catalogued(run: tuple[str, ...], lexicon: Lexicon) -> Item | None:
+    """Return the thing of two words in the order of a catalogue: "Table_Coffee"."""
+    item = lexicon.phrases.get(run[::-1])
+    last = lexicon.items.get(run[1])
+    is_detail = last is not None and last.kind in ("plain", "part")  # "Board_White", "Lamp_Head"
+    return item if item is not None and item.kind == "phrase" and not is_detail else None
+
+
 def _engine(word: str, lexicon: Lexicon) -> Item:
     """Return the item of an unknown word: a class name of an engine, a code, or unknown."""
     if word.endswith(lexicon.suffixes):
         return Item("mark", {})
-    is_code = len(word) < LEAST_WORD and word.isascii()
+    is_code = word.isascii() and (len(word) < LEAST_WORD or not _VOWEL.search(word))
     return Item("plain" if is_code else "", {})
 
 
@@ -300,7 +312,10 @@ def _split(word: str, lexicon: Lexicon) -> tuple[str, ...]:
         return ("non", word[3:])
     for cut in range(len(word) - LEAST_PART, LEAST_PART - 1, -1):
         first, last = word[:cut], singular_of(word[cut:], lexicon.vocabulary)
-        if _is_part(lexicon.items.get(first)) and _is_part(lexicon.items.get(last)):
+        item = lexicon.items.get(last)
+        if _is_part(item) and _is_part(lexicon.items.get(first)):
+            return (first, last)
+        if item is not None and item.kind == "word" and first in lexicon.plain:  # "blacksteel"
             return (first, last)
     return (word,) if word in lexicon.foreign else _split_german(word, lexicon)
 
