@@ -86,7 +86,7 @@ def test_each_wrong_use_is_answered_in_one_line_that_names_the_cure(tmp_path, ca
 
 
 def test_every_command_has_help():
-    for arguments in (["serve"], ["stream"], ["demo"], ["measure"], ["measure", "stop"]):
+    for arguments in (["serve"], ["stream"], ["demo"], ["measure"], ["measure", "marks"]):
         done = command(*arguments, "--help")
         assert done.returncode == 0
         assert "usage: hapticvlm" in done.stdout

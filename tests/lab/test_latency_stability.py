@@ -20,7 +20,7 @@ def test_a_touch_is_measured_beside_an_echo_under_each_stream(tmp_path, capsys, 
     monkeypatch.setattr(stability, "is_priority_permitted", lambda: False)  # half as long
     assert stability.run(tmp_path, as_json=True) == 0
     told = json.loads(capsys.readouterr().out)
-    assert {found["stream"] for found in told["rows"]} == set(stability.STREAMS)
+    assert {found["stream"] for found in told["rows"]} == set(stability.STREAMS_HZ)
     for found in told["rows"]:
         assert found["n"] == 50
         assert found["busy"] == told["cpus"]

@@ -42,7 +42,7 @@ def first_line(process: Process) -> str:
 @contextmanager
 def priority(realtime: bool) -> Iterator[None]:
     """Give this process real-time priority where permitted; its children start without it."""
-    if not (realtime and set_priority(0, OUR_PRIORITY)):
+    if not (realtime and _is_raised()):
         yield
         return
     try:
@@ -51,15 +51,15 @@ def priority(realtime: bool) -> Iterator[None]:
         os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
 
 
-def set_priority(pid: int, priority: int) -> bool:
-    """Give a process or thread real-time priority; return whether that is permitted."""
+def _is_raised() -> bool:
+    """Give this process real-time priority; return whether that is permitted."""
     if not hasattr(os, "sched_setscheduler"):
         return False
     try:
         # FIFO: runs before every process of normal priority, and is not interrupted after a time
         # slice. Reset on fork: a child that computes without end must not inherit that.
         flags = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
-        os.sched_setscheduler(pid, flags, os.sched_param(priority))
+        os.sched_setscheduler(0, flags, os.sched_param(OUR_PRIORITY))
     except OSError:
         return False
     return True
@@ -67,7 +67,7 @@ def set_priority(pid: int, priority: int) -> bool:
 
 def is_priority_permitted() -> bool:
     """Return whether this system permits real-time priority."""
-    is_permitted = set_priority(0, OUR_PRIORITY)
+    is_permitted = _is_raised()
     if is_permitted:
         os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
     return is_permitted

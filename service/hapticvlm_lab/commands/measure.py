@@ -17,9 +17,8 @@ Run = Callable[[argparse.Namespace], int]
 
 def add(commands: Commands) -> None:
     """Declare the command and its measurements."""
-    measure = commands.add_parser("measure", help="measure stops, faults and marks of this service")
+    measure = commands.add_parser("measure", help="measure faults and marks of this service")
     kinds = measure.add_subparsers(title="measurements", required=True, metavar="WHAT")
-    _kind(kinds, "stop", _stop, "time from a stop to silence and to an open bridge")
     invariants = _kind(
         kinds,
         "invariants",
@@ -37,12 +36,6 @@ def _kind(kinds: Commands, name: str, run: Run, text: str) -> argparse.ArgumentP
     kind.set_defaults(run=run)
     add_json(kind)
     return kind
-
-
-def _stop(options: argparse.Namespace) -> int:
-    from hapticvlm_lab.bench.reliability.stop import run
-
-    return run(as_json=options.json)
 
 
 def _invariants(options: argparse.Namespace) -> int:

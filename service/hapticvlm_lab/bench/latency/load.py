@@ -1,7 +1,7 @@
 """A scene in a process of its own that streams different frames at a fixed rate.
 
-`python -m hapticvlm_lab.bench.latency.load URL RATE SECONDS BYTES [SCENES]` prints "streaming" when
-it begins; with several scenes each streams at RATE.
+`python -m hapticvlm_lab.bench.latency.load URL RATE SECONDS BYTES` prints "streaming" when it
+begins.
 """
 
 from __future__ import annotations
@@ -62,14 +62,8 @@ async def send(url: str, rate: float, seconds: float, frames: list[bytes]) -> No
             sent += 1
 
 
-async def send_all(url: str, rate: float, seconds: float, size_bytes: int, scenes: int) -> None:
-    """Stream from several scenes at once."""
-    frames = pictures(DIFFERENT, size_bytes)
-    print("streaming", flush=True)
-    await asyncio.gather(*(send(url, rate, seconds, frames) for _ in range(scenes)))
-
-
 if __name__ == "__main__":
-    url, rate, seconds, size_bytes, *scenes = sys.argv[1:]
-    several = int(scenes[0]) if scenes else 1
-    asyncio.run(send_all(url, float(rate), float(seconds), int(size_bytes), several))
+    url, rate, seconds, size_bytes = sys.argv[1:]
+    frames = pictures(DIFFERENT, int(size_bytes))
+    print("streaming", flush=True)
+    asyncio.run(send(url, float(rate), float(seconds), frames))

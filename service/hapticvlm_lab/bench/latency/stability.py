@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 NAME = "stability-latency"
 SECONDS = 6.0
 PER_CORE = (0, 1, 2, 4, 8)  # programs that compute without end
-STREAMS = {"no frames": (0, 0.0), "60 frames/s": (1, 60.0)}
+STREAMS_HZ = {"no frames": 0.0, "60 frames/s": 60.0}
 # Our choice: a blow that is felt within this time still belongs to the picture of it. It bounds the
 # round trip of a touch alone; a speaker and its driver come on top.
 LATE_MS = 10.0
@@ -60,9 +60,9 @@ def measure() -> list[dict[str, Any]]:
     for realtime, busy in track(conditions, "touching beside other work"):
         arguments = [] if realtime else ["--no-realtime"]
         with priority(realtime), echo(realtime) as port, running(arguments) as service:
-            for stream, frames in STREAMS.items():
+            for stream, frames_hz in STREAMS_HZ.items():
                 with _burning(busy):
-                    row = asyncio.run(measured(stream, service, port, SECONDS, frames)).summary()
+                    row = asyncio.run(measured(stream, service, port, SECONDS, frames_hz)).summary()
                 kind = "real-time" if realtime else "normal"
                 rows.append({"priority": kind, "busy": busy, "stream": stream, **row})
     return rows
@@ -104,7 +104,7 @@ def _print(rows: Sequence[dict[str, Any]]) -> None:
         start = f"{row['priority']:<10} {row['busy']:>4} {row['stream']:<12}"
         print(f"{start} {touch:>14} {floor:>14}  {verdict}")
     for kind in dict.fromkeys(row["priority"] for row in rows):
-        for stream in STREAMS:
+        for stream in STREAMS_HZ:
             breaking = breaks_at(rows, kind, stream)
             where = "never here" if breaking is None else f"beside {breaking} busy programs"
             print(f"{kind}, {stream}: p99 above {LATE_MS:g} ms {where}")

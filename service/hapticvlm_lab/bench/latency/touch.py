@@ -12,7 +12,7 @@ from __future__ import annotations
 import asyncio
 import os
 import time
-from contextlib import AbstractContextManager, ExitStack
+from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,12 +22,7 @@ from websockets.asyncio.client import ClientConnection
 
 from hapticvlm.client.local_service import Service
 from hapticvlm_lab.bench.latency.round_trip import round_trip, sockets, touch
-from hapticvlm_lab.bench.rigs import (
-    Process,
-    first_line,
-    helper,
-    service_status,
-)
+from hapticvlm_lab.bench.rigs import first_line, helper, service_status
 
 SECONDS = 6.0  # of a row
 RATE_HZ = 100.0
@@ -68,13 +63,14 @@ class Row:
 
 
 async def measured(
-    name: str, service: Service, echo_port: int, seconds: float, frames: tuple[int, float]
+    name: str, service: Service, echo_port: int, seconds: float, frames_hz: float
 ) -> Row:
-    """Measure one condition; `frames` are the number of streaming scenes, and frames/s of each."""
+    """Measure one condition; a second process streams `frames_hz`, or nothing at 0."""
     with ExitStack() as stack:
         load = None
-        if frames[0]:
-            load = stack.enter_context(streaming(service.url, seconds + MARGIN_S, *frames))
+        if frames_hz:
+            arguments = (service.url, frames_hz, seconds + MARGIN_S, FRAME_BYTES)
+            load = stack.enter_context(helper("latency.load", *arguments))
         async with sockets(service, echo_port) as (touches, echoes):
             if load is not None:
                 await asyncio.to_thread(first_line, load)
@@ -106,10 +102,3 @@ async def alternate(
         await asyncio.sleep(max(0.0, due + 0.5 / RATE_HZ - time.perf_counter()))
         echo_ms.append(await round_trip(echoes, data, number + 10))
     return touch_ms[WARM_UP:], echo_ms[WARM_UP:]
-
-
-def streaming(
-    url: str, seconds: float, scenes: int, rate: float
-) -> AbstractContextManager[Process]:
-    """Let `scenes` stream at `rate` each from a process of their own."""
-    return helper("latency.load", url, rate, seconds, FRAME_BYTES, scenes)

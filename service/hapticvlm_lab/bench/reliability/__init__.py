@@ -1,1 +1,1 @@
-"""The service under stops, random clients, hostile clients, kills and freezes."""
+"""The service under random clients, kills and freezes."""
