@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import socket
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -71,20 +70,6 @@ def says(text: object, **choice: Any) -> Reply:
     message = {"role": "assistant", "content": text}
     whole = {"index": 0, "message": message, "finish_reason": "stop", **choice}
     return sends(json.dumps({"object": "chat.completion", "choices": [whole]}))
-
-
-def tells(*places: tuple[str, Mapping[str, float]], finish_reason: str = "stop") -> Reply:
-    """Answer with tokens, each with the probabilities of what could have stood there."""
-    text = "".join(said for said, _ in places)
-    content = [
-        {
-            "token": said,
-            "logprob": math.log(likely[said]),
-            "top_logprobs": [{"token": t, "logprob": math.log(p)} for t, p in likely.items()],
-        }
-        for said, likely in places
-    ]
-    return says(text, logprobs={"content": content}, finish_reason=finish_reason)
 
 
 def sends(body: str | bytes, status: str = "200 OK", **headers: object) -> Reply:

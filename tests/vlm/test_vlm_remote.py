@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 import simplejpeg
 from each_case import each, each_row
-from serving import Reply, Request, endpoint, raw, says, sends, tells
+from serving import Reply, Request, endpoint, raw, says, sends
 
 from hapticvlm.backoff import OPEN_S, TRIP
 from hapticvlm.vlm.contract import VlmError, VlmSettings
@@ -59,44 +59,6 @@ def test_a_stated_temperature_is_read_with_an_interval_that_is_our_own() -> None
     assert reading.seconds > 0
 
 
-def test_log_probabilities_are_used_where_they_are_offered() -> None:
-    reply = tells(("2", {"2": 0.9, "1": 0.1}), ("1", {"1": 0.7, "4": 0.3}), ("", {"": 1.0}))
-    with endpoint(reply) as served:
-        reading = vlm(served.url).ambient(PICTURE)
-    teens = 0.1 * (1 + sum(range(10, 20))) / 11
-    assert reading.value_c == pytest.approx(0.63 * 21 + 0.27 * 24 + teens)
-    assert (reading.low_c, reading.high_c) == (reading.value_c - 8.0, reading.value_c + 8.0)
-    assert reading.method == "logprobs"
-    assert reading.share == pytest.approx(1.0)
-
-
-def test_a_value_that_a_tail_pulls_away_stays_inside_its_interval() -> None:
-    with endpoint(tells(("21", {"21": 0.91, "-30": 0.09}))) as served:
-        reading = vlm(served.url).ambient(PICTURE)
-    assert reading.value_c == pytest.approx(0.91 * 21 - 0.09 * 30)
-    assert reading.low_c <= reading.value_c <= reading.high_c
-
-
-def test_log_probabilities_of_words_are_left_for_the_text() -> None:
-    reply = tells(("It", {"It": 0.9, "2": 0.1}), (" is 18 °C", {" is 18 °C": 1.0}))
-    with endpoint(reply) as served:
-        reading = vlm(served.url).ambient(PICTURE)
-    assert (reading.method, reading.value_c) == ("text", 18.0)
-
-
-def test_an_endpoint_without_log_probabilities_is_asked_without_them_from_then_on() -> None:
-    def strict(sock: socket.socket, request: Request) -> None:
-        if "logprobs" in request.body:
-            sends('{"detail": "Unexpected fields"}', "422 Unprocessable Entity")(sock, request)
-        else:
-            says("9")(sock, request)
-
-    with endpoint(strict) as served:
-        remote = vlm(served.url)
-        assert [remote.ambient(PICTURE).value_c for _ in range(2)] == [9.0, 9.0]
-        assert ["logprobs" in body for body in served.questions] == [True, *[False] * 4]
-
-
 def openai_says(parameter: str, hint: str = "") -> str:
     message = f"Unsupported parameter: '{parameter}' is not supported with this model.{hint}"
     return json.dumps({"error": {"message": message, "param": parameter, "code": "unsupported"}})
@@ -106,7 +68,7 @@ def test_parameters_that_a_new_endpoint_refuses_are_dropped_from_then_on() -> No
     hints = {"max_tokens": " Use 'max_completion_tokens' instead."}
 
     def modern(sock: socket.socket, request: Request) -> None:
-        refused = [n for n in ("max_tokens", "temperature", "logprobs") if n in request.body]
+        refused = [n for n in ("max_tokens", "temperature") if n in request.body]
         if refused:
             error = openai_says(refused[0], hints.get(refused[0], ""))
             sends(error, "400 Bad Request")(sock, request)
@@ -118,24 +80,11 @@ def test_parameters_that_a_new_endpoint_refuses_are_dropped_from_then_on() -> No
         assert [remote.ambient(PICTURE).value_c for _ in range(2)] == [9.0, 9.0]
         kept = [set(body) - {"model", "messages", "stream"} for body in served.questions]
     assert kept == [
-        {"max_tokens", "temperature", "logprobs", "top_logprobs"},
-        {"max_completion_tokens", "temperature", "logprobs", "top_logprobs"},
-        {"max_completion_tokens", "logprobs", "top_logprobs"},
+        {"max_tokens", "temperature"},
+        {"max_completion_tokens", "temperature"},
         *[{"max_completion_tokens"}] * 4,
     ]
     assert served.questions[-1]["max_completion_tokens"] >= 1000, "what it thinks counts, too"
-
-
-def test_a_model_that_refuses_log_probabilities_is_asked_without_them() -> None:
-    def closed(sock: socket.socket, request: Request) -> None:
-        text = '{"error": {"message": "You are not allowed to request logprobs from this model"}}'
-        refused = "logprobs" in request.body
-        (sends(text, "403 Forbidden") if refused else says("9"))(sock, request)
-
-    with endpoint(closed) as served:
-        assert vlm(served.url).ambient(PICTURE).value_c == 9.0
-    text = refused(sends('{"error": "no access"}', "403 Forbidden"))
-    assert "HTTP 403: no access" in text
 
 
 @pytest.mark.parametrize("parameter", ["max_tokens", "temperature"])
@@ -251,14 +200,13 @@ def test_several_models_to_choose_from_are_named() -> None:
         assert served.questions == []
 
 
-def test_a_material_is_weighed_by_log_probabilities() -> None:
-    with endpoint(tells(("w", {"w": 0.6, "glass": 0.3, "un": 0.1}), ("ood", {"ood": 1.0}))) as at:
+def test_a_material_is_asked_of_the_frame_and_of_its_object() -> None:
+    with endpoint(says("wood")) as at:
         evidence = vlm(at.url).material(PICTURE, PICTURE, NAMES)
         pictures = [
             part for part in at.questions[0]["messages"][0]["content"] if "image_url" in part
         ]
     assert evidence.rung == "vlm"
-    assert dict(evidence.beliefs) == pytest.approx({"wood": 0.6, "glass": 0.3})
     assert len(pictures) == 2
 
 
@@ -350,11 +298,6 @@ def test_an_unusable_answer_is_refused_with_a_reason(reply: Reply, why: str) -> 
     assert why in text
     assert len(text) < 400
     assert text.isprintable()
-
-
-def test_a_probability_above_one_is_refused() -> None:
-    content = [{"token": "21", "logprob": 2.0, "top_logprobs": []}]
-    assert "log-probability" in refused(says("21", logprobs={"content": content}))
 
 
 def hang(_sock: socket.socket, _request: Request) -> None:
@@ -496,6 +439,7 @@ def test_a_header_that_cannot_be_one_is_refused(header: str) -> None:
     [
         (sends('{"error": "no route"}', "404 Not Found"), "/v1/chat/completions: check --vlm-url"),
         (sends('{"error": "who?"}', "401 Unauthorized"), "HAPTICVLM_VLM_TOKEN holds no token"),
+        (sends('{"error": "no access"}', "403 Forbidden"), "HTTP 403: no access"),
         (raw(b"HTTP 401 who?\r\n\r\n"), "HAPTICVLM_VLM_TOKEN holds no token"),
         (
             sends('{"error": "longer than the context of 2048"}', "400 Bad Request"),
@@ -547,6 +491,19 @@ def test_a_model_that_thinks_first_is_asked_again_with_room_and_then_always(
     assert len(tokens) == 5  # the first wording twice, the others once
 
 
+def test_a_server_that_knows_no_reasoning_effort_and_does_not_say_so_is_asked_without() -> None:
+    think = thinker({"content": "22"}, {"content": ""})
+
+    def strict(sock: socket.socket, request: Request) -> None:
+        unexpected = sends('{"detail": "Unexpected fields"}', "422 Unprocessable Entity")
+        (unexpected if "reasoning_effort" in request.body else think)(sock, request)
+
+    with endpoint(strict) as served:
+        assert vlm(served.url, model="some/vlm").ambient(PICTURE).value_c == 22.0
+        asked = ["reasoning_effort" in body for body in served.questions]
+    assert asked == [False, True, False, False]
+
+
 @pytest.mark.parametrize("message", [None, "22", {"content": None}])
 def test_a_thought_that_leads_to_no_message_is_an_error_and_not_a_crash(message: object) -> None:
     def reply(sock: socket.socket, request: Request) -> None:
@@ -575,15 +532,6 @@ def test_the_marks_around_an_answer_are_taken_off(text: str) -> None:
         assert vlm(served.url, model="some/vlm").ambient(PICTURE).value_c == 22.0
 
 
-def test_log_probabilities_are_not_followed_along_a_number_that_is_not_the_answer() -> None:
-    reply = tells(
-        ("5", {"5": 1.0}), (" degrees", {" degrees": 1.0}), (" below zero", {" below zero": 1.0})
-    )
-    with endpoint(reply) as served:
-        reading = vlm(served.url, model="some/vlm").ambient(PICTURE)
-    assert (reading.value_c, reading.method) == (-5.0, "text")
-
-
 def test_an_answer_that_cannot_be_read_is_asked_for_once_more_and_not_repeated() -> None:
     with endpoint([says("It cannot be 30 °C."), says("12"), says("14")]) as served:
         assert vlm(served.url, model="some/vlm").ambient(PICTURE).value_c == 13.0
@@ -609,29 +557,6 @@ def test_a_cut_answer_counts_only_with_its_unit() -> None:
 def test_an_answer_is_taken_from_where_a_server_puts_it(message: dict[str, Any]) -> None:
     with endpoint(says(None, message=message)) as served:
         assert vlm(served.url, model="some/vlm").ambient(PICTURE).value_c == 22.0
-
-
-def test_a_server_that_fails_at_log_probabilities_without_naming_them_does_without() -> None:
-    def plain(sock: socket.socket, request: Request) -> None:
-        failing = sends("Internal Server Error", "500 Internal Server Error")
-        (failing if "logprobs" in request.body else says("9"))(sock, request)
-
-    with endpoint(plain) as served:
-        remote = vlm(served.url, model="some/vlm")
-        assert [remote.ambient(PICTURE).value_c for _ in range(2)] == [9.0, 9.0]
-        kept = ["logprobs" in body for body in served.questions]
-    assert kept == [True, False, True, False, False, False], "twice in a row is no accident"
-
-
-def test_fewer_log_probabilities_are_asked_for_where_twenty_are_refused() -> None:
-    def few(sock: socket.socket, request: Request) -> None:
-        text = '{"error": {"message": "top_logprobs must be at most 5"}}'
-        is_over = request.body.get("top_logprobs", 0) > 5
-        reply = tells(("9", {"9": 1.0}))
-        (sends(text, "400 Bad Request") if is_over else reply)(sock, request)
-
-    with endpoint(few) as served:
-        assert vlm(served.url, model="some/vlm").ambient(PICTURE).method == "logprobs"
 
 
 @each(

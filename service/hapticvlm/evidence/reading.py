@@ -7,7 +7,7 @@ from typing import Literal
 
 COVERAGE = 0.8  # share of the belief that lies inside an interval
 
-Method = Literal["readout", "logprobs", "text"]
+Method = Literal["readout", "text"]
 
 
 @dataclass(frozen=True, slots=True)

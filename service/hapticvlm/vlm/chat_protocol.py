@@ -1,9 +1,8 @@
 """Writes questions and reads answers in the OpenAI chat protocol. Pure.
 
 vLLM, `transformers serve` and others use it. The instruction comes before the pictures, so that
-an endpoint which caches prefixes computes it once. An answer is read from its log-probabilities, if
-it has any and most of their mass is on candidates, else from its text. The value is the expectation
-over the mass that was reported; the interval also counts the rest, spread evenly.
+an endpoint which caches prefixes computes it once. An answer is read from its text, as the paper's
+answers were.
 """
 
 from __future__ import annotations
@@ -12,7 +11,6 @@ import base64
 import math
 import re
 from collections.abc import Collection, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -24,16 +22,7 @@ from hapticvlm.materials import UNKNOWN
 from hapticvlm.vlm.answer_text import ThoughtError, UnreadError, answer_text, is_cut, unmarked
 from hapticvlm.vlm.contract import Picture, QuestionText, widened
 from hapticvlm.vlm.endpoint import EndpointError, Json
-from hapticvlm.vlm.limits import ANSWER_TOKENS, LEAST_SHARE, TEXT_BELIEF, THINKING_TOKENS, TOP
-from hapticvlm.vlm.logprobs import (
-    CandidateMass,
-    Fits,
-    fit_number,
-    fit_word,
-    follow,
-    read_places,
-)
-from hapticvlm.vlm.numbers import spread
+from hapticvlm.vlm.limits import ANSWER_TOKENS, TEXT_BELIEF, THINKING_TOKENS
 from hapticvlm.vlm.sentence import Stated, read_celsius
 
 TOKEN_SIDE = 28  # px of a picture that become one token: Qwen2-VL's patches of 14, merged 2 x 2
@@ -42,14 +31,11 @@ QUALITY = 90  # of the JPEG
 # Parameters that some endpoints refuse: the newest models take `max_completion_tokens` instead of
 # `max_tokens` and set the temperature themselves, small contexts have no room for a thought.
 LIMITS = ("max_tokens", "max_completion_tokens")
-PARAMETERS = ("reasoning_effort", *LIMITS, "temperature", "top_logprobs", "logprobs")
-# What an answer can do without. Servers refuse it by name, or fail at it in any other way.
-LUXURIES = frozenset({"logprobs", "reasoning_effort"})
-REFUSING = (400, 403, 422, 501)  # 403: OpenAI, for log-probabilities of a reasoning model
-# A question without them is refused for the same reason: token, money, address, size, pace.
-NOT_THE_QUESTION = (401, 402, 404, 413, 429)
-FEW = 5  # log-probabilities that every endpoint with any gives
-_FIRST_NUMBER = re.compile(r"\s*([-\N{MINUS SIGN}]?\d{1,3})")
+PARAMETERS = ("reasoning_effort", *LIMITS, "temperature")
+# A server that refuses "unexpected fields" by one of these names none of them.
+REFUSING = (400, 422, 501)
+# An error of these is not about a parameter: token, money, address, size, pace.
+NOT_THE_QUESTION = (401, 402, 403, 404, 413, 429)
 SHORT_WORDS = 3  # of an answer that is a name
 _DENIALS = frozenset({"not", "no", "never", "isn", "neither", "nor"})
 
@@ -65,8 +51,6 @@ def question(
         "messages": [{"role": "user", "content": content}],
         "max_tokens": ANSWER_TOKENS,
         "temperature": 0.0,
-        "logprobs": True,
-        "top_logprobs": TOP,
         "stream": False,
     }
 
@@ -90,32 +74,24 @@ def again(body: Json, briefly: str) -> Json:
 def without(body: Json, refused: Collection[str]) -> Json:
     """Return a body without those of PARAMETERS that the endpoint refuses."""
     kept = {name: value for name, value in body.items() if name not in refused}
-    if "logprobs" in refused:
-        kept.pop("top_logprobs", None)
-    elif "top_logprobs" in refused:
-        kept["top_logprobs"] = FEW
     if "max_tokens" in refused and "max_completion_tokens" not in refused:
         kept["max_completion_tokens"] = THINKING_TOKENS
     return kept
 
 
 def refused_parameters(body: Json, error: EndpointError) -> frozenset[str]:
-    """Return what to ask without after an error: the one of PARAMETERS that it names, or LUXURIES.
+    """Return what to ask without after an error: the one of PARAMETERS that it names.
 
-    Empty if the error is about something else, or if nothing can be left out.
+    A refusal that names none is taken to be of the least usual one. Empty if the error is about
+    something else, or if nothing can be left out.
     """
     if error.status in NOT_THE_QUESTION or error.wait_s is not None:
         return frozenset()
     for name in PARAMETERS:
-        is_fewest = name == "top_logprobs" and body.get(name) == FEW
-        if error.status is not None and name in body and name in str(error) and not is_fewest:
+        if error.status is not None and name in body and name in str(error):
             return frozenset({name})
-    return LUXURIES & body.keys()
-
-
-def is_refusal(error: EndpointError) -> bool:
-    """Whether an error is about the request, and not about the endpoint's state at the time."""
-    return error.status in REFUSING
+    is_refusal = error.status in REFUSING
+    return frozenset({"reasoning_effort"} & body.keys()) if is_refusal else frozenset()
 
 
 def first_choice(answer: Json) -> Json:
@@ -178,23 +154,11 @@ def stated_temperature(choice: Json) -> Stated:
     return stated
 
 
-def ambient(choices: Sequence[Json], stated: Sequence[Stated], seconds: float) -> Reading:
-    """Read a temperature from the choices of all wordings and what their texts state.
+def ambient(stated: Sequence[Stated], seconds: float) -> Reading:
+    """Read a temperature from what the answers to all wordings state.
 
-    Log-probabilities are followed only along answers that state the number with which they begin:
-    "5 degrees below zero" begins with a number, too. Without them the interval encloses those of
-    all wordings.
+    The interval encloses those of all wordings.
     """
-    replies = [
-        _reply(choice, fit_number) if _begins_with(choice, one) else None
-        for choice, one in zip(choices, stated, strict=True)
-    ]
-    known = [reply for reply in replies if reply is not None]
-    if len(known) == len(replies):
-        value = spread([reply.seen for reply in known], "logprobs", seconds)
-        ends = spread([reply.seen + reply.unseen for reply in known])
-        low_c, high_c = widened(value.value_c, ends.low_c, ends.high_c)
-        return replace(value, low_c=low_c, high_c=high_c)
     values = [one.value_c for one in stated]
     deviation = float(np.std(values, ddof=1)) if len(values) > 1 else None
     intervals = [widened(one.value_c, one.low_c, one.high_c) for one in stated]
@@ -202,24 +166,13 @@ def ambient(choices: Sequence[Json], stated: Sequence[Stated], seconds: float) -
     return Reading(float(np.mean(values)), min(lows), max(highs), deviation, "text", seconds)
 
 
-def _begins_with(choice: Json, stated: Stated) -> bool:
-    """Whether an answer begins with the one number that it states."""
-    number = _FIRST_NUMBER.match(answer_text(choice))
-    first = number and int(number[1].replace("\N{MINUS SIGN}", "-"))
-    return stated.low_c == stated.high_c == first
-
-
 def material(choice: Json, names: Sequence[str]) -> Evidence:
-    """Read beliefs in material names from a choice's log-probabilities, else from its text.
+    """Read the belief in a material from a choice's text.
 
-    A text must name one material, or say unknown. A short one may name it in a word of its own, as
+    It must name one material, or say unknown. A short text may name it in a word of its own, as
     the name of an object does: oak, cloth. Raises EndpointError.
     """
     text = unmarked(answer_text(choice))
-    if reply := _reply(choice, fit_word((*names, UNKNOWN))):
-        beliefs = zip(names, reply.seen.tolist(), strict=False)
-        ranked = sorted((pair for pair in beliefs if pair[1] > 0), key=lambda pair: -pair[1])
-        return Evidence("vlm", tuple(ranked))
     words = re.findall(r"\w+", text.lower())
     named = [name for name in (*names, UNKNOWN) if name.lower() in words]
     if not named and len(words) <= SHORT_WORDS:
@@ -232,12 +185,3 @@ def material(choice: Json, names: Sequence[str]) -> Evidence:
 def _named_by(text: str) -> str:
     evidence = from_name(text)
     return UNKNOWN if evidence is None else decide([evidence]).material
-
-
-def _reply(choice: Json, fits: Fits) -> CandidateMass | None:
-    """Follow the log-probabilities; None without them, or if few of them are of candidates."""
-    places = read_places(choice)
-    if not places:
-        return None
-    reply = follow(places, fits, is_whole=choice.get("finish_reason") == "stop")
-    return reply if reply.seen.sum() >= LEAST_SHARE else None

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import http
 import json
-import math
 import re
 from contextlib import closing
 from dataclasses import dataclass, field, replace
@@ -104,8 +103,6 @@ def _error_text(data: bytes) -> str:
 
 
 def _refuse(name: str) -> float:
-    if name == "-Infinity":  # SGLang's logarithm of a probability of 0
-        return -math.inf
     raise ValueError(f"{name} is not JSON")
 
 

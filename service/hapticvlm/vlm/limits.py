@@ -6,9 +6,9 @@ from __future__ import annotations
 LEAST_C = -30  # degC, the candidate numbers, each whole degree
 MOST_C = 60
 MOST_WIDTH_C = 30.0  # of a range that is an answer; the whole range is the question, repeated
-# Least share of an answer's probability that must be on candidates, in process and from an
-# endpoint. A model that begins a sentence ("The air is ...") leaves a few per cent to numbers, and
-# these must not be read as its answer.
+# Least share of an answer's probability that must be on candidates, in process. A model that begins
+# a sentence ("The air is ...") leaves a few per cent to numbers, and these must not be read as its
+# answer.
 LEAST_SHARE = 0.5
 # A model that is sure of one number may still be wrong, and a sentence states no interval. The
 # paper counts an answer within 8 degC of the truth as right and had 13 of 15 right, so +- 8 degC is
@@ -30,8 +30,7 @@ SIDE = 448  # px of a decoded frame: at 28 px a token a square of it has IMAGE_T
 ANSWER_TOKENS = 24  # a number and a few words; anything after them is not read
 # The same for models that think first, whose thought counts; the time limit ends a longer one.
 THINKING_TOKENS = 4096
-TOP = 20  # log-probabilities for each token, the most that OpenAI and vLLM give
-ANSWER_BYTES = 1 << 20  # of an endpoint; with 20 log-probabilities a token it has below 64 KiB
+ANSWER_BYTES = 1 << 20  # of an endpoint; a thought has some 20 KiB
 KEPT_HEADS = 4  # cached instructions: ambient and a few scenes' material names
 
 # Times.

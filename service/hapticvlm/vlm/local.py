@@ -64,7 +64,7 @@ class LocalVlm:
         prompt = self.chat.prompt(contract.about_ambient(), [picture])
         log_probs = self.network.readout(prompt, self.numbers)
         wordings = [number_beliefs(self.numbers, row) for row in log_probs]
-        reading = spread(wordings, "readout", time.monotonic() - start)
+        reading = spread(wordings, time.monotonic() - start)
         low_c, high_c = contract.widened(reading.value_c, reading.low_c, reading.high_c)
         return replace(reading, low_c=low_c, high_c=high_c)
 

@@ -34,7 +34,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.evidence.reading import COVERAGE, Method, Reading
+from hapticvlm.evidence.reading import COVERAGE, Reading
 from hapticvlm.vlm.contract import VlmError
 from hapticvlm.vlm.limits import LEAST_C, LEAST_SHARE, MOST_C
 
@@ -164,9 +164,7 @@ def number_beliefs(tree: ChoiceTree, log_probs: NDArray[np.float32]) -> Beliefs:
     return beliefs(tree, log_probs)[: len(CANDIDATES_C)]
 
 
-def spread(
-    wordings: Sequence[Beliefs], method: Method = "readout", seconds: float = 0.0
-) -> Reading:
+def spread(wordings: Sequence[Beliefs], seconds: float = 0.0) -> Reading:
     """Average beliefs in CANDIDATES_C, each (91,) summing to at most 1, over the wordings.
 
     Each wording counts equally, whatever its share. Raises VlmError if most of an answer's
@@ -187,7 +185,7 @@ def spread(
         low_c=min(quantile(mixed, tail), value_c),
         high_c=max(quantile(mixed, 1.0 - tail), value_c),
         prompt_sd_c=float(np.std(means, ddof=1)) if len(means) > 1 else None,
-        method=method,
+        method="readout",
         seconds=seconds,
         share=float(np.mean(shares)),
     )

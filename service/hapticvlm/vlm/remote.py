@@ -52,7 +52,6 @@ class RemoteVlm:
         self._endpoint = endpoint_at(settings.url, settings.token, settings.header)
         self._model = None if settings.model == DEFAULT_MODEL else settings.model
         self._refused: frozenset[str] = frozenset()
-        self._suspected = self._refused
         self._thinks = False
         # One for each question: a server that refuses crops of objects may still read pictures.
         self._breakers: dict[tuple[str, ...], Breaker] = {}
@@ -69,12 +68,11 @@ class RemoteVlm:
 
         def ask() -> Reading:
             begun = time.monotonic()
-            answers = [
+            stated = [
                 self._answer(about, wording, (picture,), chat_protocol.stated_temperature, begun)
                 for wording in range(len(about.questions))
             ]
-            choices, stated = zip(*answers, strict=True)
-            return chat_protocol.ambient(choices, stated, time.monotonic() - begun)
+            return chat_protocol.ambient(stated, time.monotonic() - begun)
 
         return self._guarded(about.questions, ask)
 
@@ -86,7 +84,7 @@ class RemoteVlm:
             return chat_protocol.material(choice, names)
 
         def ask() -> Evidence:
-            return self._answer(about, 0, (context, crop), read, time.monotonic())[1]
+            return self._answer(about, 0, (context, crop), read, time.monotonic())
 
         return self._guarded(about.questions, ask)
 
@@ -124,7 +122,7 @@ class RemoteVlm:
         pictures: Sequence[Picture],
         read: Callable[[Json], Answer],
         begun: float,
-    ) -> tuple[Json, Answer]:
+    ) -> Answer:
         """Ask and read; a thought is given room from then on, other answers are asked for again."""
         deadline = begun + self._settings.timeout_s
         budget = self._settings.image_tokens
@@ -134,7 +132,7 @@ class RemoteVlm:
         while True:
             choice = self._posted(chat_protocol.thinking(body) if self._thinks else body, deadline)
             try:
-                return choice, read(choice)
+                return read(choice)
             except UnreadError as error:
                 if isinstance(error, ThoughtError) and not self._thinks:
                     self._thinks = True  # as are refused parameters, this is remembered
@@ -146,14 +144,12 @@ class RemoteVlm:
                     raise
 
     def _posted(self, body: Json, deadline: float) -> Json:
-        """Ask; retry without each parameter that the endpoint refuses or may have failed at.
+        """Ask; retry without each parameter that the endpoint refuses.
 
         What was left out is remembered only after a request without it succeeded, so that a
-        question that is wrong for another reason does not cost all later ones their
-        log-probabilities; after a failure that names no cause only if that happens twice in a row.
+        question that is wrong for another reason does not cost all later ones a parameter.
         """
         refused = self._refused
-        is_sure = True
         while True:
             reduced = chat_protocol.without(body, refused)
             try:
@@ -163,11 +159,8 @@ class RemoteVlm:
                 if not dropped or time.monotonic() > deadline:
                     raise
                 refused |= dropped
-                is_sure &= chat_protocol.is_refusal(error)
             else:
-                if is_sure or refused == self._suspected:
-                    self._refused = refused
-                self._suspected = refused
+                self._refused = refused
                 return choice
 
     def _model_name(self, deadline: float) -> str:
