@@ -1,10 +1,9 @@
 """`hapticvlm chart whole`: the worth of a whole pipeline, against its cost.
 
-A row is a method to decide on the material of an object: the default, each that differs from it in
-one respect, and a bake. Worth is the share of held-back objects that are recognised by touch
-(predicted, feeling.py); cost is the time of one core for one recognition. A bake decides before the
-first touch and has no plate (baked.py). The temperature of the air is left out, since it needs the
-weights of a vision-language model.
+A row is a method to decide on the material of an object: the default, and each that differs from it
+in one respect. Worth is the share of held-back objects that are recognised by touch (predicted,
+feeling.py); cost is the time of one core for one recognition. The temperature of the air is left
+out, since it needs the weights of a vision-language model.
 
 The figure has a panel for each style of picture, because what decides differs: photographs have no
 names, the objects of rooms and game kits have, and game kits look like nothing that was
@@ -33,7 +32,7 @@ from hapticvlm_lab.bench.material.reading import Kind, sources_of
 from hapticvlm_lab.bench.material.timing import costs_ms
 from hapticvlm_lab.bench.pareto import pareto
 from hapticvlm_lab.bench.printing import publish
-from hapticvlm_lab.bench.whole import baked, deciding, feeling
+from hapticvlm_lab.bench.whole import deciding, feeling
 from hapticvlm_lab.bench.whole.deciding import STATED, Decided
 
 if TYPE_CHECKING:
@@ -48,7 +47,6 @@ STYLES: dict[Kind, str] = {
     "renders": "Rendered rooms",
     "game kits": "Game kits, left out whole",
 }
-BAKED = "baked"
 FREE_MS = 0.003  # where the figure shows what costs nothing, on its logarithmic axis
 
 
@@ -64,7 +62,6 @@ class Row:
     source: str
     style: Kind
     decides: str
-    renders: str
     is_default: bool
     n: int
     share: float
@@ -72,11 +69,6 @@ class Row:
     high: float
     skin_c: float
     look_ms: float
-
-    @property
-    def name(self) -> str:
-        """The method that decides, and what renders if it is not the service."""
-        return f"{self.decides}; {self.renders}" if self.renders else self.decides
 
 
 def run(data: Path | None, kits: Path | None, out: Path, *, as_json: bool) -> int:
@@ -108,9 +100,7 @@ def measure(sources: Sequence[tuple[Source, Kind]]) -> list[Row]:
             if eye not in seen:
                 seen[eye] = embed(way, source)
             decisions = deciding.decided(way, source, seen[eye])
-            rows.append(_row(source, style, way, decisions, looks_ms, is_baked=False))
-            if baked.can_play() and deciding.is_baked(way, source):
-                rows.append(_row(source, style, way, decisions, looks_ms, is_baked=True))
+            rows.append(_row(source, style, way, decisions, looks_ms))
     return rows
 
 
@@ -123,20 +113,20 @@ def sentence(rows: Sequence[Row]) -> str:
     """Compare the default of each source with the best rung."""
     parts = []
     for source in dict.fromkeys(row.source for row in rows):
-        there = [row for row in rows if row.source == source and not row.renders]
+        there = [row for row in rows if row.source == source]
         machines = [row for row in there if row.decides != STATED]
         default = next(row for row in machines if row.is_default)
         best = max(machines, key=lambda row: (row.share, -row.look_ms))
         text = f"{source}: {default.decides} {default.share:.0%} in {default.look_ms:.1f} ms"
         if best.share > default.share:
-            text += f", {best.name} {best.share:.0%} in {best.look_ms:.1f} ms"
+            text += f", {best.decides} {best.share:.0%} in {best.look_ms:.1f} ms"
         parts.append(text)
     return "recognised by touch by default: " + "; ".join(parts)
 
 
 def undominated(rows: Sequence[Row]) -> list[Row]:
-    """Return the rows that no cheaper one equals, cheapest first, without STATED and bakes."""
-    machines = [row for row in rows if row.decides != STATED and not row.renders]
+    """Return the rows that no cheaper one equals, cheapest first, without STATED."""
+    machines = [row for row in rows if row.decides != STATED]
     return pareto(machines, lambda row: row.look_ms, lambda row: row.share)
 
 
@@ -152,7 +142,7 @@ def show(rows: Sequence[Row]) -> None:
             cells = f"{share:>16} {row.skin_c:>5.2f} °C {row.look_ms:>5.1f} ms"
             mark = " (default)" if row.is_default else ""
             line = " *" if row in kept else "  "
-            print(f"{cells}{line} {row.name}{mark}")
+            print(f"{cells}{line} {row.decides}{mark}")
     print("\n* no cheaper pipeline equals it, except for a scene that states its materials")
     print(sentence(rows))
 
@@ -163,25 +153,21 @@ def _row(
     way: Method,
     decisions: Sequence[Decided],
     looks_ms: Mapping[str, float],
-    *,
-    is_baked: bool,
 ) -> Row:
-    felt = [feeling.felt(each.rendition, each.truth, is_baked=is_baked) for each in decisions]
+    felt = [feeling.felt(each.rendition, each.truth) for each in decisions]
     right = [each.recognised for each in felt]
     low, high = wilson(sum(right), len(right))
-    look_ms = 0.0 if is_baked else looks_ms.get(way.name, 0.0)  # a bake has decided before
     return Row(
         source=source.name,
         style=style,
         decides=way.name,
-        renders=BAKED if is_baked else "",
-        is_default=deciding.is_default(way, source) and not is_baked,
+        is_default=deciding.is_default(way, source),
         n=len(decisions),
         share=round(sum(right) / len(right), 3),
         low=round(low, 3),
         high=round(high, 3),
         skin_c=round(float(np.mean([f.skin_c for f in felt])), 3),
-        look_ms=round(look_ms, 3),
+        look_ms=round(looks_ms.get(way.name, 0.0), 3),
     )
 
 
@@ -211,7 +197,7 @@ def _draw_style(axes: Axes, rows: Sequence[Row]) -> None:
         axes.step(*_points(undominated(there)), where="post", color=colour, linewidth=0.9, zorder=2)
         default = next(row for row in there if row.is_default)
         figures.ring(axes, *_at(default))
-        labels += [(*_at(row), row.renders or row.decides, colour) for row in there]
+        labels += [(*_at(row), row.decides, colour) for row in there]
     axes.legend(loc="upper left", title="95 % interval; ring: the default", title_fontsize=8)
     axes.set_xlabel("ms of one core for a recognition")
     figures.place(axes, labels, [_at(row) for row in rows])

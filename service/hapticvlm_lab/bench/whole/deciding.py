@@ -82,13 +82,6 @@ def fits(way: Method, source: Source) -> bool:
     return bool(source.stated) or not (way.rungs or way.refers)
 
 
-def is_baked(way: Method, source: Source) -> bool:
-    """Return whether a bake decides so: by all that the scene states, before the first touch."""
-    bakes = (TEXTURES, STATEMENTS, SURFACES, NAMES)
-    known = [name for name in bakes if any(w.name == name and fits(w, source) for w in ways())]
-    return bool(known) and way.name == known[0]
-
-
 def is_default(way: Method, source: Source) -> bool:
     """Return whether the service decides so: by pictures alone if the scene states nothing."""
     return way.name == (ALL if source.stated else EYE)

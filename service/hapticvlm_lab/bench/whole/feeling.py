@@ -31,7 +31,6 @@ from hapticvlm_lab.bench.telling_apart import (
 )
 from hapticvlm_lab.bench.thermal import TICK_S, with_memory
 from hapticvlm_lab.bench.vibration.spectra import rub
-from hapticvlm_lab.bench.whole import baked
 
 ROOM_C = 22.0
 TOUCH_S = 1.0
@@ -53,30 +52,16 @@ class Felt:
     recognised: float
 
 
-def felt(rendition: Rendition, truth: str, *, is_baked: bool = False) -> Felt:
-    """Compare a rendition with the true material, one of the table.
-
-    A baked one is played without a service, which has no plate: the skin stays neutral.
-    """
+def felt(rendition: Rendition, truth: str) -> Felt:
+    """Compare a rendition with the true material, one of the table."""
     bulk, _ = rendition.thermal(ROOM_C, MATERIALS)
-    heat = None if is_baked else bulk
-    return _felt(heat, rendition.texture, rendition.impact, truth, is_baked)
+    return _felt(bulk, rendition.texture, rendition.impact, truth)
 
 
 @cache
-def _felt(
-    bulk: Thermal | None, texture: Vibrating, impact: Vibrating, truth: str, is_baked: bool
-) -> Felt:
+def _felt(bulk: Thermal | None, texture: Vibrating, impact: Vibrating, truth: str) -> Felt:
     skin_c = _followed(bulk)
-    # The true material is always rendered by the service: a bake is judged by its distance from
-    # the intended feel, not by its own idea of the truth.
-    if is_baked:
-        slide = _at(lambda name: baked.played().slides[name], texture)
-        strike = _at(lambda name: baked.played().strikes[name], impact)
-    else:
-        slide = _at(_slide, texture)
-        strike = _at(_strike, impact)
-    answers = _answers(_percept(skin_c, slide, strike))
+    answers = _answers(_percept(skin_c, _at(_slide, texture), _at(_strike, impact)))
     return Felt(
         float(np.abs(skin_c - _true_skin(truth)).mean()),
         float(answers[list(MATERIALS).index(truth)]),
