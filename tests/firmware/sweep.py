@@ -32,7 +32,7 @@ if __package__ in (None, ""):
 from toolchains import missing
 
 from firmware import build
-from firmware.board import Board, Build
+from firmware.board import Build
 from firmware.build import Chip
 from firmware.checkpoint import Checkpoint, Failure, Key, Result, digest, key
 from firmware.faults import BY_NAME, FAULTS, Fault
@@ -152,15 +152,11 @@ def _open(folder: Path, tried: Build) -> None:
     _chip, _build = build.opened(folder), tried
 
 
-def _board(ambient_c: float) -> Board:
-    return _opened().board(ambient_c, build=_build)
-
-
 def _try(job: Job) -> Result:
     names, situation = job
     faults: list[Fault] = [BY_NAME[name] for name in names]
     try:
-        return trial(_board, faults, situation, LONG_S if len(faults) == 1 else PAIR_S)
+        return trial(_opened(), faults, situation, LONG_S if len(faults) == 1 else PAIR_S, _build)
     except Exception as error:  # noqa: BLE001 - one trial that breaks must not end the sweep
         return Failure(names, situation.name, repr(error))
 

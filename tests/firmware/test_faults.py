@@ -38,7 +38,7 @@ def cases() -> Iterator[Any]:
 def test_a_fault_is_caught_in_time_and_the_skin_is_safe(
     chip: Chip, fault: Fault, situation: Situation
 ) -> None:
-    outcome = trial(chip.board, [fault], situation, TEST_S)
+    outcome = trial(chip, [fault], situation, TEST_S)
 
     assert outcome.is_safe, outcome
     assert outcome.shoot_through == 0
@@ -59,7 +59,7 @@ def test_a_fault_is_caught_in_time_and_the_skin_is_safe(
 def test_a_bridge_that_shorts_is_cut_off_where_beads_are_of_one_wrong_kind(chip: Chip) -> None:
     bag = Fault("one bag", one_bag_and_the_cut_out, at_start=True)
     for kind in (bag, BY_NAME["all beads of one wrong kind"]):
-        outcome = trial(chip.board, [kind, BY_NAME["bridge shorted to heat"]], HOT, TEST_S)
+        outcome = trial(chip, [kind, BY_NAME["bridge shorted to heat"]], HOT, TEST_S)
         assert outcome.is_safe, outcome
         assert {"cut-out", "firmware"} & set(outcome.caught_by)
 
@@ -148,7 +148,7 @@ def test_a_hung_program_is_reset_once_and_stays_off(host: RawHost, interrupts: b
 
 def test_a_module_wired_backwards_is_caught_where_it_can_hardly_push(chip: Chip) -> None:
     # What should cool heats, by less than 2 degC/s: it is judged by the energy spent on it.
-    outcome = trial(chip.board, [BY_NAME["module backwards"]], COLD_WARM, TEST_S)
+    outcome = trial(chip, [BY_NAME["module backwards"]], COLD_WARM, TEST_S)
 
     assert outcome.off_after_s is not None
     assert outcome.off_after_s <= IDLE_S + 3.0

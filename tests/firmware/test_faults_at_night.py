@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import pytest
 
 from .board import Build
@@ -21,7 +19,7 @@ pytestmark = [pytest.mark.nightly, pytest.mark.spread]
 def test_a_fault_of_a_plate_that_held_its_extreme_leaves_a_pressed_palm_safe(
     chip: Chip, fault: Fault, situation: Situation
 ) -> None:
-    outcome = trial(chip.board, [fault], situation, TEST_S)
+    outcome = trial(chip, [fault], situation, TEST_S)
 
     assert outcome.is_safe, outcome
     assert outcome.shoot_through == 0
@@ -38,8 +36,7 @@ def test_a_fault_of_a_plate_that_held_its_extreme_leaves_a_pressed_palm_safe(
 def test_the_skin_is_safe_on_a_board_whose_beads_lag(
     chip: Chip, fault: Fault, build: Build
 ) -> None:
-    board = partial(chip.board, build=build)
     for situation in MOVING:
-        outcome = trial(board, [fault], situation, TEST_S)
+        outcome = trial(chip, [fault], situation, TEST_S, build)
         assert outcome.is_safe, outcome
         assert outcome.shoot_through == 0

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from functools import partial
 
 import pytest
 from tiers import nightly_except
@@ -54,8 +53,7 @@ def test_its_firmware_asks_for_what_its_resistor_lets_pass(chip: Chip) -> None:
 def test_a_fault_leaves_the_skin_safe_without_a_comparator(
     chip: Chip, names: tuple[str, ...], situation: Situation
 ) -> None:
-    board = partial(chip.board, build=BUILD)
-    outcome = trial(board, [BY_NAME[name] for name in names], situation, 100.0)
+    outcome = trial(chip, [BY_NAME[name] for name in names], situation, 100.0, BUILD)
 
     assert outcome.is_safe, outcome
     assert outcome.numbers, "the firmware alone opens the relay, and names the fault"

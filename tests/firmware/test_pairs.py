@@ -52,7 +52,7 @@ PAIRS = [
 def test_two_faults_at_once_leave_the_skin_safe(
     chip: Chip, first: str, second: str, situation: Situation
 ) -> None:
-    outcome = trial(chip.board, [BY_NAME[first], BY_NAME[second]], situation, LONGEST_S)
+    outcome = trial(chip, [BY_NAME[first], BY_NAME[second]], situation, LONGEST_S)
 
     assert outcome.is_safe, outcome
     assert outcome.shoot_through == 0
@@ -74,6 +74,6 @@ def test_two_faults_at_once_leave_the_skin_safe(
 def test_a_part_of_the_guards_that_failed_unseen_leaves_the_skin_safe(
     chip: Chip, part: str, short: str, situation: Situation
 ) -> None:
-    outcome = trial(chip.board, [BY_NAME[part], BY_NAME[short]], situation, 120.0)
+    outcome = trial(chip, [BY_NAME[part], BY_NAME[short]], situation, 120.0)
 
     assert outcome.is_safe, outcome

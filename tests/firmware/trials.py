@@ -9,13 +9,18 @@ the dose is carried on to the session's 15 min.
 from __future__ import annotations
 
 import random
+import warnings
 from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from functools import cache, partial
+from multiprocessing import get_context
 
 from hapticvlm.rendering.heat.limits import HEAT_LIMIT_S
 
 from . import line
-from .board import Board
+from .board import Board, Build
+from .build import USUAL, Chip
 from .faults import SLOW_S, Fault, Guard
 from .rawhost import RENEW_S, SWITCHED_ON_S, TTL_S, RawHost
 from .situations import BEFORE_S, Situation
@@ -24,8 +29,6 @@ SHORT_S, TEST_S, LONG_S = 60.0, 100.0, 300.0  # the sweep runs the long ones
 AFTER_S = 60.0
 _SURE_S = 1.0
 _STEADY_C, _STEADY_S = 0.03, 10.0  # of sink, plate and skin alike
-
-MakeBoard = Callable[[float], Board]  # from an ambient in degC
 
 
 @dataclass(frozen=True)
@@ -56,36 +59,39 @@ class Outcome:
 class _Trial:
     """The run of one trial; `longest_s` is for faults that need time to do harm."""
 
-    def __init__(self, board: Board, faults: Sequence[Fault], situation: Situation) -> None:
-        self.board, self.faults, self.situation = board, faults, situation
+    def __init__(self, board: Board, situation: Situation) -> None:
+        self.board, self.situation = board, situation
+        self.faults: Sequence[Fault] = ()
         self.host = RawHost(board)
-        self.injected_at = 0.0
+        self.injected_at = self._begun_at = 0.0
         self.left_at: float | None = None
         self._chance = random.Random(1)
         self._safe_since: float | None = None
         self._marked_at, self._marks = 0.0, (0.0, 0.0, 0.0)
 
-    def run(self, longest_s: float) -> Outcome:
-        """Run the whole trial."""
-        self._inject(at_start=True)
+    def begin(self, at_start: Sequence[Fault]) -> None:
+        """Run until the other faults are injected."""
+        for fault in at_start:
+            fault.begin(self.board)
         self.host.advance(SWITCHED_ON_S)
-        begun_at = self.board.now
-        self._live(begun_at, self.situation.faulty_at_s)
-        if any(not fault.at_start for fault in self.faults):
+        self._begun_at = self.board.now
+        self._live(self.situation.faulty_at_s)
+
+    def finish(self, faults: Sequence[Fault], longest_s: float) -> Outcome:
+        """Run the rest of the trial."""
+        self.faults = faults
+        if any(not fault.at_start for fault in faults):
             self.injected_at, self._safe_since = self.board.now, None
-        self._inject(at_start=False)
-        slow = any(fault.deadline_s == SLOW_S for fault in self.faults)
+        for fault in faults:
+            if not fault.at_start:
+                fault.begin(self.board)
+        slow = any(fault.deadline_s == SLOW_S for fault in faults)
         held_s = self.situation.faulty_at_s - BEFORE_S
-        self._live(begun_at, held_s + (longest_s if slow else min(SHORT_S, longest_s)))
+        self._live(held_s + (longest_s if slow else min(SHORT_S, longest_s)))
         return self._outcome()
 
-    def _inject(self, *, at_start: bool) -> None:
-        for fault in self.faults:
-            if fault.at_start == at_start:
-                fault.begin(self.board)
-
-    def _live(self, begun_at: float, until_s: float) -> None:
-        while (elapsed := self.board.now - begun_at) < until_s and not self._is_over():
+    def _live(self, until_s: float) -> None:
+        while (elapsed := self.board.now - self._begun_at) < until_s and not self._is_over():
             if elapsed > self.situation.busy_s and self._is_steady():
                 return
             self._speak(elapsed)
@@ -170,18 +176,36 @@ class _Trial:
 
 
 def trial(
-    make_board: MakeBoard,
+    chip: Chip,
     faults: Sequence[Fault],
     situation: Situation,
     longest_s: float = LONG_S,
+    build: Build = USUAL,
 ) -> Outcome:
-    """Run one trial on a new board."""
-    board = make_board(situation.ambient_c)
+    """Run one trial; what comes before the injection runs once for all that begin alike."""
+    begun = _begun(chip, build, situation, tuple(fault for fault in faults if fault.at_start))
+    rest = partial(begun.finish, faults, longest_s)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # the copy needs none of our threads
+        with ProcessPoolExecutor(1, get_context("fork"), _rests.append, (rest,)) as copy:
+            return copy.submit(_finish).result()
+
+
+@cache
+def _begun(chip: Chip, build: Build, situation: Situation, at_start: tuple[Fault, ...]) -> _Trial:
+    """Return a trial that stays where the rest is injected: copies of the process go on."""
+    board = chip.board(situation.ambient_c, build=build)
     board.plant.touch(situation.palm_resistance)
-    try:
-        return _Trial(board, faults, situation).run(longest_s)
-    finally:
-        board.close()
+    begun = _Trial(board, situation)
+    begun.begin(at_start)
+    return begun
+
+
+_rests: list[Callable[[], Outcome]] = []  # in a copy, that of its trial
+
+
+def _finish() -> Outcome:
+    return _rests[0]()
 
 
 def _after(at: float | None, since: float) -> float | None:
