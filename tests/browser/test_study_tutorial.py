@@ -15,7 +15,7 @@ import pytest
 from pace import PACE
 from playwright.sync_api import Browser, Locator, Page, expect
 
-pytestmark = [pytest.mark.browser, pytest.mark.realtime, pytest.mark.nightly]
+pytestmark = [pytest.mark.browser, pytest.mark.nightly]
 
 TUTORIAL = Path(__file__).parents[2] / "docs" / "tutorials" / "study.md"
 STEP_MS = 120_000 * PACE

@@ -30,6 +30,7 @@ from hapticvlm.rendering.vibration.vibration import INTERACTIONS
 
 pytestmark = [
     pytest.mark.nightly,
+    pytest.mark.realtime,
     pytest.mark.browser,
     pytest.mark.needs_toolchain("chromium", "godot"),
 ]
@@ -123,7 +124,6 @@ def test_a_wrong_file_is_refused_with_its_field(gdscript: Played) -> None:
     assert [(case, said) for case, said in pairs if not said.startswith(f"{case['field']}: ")] == []
 
 
-@pytest.mark.realtime
 def test_a_plan_of_any_gesture_takes_a_tenth_of_a_frame(
     gdscript: Played, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -191,7 +191,6 @@ def test_a_speaker_is_heard_while_the_bake_is_felt_and_says_why_else(gdscript: P
         assert gdscript.speaker[phase]["silence"].startswith(reason), phase
 
 
-@pytest.mark.realtime
 def test_a_speaker_plays_a_stroke_without_gaps(gdscript: Played) -> None:
     gaps = [
         gdscript.speaker[phase]["gap_ms"] for phase in ("stroke", "baked again", "touched again")
@@ -199,7 +198,6 @@ def test_a_speaker_plays_a_stroke_without_gaps(gdscript: Played) -> None:
     assert min(gaps) == 0, gaps  # longer ones say how busy the machine is
 
 
-@pytest.mark.realtime
 def test_the_sound_of_any_gesture_takes_a_tenth_of_its_time(
     gdscript: Played, capsys: pytest.CaptureFixture[str]
 ) -> None:

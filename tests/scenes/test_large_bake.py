@@ -61,7 +61,6 @@ def write_large(path: Path) -> Path:
 
 
 @pytest.mark.nightly
-@pytest.mark.realtime
 def test_a_thousand_surfaces_take_a_minute_at_most_and_again_three_seconds(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
