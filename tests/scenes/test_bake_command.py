@@ -137,15 +137,6 @@ def test_the_built_in_materials_are_what_the_web_client_ships(tmp_path: Path) ->
     assert list(json.loads(shipped.read_text())["materials"]) == sorted(MATERIALS)
 
 
-def test_clips_are_a_strike_and_a_slide_of_each_material_in_three_formats(tmp_path: Path) -> None:
-    source = tmp_path / "scene.json"
-    source.write_text(json.dumps(SCENE))
-    assert main(["bake", str(source), "-o", str(tmp_path), "--clips"]) == 0
-    clips = {path.name for path in (tmp_path / "clips").iterdir() if ".heat." not in path.name}
-    assert len(clips) == 2 * 2 * 3
-    assert {"wood-strike.wav", "glass-slide.ahap"} <= clips
-
-
 @pytest.mark.parametrize(
     ("content", "named"),
     [

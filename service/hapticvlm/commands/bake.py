@@ -23,11 +23,7 @@ if TYPE_CHECKING:
 
 FEEL = "feel.{voice}.json"
 MATERIALS = "materials.json"
-CLIPS = "clips"
 MOST_CHARS = 4000  # of a sentence that names things of a scene, whose names may hold anything
-CLIP_INTERACTIONS = ("strike", "slide")
-CLIP_FORMATS = ("wav", "haptic", "ahap")
-CLIP_S = 0.6
 _DESCRIPTION = """
 Write how a scene feels to a folder, for players that have no service: materials.json (what each
 surface is), feel.true.json and feel.sound.json (how its materials vibrate and sound). SOURCE is a
@@ -62,11 +58,6 @@ def add(commands: Commands) -> None:
         "--materials", action="store_true", help="all materials of the table, without a scene"
     )
     bake.add_argument(
-        "--clips",
-        action="store_true",
-        help="also write a strike and a slide of each material (wav, haptic, ahap) to clips/",
-    )
-    bake.add_argument(
         "--unknown",
         metavar="MATERIAL",
         help="what surfaces are felt as of which nothing is known, such as leather",
@@ -80,7 +71,7 @@ def _bake(options: argparse.Namespace) -> int:
     with usage_errors():
         table = touch_options.table(options.gallery)
     if options.materials:
-        _write_feel(table, options.out, with_clips=options.clips)
+        _write_feel(table, options.out)
         return 0
     _require_known(options.unknown, table)
     scenes = _scenes_in(options.source)
@@ -130,11 +121,11 @@ def _bake_one(
     out.mkdir(parents=True, exist_ok=True)
     documents.replace_file(out / MATERIALS, bake.encode(baked.materials))
     _report(baked, out)
-    _write_feel(baked.felt, out, with_clips=options.clips)
+    _write_feel(baked.felt, out)
 
 
-def _write_feel(materials: Mapping[str, Material], out: Path, *, with_clips: bool) -> None:
-    """Write the feel of these materials and, if asked for, the clips to hear them by."""
+def _write_feel(materials: Mapping[str, Material], out: Path) -> None:
+    """Write the feel of these materials in each voice."""
     from hapticvlm.rendering.vibration import feel_clips
     from hapticvlm.rendering.vibration.vibration import VOICES
 
@@ -143,8 +134,6 @@ def _write_feel(materials: Mapping[str, Material], out: Path, *, with_clips: boo
     for voice, file in zip(VOICES, files, strict=True):
         documents.replace_file(file, feel_clips.encode(feel_clips.feel(materials, voice)))
     print(f"{', '.join(map(str, files))}: {len(materials)} materials")
-    if with_clips:
-        print(f"{_write_clips(materials, out / CLIPS)} clips in {CLIPS}/")
 
 
 def _report(baked: Bake, folder: Path) -> None:
@@ -234,17 +223,3 @@ def _scenes(source: Path) -> Iterator[Scene]:
     if not scenes:
         raise UsageError(f"{source}: has no `scene` message; write one, as docs/protocol.md has it")
     yield from scenes
-
-
-def _write_clips(materials: Mapping[str, Material], folder: Path) -> int:
-    """Write the clips of these materials; return their number."""
-    from hapticvlm.touches.felt import feel, save_clip
-
-    folder.mkdir(exist_ok=True)
-    for material in materials.values():
-        for interaction in CLIP_INTERACTIONS:
-            touch = feel(material, interaction, force_n=1.5, speed_mps=0.3, seconds=CLIP_S)
-            clip = touch.clip()
-            for kind in CLIP_FORMATS:
-                save_clip(clip, kind, folder / f"{clip.name}.{kind}")
-    return len(materials) * len(CLIP_INTERACTIONS)

@@ -86,10 +86,9 @@ def _replay(options: argparse.Namespace) -> int:
     if options.view or options.share:
         return _view(options)
     from hapticvlm.recordings import replay
-    from hapticvlm.vision.galleries.user_materials import read_folder, table_with
 
     with usage_errors():
-        table = table_with(read_folder(options.gallery))
+        table = touch_options.table(options.gallery)
         recogniser = _recogniser(options) if options.recognise else None
         outcome = replay.replay(options.folder, table, recogniser)
         if options.wav is not None:
@@ -112,10 +111,9 @@ def _view(options: argparse.Namespace) -> int:
     from hapticvlm.recordings import timeline
     from hapticvlm.recordings.page import page
     from hapticvlm.recordings.page.moment import moment
-    from hapticvlm.vision.galleries.user_materials import read_folder, table_with
 
     with usage_errors():
-        table = table_with(read_folder(options.gallery))
+        table = touch_options.table(options.gallery)
         voices = touch_options.voices(options, table)
         session = timeline.read(options.folder, table, voices, page.LONGEST_S)
     path = options.out or options.folder / "session.html"

@@ -26,19 +26,9 @@ DIGITS = 4  # of a confidence
 WIDEST = (44, 28)  # characters of an object's and a surface's name, before they are cut
 MAX_FILES = 1000  # of one folder
 MAX_ENTRIES = 100_000  # of folders that are searched for scenes
-COLUMNS = (
-    "file",
-    "object_id",
-    "surface",
-    "surface_name",
-    "texture",
-    "material",
-    "confidence",
-    "sureness",
-    "source",
-    "runner_up",
-    "felt",
-    "contact_c",
+CSV_HEAD = (
+    "file,object_id,surface,surface_name,texture,material,confidence,sureness,source,runner_up,"
+    "felt,contact_c"
 )
 
 _DESCRIPTION = """
@@ -108,7 +98,7 @@ def _scan(options: argparse.Namespace) -> int:
 
 def _print_scans(files: Sequence[tuple[Path, Path]], *, as_json: bool, as_csv: bool) -> int:
     if as_csv:
-        _write_csv([COLUMNS])
+        print(CSV_HEAD)
     failed = False
     for path, root in files:
         scanned = _scanned(path, root)
@@ -129,7 +119,8 @@ def _show(scanned: Scanned, *, as_csv: bool) -> None:
     for note in scanned.result.notes:
         _complain(f"{scanned.path}: {note}")
     if as_csv:
-        _write_csv([_cells(scanned.path, row) for row in scanned.result.rows])
+        lines = [_cells(scanned.path, row) for row in scanned.result.rows]
+        csv.writer(sys.stdout, lineterminator="\n").writerows(lines)
     else:
         _print(scanned.result)
 
@@ -264,12 +255,7 @@ def _row_fields(row: Row) -> dict[str, object]:
 
 def _cells(path: Path, row: Row) -> list[object]:
     fields: dict[str, object] = {"file": str(path), **_row_fields(row)}
-    return [documents.spreadsheet_cell(fields[name]) for name in COLUMNS]
-
-
-def _write_csv(lines: Sequence[Sequence[object]]) -> None:
-    csv.writer(sys.stdout, lineterminator="\n").writerows(lines)
-    sys.stdout.flush()
+    return [documents.spreadsheet_cell(field) for field in fields.values()]
 
 
 def _cut(name: str, width: int) -> str:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hapticvlm.commands import service_address, touch_options
-from hapticvlm.commands.parsing import add_json
+from hapticvlm.commands.parsing import add_json, number_within
 from hapticvlm.errors import UsageError, shell_word
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ def _add_stream(commands: Commands) -> None:
     )
     stream.add_argument(
         "--centre",
-        type=_share,
+        type=number_within(0.01, 1.0),
         metavar="SHARE",
         help="touch this share of the picture's width and height, in the middle, where no .jsonl "
         "file is beside the video (0.4)",
@@ -150,15 +150,6 @@ def _area(text: str) -> tuple[int, int, int, int]:
     return x, y, width, height
 
 
-def _share(text: str) -> float:
-    share = float(text)
-    if not 0.0 < share <= 1.0:
-        raise argparse.ArgumentTypeError(
-            f"{text}: must be a share of the picture, above 0 and at most 1"
-        )
-    return share
-
-
 def _demo(options: argparse.Namespace) -> int:
     if options.browser and options.static is not None:
         raise UsageError("--browser and --static: give one of them")
@@ -173,12 +164,7 @@ def _demo(options: argparse.Namespace) -> int:
     with nullcontext() if options.json else working("loading"):  # seconds on the first run
         from hapticvlm.demo.run import run
 
-    return run(
-        options.out,
-        quiet=options.quiet,
-        voice=options.voice,
-        as_json=options.json,
-    )
+    return run(options.out, quiet=options.quiet, voice=options.voice, as_json=options.json)
 
 
 def _write_static(folder: Path) -> int:
