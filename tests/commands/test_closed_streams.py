@@ -98,9 +98,14 @@ def test_a_command_whose_reader_has_left_ends_without_a_word(command):
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="only Linux has a device that is full")
-def test_a_command_whose_disk_is_full_says_so_and_ends_alike_where_it_cannot():
-    words = [sys.executable, "-m", "hapticvlm", "gallery", "list"]
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+@pytest.mark.parametrize("command", ["gallery list", "", "serve --help", "--version"])
+def test_a_command_whose_disk_is_full_says_so_and_ends_alike_where_it_cannot(command, unbuffered):
+    words = [sys.executable, "-m", "hapticvlm", *command.split()]
+    environment = {**os.environ, "PYTHONUNBUFFERED": unbuffered}
     with Path("/dev/full").open("w") as full:
-        done = subprocess.run(words, stdout=full, stderr=-1, check=False)
-        assert (done.returncode, b"free some space" in done.stderr) == (2, True)
-        assert subprocess.run(words, stdout=full, stderr=full, check=False).returncode == 2
+        done = subprocess.run(words, stdout=full, stderr=-1, env=environment, check=False)
+        assert (done.returncode, done.stderr.count(b"\n")) == (2, 1)
+        assert b"free some space" in done.stderr
+        done = subprocess.run(words, stdout=full, stderr=full, env=environment, check=False)
+        assert done.returncode == 2

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from pathlib import Path
@@ -142,14 +141,13 @@ def _feel(options: argparse.Namespace) -> int:
             touch = _touch(find(options.material, table), options.interaction, options, table)
             written = [line for path in options.save for line in _save(touch, path, options, table)]
     if touch is not None and options.json:
-        print(json.dumps(_document(touch, is_glove=options.on == GLOVE)), flush=True)
+        print(json.dumps(_document(touch, is_glove=options.on == GLOVE)))
         return 0
     if touch is not None:
         _print_heat(touch.heat)
         print(_vibration(touch, is_glove=options.on == GLOVE))
     for line in written:
         print(line)
-    sys.stdout.flush()
     return 0
 
 

@@ -15,6 +15,7 @@ import os
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
+from functools import partial
 
 from hapticvlm import __version__
 from hapticvlm.commands.parsing import Commands, Parser
@@ -60,41 +61,57 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
     words = sys.argv[1:] if arguments is None else list(arguments)
+    return _guarded(argparse.Namespace(program="hapticvlm", run=partial(_run, words)))
+
+
+def _run(words: Sequence[str], options: argparse.Namespace) -> int:
+    """Parse these words into `options`, and run the command that they name."""
     parser = command_line(words[0] if words else None)
     if not words:
         parser.print_help()
         return 0
-    options = parser.parse_args(words)
+    parser.parse_args(words, options)
     logging.basicConfig(
         level=options.log_level.upper(), format="%(asctime)s %(levelname)s %(name)s: %(message)s"
     )
-    return _guarded(options)
+    return int(options.run(options))
 
 
 def _guarded(options: argparse.Namespace) -> int:
     """Run the command; an error that its user can fix becomes one line and exit code 2."""
     try:
         code: int = options.run(options)
+        sys.stdout.flush()  # now, where a disk that is full can still be said
     except KeyboardInterrupt:
         print(f"{options.program}: stopped", file=sys.stderr)
         return 130
     except Exception as error:
         while isinstance(error, ExceptionGroup):  # of the service's tasks: the first that failed
             error = error.exceptions[0]
-        if isinstance(error, BrokenPipeError):  # its reader has closed stdout: flush nothing to it
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if isinstance(error, BrokenPipeError):  # its reader has closed stdout
+            _drop_unwritten()
             return 1
         reason = _reason(error)
         if reason is None:
             raise
     else:
         return code
-    if getattr(options, "json", False):  # a program that reads stdout gets the error there
-        print(json.dumps({"error": reason}))
-    else:
-        with suppress(OSError):  # stderr may be the file that its full disk has no room for
+    with suppress(OSError):  # stdout and stderr may be the files that a full disk has no room for
+        if getattr(options, "json", False):  # a program that reads stdout gets the error there
+            print(json.dumps({"error": reason}))
+        else:
             print(f"{options.program}: {reason}", file=sys.stderr)
+    _drop_unwritten()
     return 2
+
+
+def _drop_unwritten() -> None:
+    """Drop what cannot be written, which Python would report at its end in words of its own."""
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except OSError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def _reason(error: Exception) -> str | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import re
+import sys
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
 from itertools import takewhile
@@ -79,6 +80,10 @@ class Parser(argparse.ArgumentParser):
                 return
             if word.startswith("--") and not any(flag.startswith(name) for flag in flags):
                 self.error(f"{name}: no such option{_nearest(name, flags)}")
+
+    def _print_message(self, message: str, file: Any = None) -> None:  # noqa: ANN401 - as argparse has it
+        """Print help or an error; argparse's own swallows an OSError, such as of a full disk."""
+        print(message, end="", file=file or sys.stderr, flush=True)
 
     def error(self, message: str) -> NoReturn:
         """Print one line that says what is wrong and what to do, and exit with 2."""
