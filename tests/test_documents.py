@@ -1,7 +1,9 @@
 """Tests that files that are too large, too deep or missing give errors that can be shown."""
 
+import errno
 import io
 import json
+import os
 import tomllib
 import zipfile
 from pathlib import Path
@@ -13,6 +15,7 @@ from PIL import Image
 from hapticvlm import documents
 from hapticvlm.captures.lines import CaptureError, read_lines
 from hapticvlm.commands import config_file
+from hapticvlm.devices.speaker.audio import WavFile
 from hapticvlm.vision.galleries import storage
 
 DEEP = {
@@ -115,3 +118,16 @@ def test_a_file_is_read_as_its_type_and_a_wrong_field_is_named(tmp_path):
             reader(facts, kind)
         with pytest.raises(ValueError, match="larger than"):
             reader(table, kind, 4)
+
+
+@pytest.mark.parametrize("number", [errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOSYS])
+def test_a_file_is_written_where_the_file_system_locks_nothing(number, monkeypatch, tmp_path):
+    fcntl = pytest.importorskip("fcntl", reason="file locks of this kind are of Unix")
+
+    def flock(*_):
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr(fcntl, "flock", flock)  # no such file system can be mounted here
+    file = WavFile(tmp_path / "a.wav")
+    file.close()
+    assert (tmp_path / "a.wav").stat().st_size > 0

@@ -121,10 +121,10 @@ def locks(file: IO[Any]) -> bool:
         import fcntl
 
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except ImportError:  # Windows has no flock: nothing is locked there
-        pass
     except BlockingIOError:
         return False
+    except (ImportError, OSError):  # Windows, and some file systems of a network, lock nothing
+        pass
     return True
 
 
