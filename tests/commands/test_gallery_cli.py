@@ -91,6 +91,7 @@ def test_a_gallery_is_made_of_a_folder_of_pictures(
     assert list(file.parent.iterdir()) == [file]
     assert "`tiny-1`" in complaint(capsys, "list", file, pictures)
     assert "no.npz" in complaint(capsys, "list", tmp_path / "no.npz")
+    assert "holds no reference pictures" in complaint(capsys, "list", pictures)
 
 
 @pytest.mark.nightly
@@ -297,6 +298,22 @@ def test_a_material_added_can_have_its_own_pictures_in_a_build(
     assert int((made.labels == made.materials.index("obsidian")).sum()) == 2 * VIEWS
 
 
+def test_a_material_and_its_parent_are_no_mistake_for_each_other_in_what_a_build_prints(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder, pictures = tmp_path / "gallery", collect(tmp_path / "in", 2)
+    shots = [photograph(pictures / "burr" / f"{n}.jpg", COLOURS["wood"], n) for n in (5, 6)]
+    assert gallery("add", "burr", *shots, "--like", "wood", "--out", folder) == 0
+    capsys.readouterr()
+    assert gallery("build", pictures, "-o", folder) == 0
+    said = capsys.readouterr().out
+    assert re.findall(r"^(wood|burr) .* (\d of \d)$", said, re.M) == [
+        ("burr", "2 of 2"),
+        ("wood", "2 of 2"),
+    ]
+    assert "WARNING: burr and wood" in said
+
+
 def test_like_its_class_to_the_last_pixel_is_warned_of(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -395,7 +412,7 @@ def test_left_out_in_turn_a_picture_is_not_compared_with_itself() -> None:
     enrolled = enrolled_of({"wood": [[1, 0, 0], [0, 1, 0]], "glass": [[0.1, 1, 0.2], [0, 1, 0.5]]})
     checked = leave_one_out(enrolled)
     assert checked.guess == ("glass", "glass", "wood", "glass")
-    assert (checked.counts("wood"), checked.counts("glass")) == ((0, 2), (1, 2))
+    assert (checked.counts("wood", {}), checked.counts("glass", {})) == ((0, 2), (1, 2))
     assert checked.mistaken("wood", "glass") == 2
     (pair,) = find_confusable_pairs(enrolled, checked)
     assert (pair.confused, pair.checked) == (3, 4)

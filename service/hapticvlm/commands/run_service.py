@@ -35,6 +35,7 @@ from hapticvlm.server.web import lan, scene_files
 from hapticvlm.server.web.lan_pages import own_address
 from hapticvlm.server.websocket import WebSocketServer
 from hapticvlm.standard_streams import ENDS_WITH_INPUT
+from hapticvlm.vision.galleries.user_materials import is_empty
 
 GATEWAY_PRIORITY = 10
 COLLECT_AFTER = (50_000, 20, 100)  # new objects, then collections of the younger generation
@@ -211,26 +212,19 @@ def _addresses(options: ServeOptions, port: int) -> Iterator[str]:
     base = f"http{s}://{shown}:{port}/"
     yield f"  status page  {base}"
     yield f"  try it       {base}try"
-    yield from _scenes(options, base)
-    yield from _empty_folders(options)
-    yield from _network(options, f"ws{s}", port)
-
-
-def _empty_folders(options: ServeOptions) -> Iterator[str]:
-    """Yield a line for each folder that was named and has nothing to open or to compare with."""
     scene, gallery = options.scene, options.gallery
-    if scene is not None and not scene_files.pages(scene):
+    paths = [] if scene is None else scene_files.pages(scene)
+    yield from _scenes(base, paths)
+    if scene is not None and not paths:
         yield f"  scene        --scene {scene}: no index.html is in it; add one, or name another"
-    if gallery is None or not gallery.is_dir():
-        return
-    if not [*gallery.glob("*.toml"), *gallery.glob("gallery.npz")]:
-        cure = f"`hapticvlm gallery add ... --out {shell_word(gallery)}` adds one"
+    if is_empty(gallery):
+        cure = f"`hapticvlm gallery add ... --out {shell_word(str(gallery))}` adds one"
         yield f"  gallery      --gallery {gallery}: no material is in it, as if left out; {cure}"
+    yield from _network(options, f"ws{s}", port, paths)
 
 
-def _scenes(options: ServeOptions, base: str) -> Iterator[str]:
-    for path in [] if options.scene is None else scene_files.pages(options.scene):
-        yield f"  scene        {base.rstrip('/')}{path}"
+def _scenes(base: str, paths: Sequence[str]) -> Iterator[str]:
+    return (f"  scene        {base.rstrip('/')}{path}" for path in paths)
 
 
 def _models(options: ServeOptions) -> Iterator[str]:
@@ -267,7 +261,7 @@ def _code(link: str) -> Iterator[str]:
         yield "  Point a phone's camera at it. It holds the token: show it to nobody else."
 
 
-def _network(options: ServeOptions, scheme: str, port: int) -> Iterator[str]:
+def _network(options: ServeOptions, scheme: str, port: int, paths: Sequence[str]) -> Iterator[str]:
     """Yield lines on the network: its address, access to pages, and missing encryption."""
     if is_loopback(options.host):
         return
@@ -277,7 +271,7 @@ def _network(options: ServeOptions, scheme: str, port: int) -> Iterator[str]:
         base = f"{scheme.replace('ws', 'http')}://{host}:{port}/"
         is_read_by_one = sys.stdout.isatty()  # a log or a journal is read by others as well
         yield from lan.lines(base, options.token if is_read_by_one else None)
-        yield from _scenes(options, base)
+        yield from _scenes(base, paths)
         if options.tls_cert is None:
             yield "  unencrypted  others on the network can read everything, also the token"
         if is_read_by_one:

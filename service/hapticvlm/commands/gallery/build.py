@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -43,6 +43,7 @@ from hapticvlm.vision.galleries.storage import (
 from hapticvlm.vision.galleries.user_materials import (
     MAX_USER_MATERIALS,
     UserMaterial,
+    is_empty,
     read_folder,
     table_with,
     write_material,
@@ -61,10 +62,11 @@ def build(options: argparse.Namespace) -> int:
             require_encoder(file.parent / f"{entry.material.name}.toml", entry.encoder, encoder)
     base = _require_shipped(encoder) if options.base == "shipped" else None
     enrolled = enrol(pictures, encoder, outline=options.outline)
-    gallery, origin = _gallery_of(enrolled, encoder, base)
+    parents = {entry.material.name: entry.like for entry in user_materials}
+    gallery, origin = _gallery_of(enrolled, encoder, base, parents)
     file.parent.mkdir(parents=True, exist_ok=True)
     save_gallery(gallery, file)
-    _print_enrolled(enrolled, leave_one_out(enrolled, base), len(pictures))
+    _print_enrolled(enrolled, leave_one_out(enrolled, base), len(pictures), parents)
     if is_shipped(encoder):
         _print_said(enrolled, gallery, base or load_gallery(encoder=encoder), user_materials)
     print(f"calibration: {origin}")
@@ -95,7 +97,7 @@ def add(options: argparse.Namespace) -> int:
         material, options.like, facts, encoder.name, enrolled.embeddings, views
     )
     path = write_material(user_material, folder)
-    _print_enrolled(enrolled, leave_one_out(enrolled, base), len(pictures))
+    _print_enrolled(enrolled, leave_one_out(enrolled, base), len(pictures), {})
     print(
         f"{path}: like {options.like}, encoder {encoder.name}; "
         f"use it: hapticvlm serve --gallery {shell_word(folder)}"
@@ -103,7 +105,9 @@ def add(options: argparse.Namespace) -> int:
     return 0
 
 
-def _gallery_of(enrolled: Enrolled, encoder: Encoder, base: Gallery | None) -> tuple[Gallery, str]:
+def _gallery_of(
+    enrolled: Enrolled, encoder: Encoder, base: Gallery | None, parents: Mapping[str, str]
+) -> tuple[Gallery, str]:
     """Join the references; return the gallery and the origin of its calibration."""
     labels = enrolled.labels[enrolled.places]
     user_gallery = Gallery(
@@ -112,6 +116,7 @@ def _gallery_of(enrolled: Enrolled, encoder: Encoder, base: Gallery | None) -> t
         enrolled.embeddings,
         labels,
         calibration.FEW,
+        parents=parents if base is None else {},  # beside shipped references all are rivals
         places=enrolled.places,
     )
     user_gallery = replace(user_gallery, calibration=calibration.calibrate(user_gallery, base))
@@ -145,7 +150,7 @@ def _require_shipped(encoder: Encoder) -> Gallery:
 
 def _base_of(folder: Path, encoder: Encoder) -> Gallery:
     """Read the gallery that a folder is, or will be with one more material."""
-    path = folder if folder.is_dir() else None
+    path = folder if folder.is_dir() and not is_empty(folder) else None
     if file_of(path) == SHIPPED and not is_shipped(encoder):
         reason = f"has no {FILE_NAME} for encoder `{encoder.name}`; make one first:"
         raise GalleryError(f"{folder}: {reason} gallery build PICTURES -o {folder} --encoder ...")
@@ -202,13 +207,16 @@ def _print_said(
             row = enrolled.embeddings[enrolled.firsts[place]]
             match = eye.match(row, is_flat=enrolled.flat[place])
             name = decide([match], table).material
-            counts[None if name == UNKNOWN else name in (truth, parents.get(truth))] += 1
+            is_right = parents.get(name, name) == parents.get(truth, truth)
+            counts[None if name == UNKNOWN else is_right] += 1
     parts = [f"{who} says {n[True]} rightly, {n[False]} wrongly" for who, n in said.items()]
     if count := said["your gallery"].total():
         print(f"of {count} pictures, each left out, {'; '.join(parts)}")
 
 
-def _print_enrolled(enrolled: Enrolled, checked: LeaveOneOut, total: int) -> None:
+def _print_enrolled(
+    enrolled: Enrolled, checked: LeaveOneOut, total: int, parents: Mapping[str, str]
+) -> None:
     """Print what was read of `total` pictures, and how often each is right when left out."""
     if total > len(enrolled.pictures):
         print(f"{total - len(enrolled.pictures)} of {total} pictures are copies and count once")
@@ -219,7 +227,7 @@ def _print_enrolled(enrolled: Enrolled, checked: LeaveOneOut, total: int) -> Non
         print(f"{enrolled.outlined} of {len(enrolled.pictures)} pictures {note}")
     print(f"{'material':<20} {'pictures':>8} {'references':>10}  nearest is right when left out")
     for name in enrolled.materials:
-        right, count = checked.counts(name)
+        right, count = checked.counts(name, parents)
         checks = f"{right} of {count}" if count else "nothing else shows it: cannot be checked"
         pictures = sum(picture.material == name for picture in enrolled.pictures)
         print(f"{name:<20} {pictures:>8} {len(enrolled.references(name)):>10}  {checks}")

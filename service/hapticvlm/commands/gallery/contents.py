@@ -30,7 +30,13 @@ from hapticvlm.vision.galleries.enrol import (
     read_frame,
 )
 from hapticvlm.vision.galleries.gallery import Gallery
-from hapticvlm.vision.galleries.storage import SHIPPED, file_of, load_gallery, read_gallery
+from hapticvlm.vision.galleries.storage import (
+    SHIPPED,
+    file_of,
+    load_gallery,
+    read_gallery,
+    require_some,
+)
 from hapticvlm.vision.galleries.user_materials import UserMaterial, read_folder, table_with
 from hapticvlm.vision.loading import load_encoder
 from hapticvlm.vision.pictures import PictureError
@@ -47,6 +53,7 @@ def run(options: argparse.Namespace) -> int:
     """
     file = file_of(options.gallery)
     title = "shipped" if file == SHIPPED else str(file)
+    require_some(options.gallery)
     gallery, user_materials = read_gallery(file), read_folder(options.gallery)
     rows = [(name, count, "") for name, count in _counted(gallery)]
     rows += [(name, count, "your pictures") for name, count in _counted(gallery.user)]

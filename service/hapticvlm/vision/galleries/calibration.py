@@ -22,6 +22,7 @@ rest.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import combinations, product
 from typing import TYPE_CHECKING
@@ -61,10 +62,13 @@ class LeaveOneOut:
     truth: tuple[str, ...]
     guess: tuple[str | None, ...]
 
-    def counts(self, material: str) -> tuple[int, int]:
-        """Return how many pictures of a material were right, and how many could be checked."""
-        guesses = [guess for truth, guess in self._pairs() if truth == material]
-        return guesses.count(material), len(guesses)
+    def counts(self, material: str, parents: Mapping[str, str]) -> tuple[int, int]:
+        """Return how many pictures of a material were right, and how many could be checked.
+
+        A parent of `parents` and its children count as one.
+        """
+        guesses = [parents.get(each, each) for truth, each in self._pairs() if truth == material]
+        return guesses.count(parents.get(material, material)), len(guesses)
 
     def mistaken(self, material: str, other: str) -> int:
         """Return how many pictures of one material were taken for the other."""
@@ -117,7 +121,7 @@ def find_confusable_pairs(enrolled: Enrolled, checked: LeaveOneOut) -> list[Conf
         (*enrolled_names, *sorted(guessed - set(enrolled_names))), 2
     ):
         confused = checked.mistaken(material, other) + checked.mistaken(other, material)
-        count = checked.counts(material)[1] + checked.counts(other)[1]
+        count = checked.counts(material, {})[1] + checked.counts(other, {})[1]
         mixed = count > 0 and confused / count >= CONFUSED
         if mixed or (other in enrolled_names and _is_nearer(enrolled, material, other)):
             pairs.append(ConfusablePair(material, other, confused, count))

@@ -41,6 +41,7 @@ from hapticvlm.vision.galleries.network_gallery import cached_gallery, make_gall
 from hapticvlm.vision.galleries.user_materials import (
     SHORTEST,
     UserMaterial,
+    is_empty,
     read_folder,
     table_with,
 )
@@ -107,6 +108,7 @@ def load_gallery(
     _require_dimension(base, gallery.references, encoder)
     if user_materials is None:
         user_materials = read_folder(path)
+        require_some(path)
     known = {UNKNOWN, *table_with(user_materials)}
     for name in gallery.materials:
         if name not in known:
@@ -179,6 +181,13 @@ def best_prepared(encoder: FileEncoder) -> FileEncoder:
     logger.warning(message, encoder.name, PREPROCESSING[0], list(USUAL)[best], tried)
     network_gallery(trials[best])
     return trials[best]
+
+
+def require_some(path: Path | None) -> None:
+    """Refuse an empty folder, for which the shipped references would be used unasked."""
+    if is_empty(path):
+        cure = "`hapticvlm gallery build` or `add` makes a gallery"
+        raise GalleryError(f"{path}: holds no reference pictures ({FILE_NAME} or a .toml); {cure}")
 
 
 def file_of(path: Path | None) -> Path:

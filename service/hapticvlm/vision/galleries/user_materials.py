@@ -59,6 +59,11 @@ def table_with(user_materials: Sequence[UserMaterial]) -> Mapping[str, Material]
     return {**MATERIALS, **{item.material.name: item.material for item in user_materials}}
 
 
+def is_empty(path: Path | None) -> bool:
+    """Whether this is a gallery folder without references: the shipped ones are used alone."""
+    return bool(path and path.is_dir() and not [*path.glob("*.toml"), *path.glob("gallery.npz")])
+
+
 def read_folder(folder: Path | None) -> tuple[UserMaterial, ...]:
     """Read every material of a gallery folder, by name; () for a path that is not a folder.
 
