@@ -197,7 +197,7 @@ class Player:
         if onset and kind != "swing":
             self._strike(hand, facts, kind if kind in IMPACTS else "tap", (speed, force), gain)
         if kind in TEXTURES:
-            usual_m = facts["swing"]["thickness_m"]
+            usual_m = facts["thickness_m"]
             thin = usual_m / (thickness_m or usual_m) if kind == "swing" else 1.0
             to = speed, force, speed * thin
             begin = partial(self._texture, facts[kind], facts["grain"], to[2])

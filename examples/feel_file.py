@@ -8,6 +8,7 @@ strength.
 from __future__ import annotations
 
 import base64
+import itertools
 import json
 import re
 from pathlib import Path
@@ -26,26 +27,27 @@ SILENCE = {"peak": 0.0, "bytes": "/w=="}
 
 def opened(file: Any) -> Json:  # noqa: ANN401
     """Check a parsed feel file and decode its clips. Raises ValueError, which names the field."""
-    _check(file, SCHEMA, "")
-    axes = {name: file[name] for name in ("speeds_mps", "forces_n")}
-    for name, axis in (axes | {"rules.pad.hum_hz": file["rules"]["pad"]["hum_hz"]}).items():
-        if sorted(set(axis)) != axis:
-            raise ValueError(f"{name}: does not rise; bake it again")
+    _check(file, SCHEMA, "", file)
     if not {"left", "right"} <= set(file["words"]["hand"]):
         raise ValueError("words.hand: lacks left or right; bake it again")
-    _check_names(file)
+    for name, kind in itertools.product(file["materials"], IMPACTS):
+        if (
+            len({file["clips"][clip]["rate_hz"] for clip in file["materials"][name][kind]["clips"]})
+            > 1
+        ):
+            raise ValueError(f"materials.{name}.{kind}.clips: have several rates; bake it again")
     feel: Json = {**file}
     for kind in ("clips", "loops"):
         feel[kind] = {name: _decoded(clip, f"{kind}.{name}") for name, clip in file[kind].items()}
     return feel
 
 
-def _check(value: Any, schema: Json, name: str) -> None:  # noqa: ANN401
+def _check(value: Any, schema: Json, name: str, file: Any) -> None:  # noqa: ANN401
     """Check a value by the part of the schema that describes it, and all that it contains."""
     if "anyOf" in schema and value is None:
         return
     schema = _described(schema)
-    problem = _problem(value, schema)
+    problem = _problem(value, schema, file)
     if problem:
         raise ValueError(f"{name or 'the file'}: {problem}; bake it again")
     parts: Any = ()
@@ -58,7 +60,9 @@ def _check(value: Any, schema: Json, name: str) -> None:  # noqa: ANN401
         field = f"{name}.{key}".lstrip(".")
         if isinstance(key, str) and key not in value:
             raise ValueError(f"{field}: is missing; bake it again")
-        _check(value[key], parts[key], field)
+        _check(value[key], parts[key], field, file)
+    if schema.get("rises") and sorted(set(value)) != value:
+        raise ValueError(f"{name}: does not rise; bake it again")
 
 
 def _described(schema: Json) -> Json:
@@ -67,7 +71,7 @@ def _described(schema: Json) -> Json:
     return SCHEMA["$defs"][schema["$ref"].rpartition("/")[2]] if "$ref" in schema else schema
 
 
-def _problem(value: Any, schema: Json) -> str | None:  # noqa: ANN401
+def _problem(value: Any, schema: Json, file: Any) -> str | None:  # noqa: ANN401
     """Return what is wrong with a value itself."""
     kind = schema["type"]
     if not isinstance(value, KINDS[kind]) or isinstance(value, bool):
@@ -78,30 +82,13 @@ def _problem(value: Any, schema: Json) -> str | None:  # noqa: ANN401
             return f"has {len(value)} entries, not {least} or more"
     if kind == "string" and not re.search(schema.get("pattern", ""), value):
         return f"{value!r} does not match {schema['pattern']}"
+    if "in" in schema and value not in file[schema["in"]]:
+        return f"{schema['in']} has no {value!r}"
     if kind in ("number", "integer"):
         low, high = schema.get("minimum", -1e9), schema.get("maximum", 1e9)
         if not low <= value <= high:
             return f"{value!r} is not {low:g} to {high:g}"
     return None
-
-
-def _check_names(file: Json) -> None:
-    for name, facts in file["materials"].items():
-        if facts["swing"]["thickness_m"] is None:
-            raise ValueError(f"materials.{name}.swing.thickness_m: is null; bake it again")
-        names = [("clips", facts["grain"]), ("clips", facts["again"])]
-        names += [("clips", clip) for kind in IMPACTS for clip in facts[kind]["clips"]]
-        for layer in (layer for kind in TEXTURES for layer in facts[kind]["layers"]):
-            names += [("loops", layer["loop"]), ("levels", layer["level"])]
-        breaks = [facts[kind]["breaks"] for kind in TEXTURES]
-        names += [("levels", each["level"]) for each in breaks if each]
-        for kind, key in names:
-            if key not in file[kind]:
-                raise ValueError(f"materials.{name}: {kind} has no {key!r}; bake it again")
-        for kind in IMPACTS:
-            if len({file["clips"][clip]["rate_hz"] for clip in facts[kind]["clips"]}) > 1:
-                field = f"materials.{name}.{kind}.clips"
-                raise ValueError(f"{field}: have several rates; bake it again")
 
 
 def _decoded(clip: Json, name: str) -> Json:

@@ -106,7 +106,7 @@ def _record(name: str, definition: Json) -> str:
     lines = [f"/// <summary>{html.escape(definition['description'], quote=False)}</summary>"]
     lines += [f"internal sealed class {name}", "{"]
     lines += [f"    public readonly {kind} {pascal(key)};" for key, kind, _ in fields]
-    lines += ["", f"    public {name}(Table table)", "    {"]
+    lines += ["", f"    public {name}(Table table, Table file)", "    {"]
     lines += [f'        {pascal(key)} = table.Get("{key}", {read});' for key, _, read in fields]
     return "\n".join([*lines, "    }", "}"])
 
@@ -120,7 +120,7 @@ def _read(schema: Json) -> tuple[str, str]:
         return kind + "?" * is_number, f"Read.{'Maybe' if is_number else 'OrNull'}({read})"
     if "$ref" in schema:
         kind = schema["$ref"].rpartition("/")[2]
-        return kind, f"Read.Part(part => new {kind}(part))"
+        return kind, f"Read.Part(part => new {kind}(part, file))"
     if schema["type"] == "object":
         kind, read = _read(schema["additionalProperties"])
         names = "".join(f', "{name}"' for name in schema.get("required", ()))
@@ -128,7 +128,12 @@ def _read(schema: Json) -> tuple[str, str]:
     if schema["type"] == "array":
         kind, read = _read(schema.get("prefixItems", [schema["items"]])[0])
         least, most = schema.get("minItems", 0), schema.get("maxItems", "int.MaxValue")
-        return f"{kind}[]", f"Read.List({read}, {least}, {most})"
+        read = f"Read.List({read}, {least}, {most})"
+        return f"{kind}[]", f"Read.Rising({read})" if schema.get("rises") else read
+    if "in" in schema:
+        return "string", f'Read.NameIn(file, "{schema["in"]}")'
+    if "contentEncoding" in schema:
+        return "byte[]", f"Read.Bytes({-(-schema['minLength'] // 2)})"
     if schema["type"] == "string":
         return "string", "Read.Text"
     limits = f"{schema.get('minimum', -1e9)!r}, {schema.get('maximum', 1e9)!r}"

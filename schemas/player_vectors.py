@@ -355,17 +355,18 @@ def _broken() -> Iterator[Json]:
         field = ".".join(str(step) for step in path)
         yield {"name": f"{field} {json.dumps(value)}", "path": path, "value": value, "field": field}
     sound = file_of("sound")["rules"]["sound"]
+    layer = ["materials", "wood", "slide", "layers", 0]
     others: tuple[tuple[list[Any], Any, str], ...] = (
         (["speeds_mps", 3], 0.01, "speeds_mps"),
         (["clips", "wood grain", "wave"], "", "clips.wood grain.wave"),
         (["clips", "wood grain", "wave"], "!!", "clips.wood grain.wave"),
         (["loops", "wood relief", "wave"], "gA==", "loops.wood relief.wave"),
         (["clips", "wood grain", "drive", "bytes"], None, "clips.wood grain.drive.bytes"),
-        (["materials", "wood", "grain"], "oak grain", "materials.wood"),
+        (["materials", "wood", "grain"], "oak grain", "materials.wood.grain"),
         (["clips", "wood 1 2", "rate_hz"], 8000, "materials.wood.tap.clips"),
-        (["materials", "wood", "tap", "clips"], ["oak"], "materials.wood"),
-        (["materials", "wood", "slide", "layers", 0, "loop"], "__proto__", "materials.wood"),
-        (["materials", "wood", "slide", "layers", 0, "level"], "rough", "materials.wood"),
+        (["materials", "wood", "tap", "clips"], ["oak"], "materials.wood.tap.clips.0"),
+        ([*layer, "loop"], "__proto__", "materials.wood.slide.layers.0.loop"),
+        ([*layer, "level"], "rough", "materials.wood.slide.layers.0.level"),
         (["levels", "slide", 2], [], "levels.slide.2"),
         (["words", "phase"], "contact", "words.phase"),
         (["words"], {}, "words.phase"),
@@ -379,7 +380,7 @@ def _broken() -> Iterator[Json]:
         (["rules", "pad", "hum_hz", 3], 40.0, "rules.pad.hum_hz"),
         (["rules", "pad", "hum_felt"], [1.0], "rules.pad.hum_felt"),
         (["rules", "sound"], {**sound, "hum_weight": [1.0]}, "rules.sound.hum_weight"),
-        (["materials", "wood", "swing", "thickness_m"], None, "materials.wood.swing.thickness_m"),
+        (["materials", "wood", "thickness_m"], None, "materials.wood.thickness_m"),
     )
     for path, value, field in others:
         yield {"name": f"{field} {json.dumps(value)}", "path": path, "value": value, "field": field}

@@ -109,7 +109,7 @@ class Game:
     def wait_for(self, what: str, since: int = 0, **wanted: Any) -> Event:
         """Return the first event of this kind with these values. Raises TimeoutError."""
         end = time.monotonic() + PATIENCE_S
-        while time.monotonic() < end:
+        while self._runs() and time.monotonic() < end:
             for event in self.events[since:]:
                 if event["what"] == what and wanted.items() <= event["detail"].items():
                     found: Event = event["detail"]
@@ -120,12 +120,18 @@ class Game:
     def wait_to_tell(self, since: int, **wanted: Any) -> Event:
         """Return the first message sent after so many with these values. Raises TimeoutError."""
         end = time.monotonic() + PATIENCE_S
-        while time.monotonic() < end:
+        while self._runs() and time.monotonic() < end:
             for message in self.told[since:]:
                 if wanted.items() <= message.items():
                     return message
             self.page.wait_for_timeout(50)
         raise TimeoutError(f"nothing sent like {wanted}; {self.told[-3:]}")
+
+    def _runs(self) -> bool:
+        """Return that no script was refused; a scene without one would be waited for in vain."""
+        refused = [text for text in self.complaints if "SCRIPT ERROR" in text]
+        assert refused == [], refused
+        return True
 
     def state(self) -> Event:
         """Return the state that the probe tells next."""
@@ -168,7 +174,7 @@ def playing(folder: Path) -> Iterator[Game]:
         game = Game(page, service)
         page.on("console", game.hear)
         page.on("websocket", game.watch)
-        page.on("pageerror", lambda error: game.complaints.append(str(error)))
+        page.on("pageerror", lambda error: game.complaints.append(f"SCRIPT ERROR: {error}"))
         page.goto(f"{service.page}scene/")
         try:
             yield game

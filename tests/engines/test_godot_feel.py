@@ -274,6 +274,7 @@ def played() -> Played:
                 complaints.append(message.text)
 
         page.on("console", hear)
+        page.on("pageerror", lambda error: complaints.append(f"SCRIPT ERROR: {error}"))
         page.goto(address)
         end = time.monotonic() + 2 * PATIENCE_S
         while not (said and said[-1]["what"] == "done"):

@@ -159,7 +159,7 @@ export class FeelPlayer {
     if (kind === 'press' && facts.n_per_grain !== null) hand.wishes.push({key: `press ${name}`, aim: gain, to: force, begin: () => this.#voices.pressOn(facts, gain)});
     if (onset && kind !== 'swing') this.#voices.strike(hand, facts, IMPACTS.includes(kind) ? kind : 'tap', speed, force, gain);
     if (!TEXTURES.includes(kind)) return;
-    const pitch = kind === 'swing' && thickness ? (speed * facts.swing.thickness_m) / thickness : speed;
+    const pitch = kind === 'swing' && thickness ? (speed * facts.thickness_m) / thickness : speed;
     const key = `${kind} ${kind === 'swing' ? thickness : ''} ${name}`;
     hand.wishes.push({key, aim: 1, to: [speed, force, pitch], isTexture: true, begin: () => this.#voices.texture(facts[kind], facts.grain, pitch)});
   }

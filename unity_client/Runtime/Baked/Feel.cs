@@ -24,12 +24,16 @@ namespace HapticVLM.Baked
             File = file;
             Voice = file.Voice == "true" ? HeardVoice.True : file.Voice == "sound" ? HeardVoice.Sound : throw Read.Wrong("voice", "is neither true nor sound");
             if (Array.IndexOf(file.Words["hand"], "left") < 0 || Array.IndexOf(file.Words["hand"], "right") < 0) throw Read.Wrong("words.hand", "lacks left or right");
-            RequireRise(file.SpeedsMps, "speeds_mps");
-            RequireRise(file.ForcesN, "forces_n");
-            RequireRise(file.Rules.Pad.HumHz, "rules.pad.hum_hz");
-            foreach (KeyValuePair<string, Format.MaterialFeel> each in file.Materials) RequireNames(each.Value, "materials." + each.Key);
-            foreach (KeyValuePair<string, Format.Clip> each in file.Clips) Clips[each.Key] = new Wave(each.Value, "clips." + each.Key);
-            foreach (KeyValuePair<string, Format.LoopClip> each in file.Loops) Loops[each.Key] = new Wave(each.Value, "loops." + each.Key);
+            foreach (KeyValuePair<string, Format.Clip> each in file.Clips) Clips[each.Key] = new Wave(each.Value);
+            foreach (KeyValuePair<string, Format.LoopClip> each in file.Loops) Loops[each.Key] = new Wave(each.Value);
+            foreach (KeyValuePair<string, Format.MaterialFeel> each in file.Materials)
+            {
+                foreach (string kind in Impacts)
+                {
+                    string[] clips = Impact(each.Value, kind).Clips;
+                    if (Array.Exists(clips, clip => Clips[clip].RateHz != Clips[clips[0]].RateHz)) throw Read.Wrong("materials." + each.Key + "." + kind + ".clips", "have several rates");
+                }
+            }
         }
 
         public HeardVoice Voice { get; private set; }
@@ -56,7 +60,8 @@ namespace HapticVLM.Baked
 
         internal static Feel Open(object parsed)
         {
-            return new Feel(new Format.Feel(new Table("", parsed)));
+            var file = new Table("", parsed);
+            return new Feel(new Format.Feel(file, file));
         }
 
         internal static Format.Impact Impact(Format.MaterialFeel of, string kind)
@@ -76,42 +81,6 @@ namespace HapticVLM.Baked
                 if (!all.ContainsKey(each.Key)) all[each.Key] = each.Value;
             }
         }
-
-        private static void RequireRise(double[] axis, string field)
-        {
-            for (int at = 1; at < axis.Length; at++)
-            {
-                if (axis[at] <= axis[at - 1]) throw Read.Wrong(field, "does not rise");
-            }
-        }
-
-        private void RequireNames(Format.MaterialFeel facts, string field)
-        {
-            RequireName(File.Clips, "clips", facts.Grain, field);
-            RequireName(File.Clips, "clips", facts.Again, field);
-            foreach (string kind in Impacts)
-            {
-                string[] clips = Impact(facts, kind).Clips;
-                foreach (string clip in clips) RequireName(File.Clips, "clips", clip, field);
-                if (Array.Exists(clips, clip => File.Clips[clip].RateHz != File.Clips[clips[0]].RateHz)) throw Read.Wrong(field + "." + kind + ".clips", "have several rates");
-            }
-            foreach (string kind in Textures)
-            {
-                Format.Texture texture = Texture(facts, kind);
-                if (texture.Breaks != null) RequireName(File.Levels, "levels", texture.Breaks.Level, field);
-                foreach (Format.Layer layer in texture.Layers)
-                {
-                    RequireName(File.Loops, "loops", layer.Loop, field);
-                    RequireName(File.Levels, "levels", layer.Level, field);
-                }
-            }
-            if (facts.Swing.ThicknessM == null) throw Read.Wrong(field + ".swing.thickness_m", "is null");
-        }
-
-        private static void RequireName<T>(Dictionary<string, T> all, string kind, string name, string field)
-        {
-            if (!all.ContainsKey(name)) throw Read.Wrong(field, kind + " has no '" + name + "'");
-        }
     }
 
     /// <summary>A clip or a loop, decoded: its samples and its tracks, a value for each step.</summary>
@@ -130,21 +99,21 @@ namespace HapticVLM.Baked
         public readonly double[] Drive, Felt, Hz, Body; // a loop has Drive
         public readonly Format.LoopClip Loop;
 
-        public Wave(Format.Clip clip, string field)
-            : this(clip.RateHz, Decoded(clip.Wave, clip.Peak, field, 1), false, false)
+        public Wave(Format.Clip clip)
+            : this(clip.RateHz, Decoded(clip.Wave, clip.Peak), false, false)
         {
             Most = clip.Most;
-            Drive = Track(clip.Drive, field + ".drive");
-            Felt = Track(clip.Felt, field + ".felt");
-            Body = clip.Body == null ? new double[0] : Track(clip.Body, field + ".body");
-            Hz = Array.ConvertAll(Bytes(clip.Hz, field + ".hz", 1), code => 20.0 * Math.Pow(10.0, code / 150.0));
+            Drive = Track(clip.Drive);
+            Felt = Track(clip.Felt);
+            Body = clip.Body == null ? new double[0] : Track(clip.Body);
+            Hz = Array.ConvertAll(clip.Hz, code => 20.0 * Math.Pow(10.0, code / 150.0));
         }
 
-        public Wave(Format.LoopClip loop, string field)
-            : this(loop.RateHz, Decoded(loop.Wave, loop.Peak, field, 4), true, loop.Body != null)
+        public Wave(Format.LoopClip loop)
+            : this(loop.RateHz, Decoded(loop.Wave, loop.Peak), true, loop.Body != null)
         {
             Loop = loop;
-            Drive = Track(loop.Drive, field + ".drive");
+            Drive = Track(loop.Drive);
         }
 
         private Wave(double rateHz, float[] all, bool repeats, bool isComplex)
@@ -172,27 +141,14 @@ namespace HapticVLM.Baked
             return turn;
         }
 
-        private static float[] Decoded(string wave, double peak, string field, int least)
+        private static float[] Decoded(byte[] wave, double peak)
         {
-            return Array.ConvertAll(Bytes(wave, field + ".wave", least), code => (float)((sbyte)code * peak / 127.0));
+            return Array.ConvertAll(wave, code => (float)((sbyte)code * peak / 127.0));
         }
 
-        private static double[] Track(Format.Track track, string field)
+        private static double[] Track(Format.Track track)
         {
-            return Array.ConvertAll(Bytes(track.Bytes, field + ".bytes", 1), code => code == 255 ? 0.0 : track.Peak * Math.Pow(10.0, code / -40.0));
-        }
-
-        private static byte[] Bytes(string text, string field, int least)
-        {
-            try
-            {
-                byte[] bytes = Convert.FromBase64String(text);
-                if (bytes.Length >= least) return bytes;
-            }
-            catch (FormatException)
-            {
-            }
-            throw Read.Wrong(field, "is not base64, or too short");
+            return Array.ConvertAll(track.Bytes, code => code == 255 ? 0.0 : track.Peak * Math.Pow(10.0, code / -40.0));
         }
     }
 }

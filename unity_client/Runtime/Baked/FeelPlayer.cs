@@ -197,7 +197,7 @@ namespace HapticVLM.Baked
             if (kind == "press" && facts.NPerGrain != null) hand.Press = new Wish { Key = facts, Grain = feel.Clips[facts.Grain], Again = feel.Clips[facts.Again], Aim = impactGain, Force = force / facts.NPerGrain.Value };
             if (isOnset && kind != "swing") Strike(hand, facts, isImpact ? kind : "tap", speed, force, impactGain);
             if (isImpact) return;
-            double thin = kind == "swing" && thicknessM > 0.0 ? facts.Swing.ThicknessM.Value / thicknessM : 1.0;
+            double thin = kind == "swing" && thicknessM > 0.0 ? facts.ThicknessM / thicknessM : 1.0;
             hand.Texture = new Wish { Key = Feel.Texture(facts, kind), Thin = thin, Grain = feel.Clips[facts.Grain], Aim = 1.0, Speed = speed, Force = force };
         }
 

@@ -50,6 +50,46 @@ namespace HapticVLM.Baked
             return As<string>(field, value);
         }
 
+        /// <summary>Returns the reader of a name that a map of the file must have.</summary>
+        public static Reader<string> NameIn(Table file, string kind)
+        {
+            return (field, value) =>
+            {
+                string name = Text(field, value);
+                return file.Get(kind, As<Dictionary<string, object>>).ContainsKey(name) ? name : throw Wrong(field, kind + " has no '" + name + "'");
+            };
+        }
+
+        /// <summary>Returns the reader of base64 that has so many bytes at least.</summary>
+        public static Reader<byte[]> Bytes(int least)
+        {
+            return (field, value) =>
+            {
+                try
+                {
+                    byte[] bytes = Convert.FromBase64String(Text(field, value));
+                    if (bytes.Length >= least) return bytes;
+                }
+                catch (FormatException) when (value is string)
+                {
+                }
+                throw Wrong(field, "is not base64, or too short");
+            };
+        }
+
+        public static Reader<double[]> Rising(Reader<double[]> read)
+        {
+            return (field, value) =>
+            {
+                double[] axis = read(field, value);
+                for (int at = 1; at < axis.Length; at++)
+                {
+                    if (axis[at] <= axis[at - 1]) throw Wrong(field, "does not rise");
+                }
+                return axis;
+            };
+        }
+
         public static Reader<double> Number(double low = -1e9, double high = 1e9)
         {
             return (field, value) =>

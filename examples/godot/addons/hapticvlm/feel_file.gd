@@ -11,14 +11,15 @@ const KINDS := {"object": TYPE_DICTIONARY, "array": TYPE_ARRAY, "string": TYPE_S
 static var _forms := {}  # path of a schema -> its Form
 
 
-## Unpacks a parsed feel file in place, as a player needs it. Returns the first field that is wrong, and why; empty: none is.
+## Unpacks a parsed feel file in place, as a player needs it; samples stay bytes until they are played. Returns the first field
+## that is wrong, and why; empty: none is.
 static func unpack(file: Variant) -> String:
 	var wrong := check(file, FEEL)
 	if not wrong.is_empty():
 		return wrong
+	for clip: Dictionary in file.clips.values() + file.loops.values():
+		clip.seconds = clip.wave.size() / clip.rate_hz
 	wrong = _unfit(file)
-	if wrong.is_empty():
-		wrong = _unpack_clips(file)
 	return wrong if wrong.is_empty() else wrong + AGAIN
 
 
@@ -29,54 +30,19 @@ static func check(file: Variant, path: String) -> String:
 		if schema == null:
 			return "%s is missing: add *.json to the export's filter of files that are not resources" % path
 		_forms[path] = Form.new(schema, schema["$defs"])
-	var wrong := _misfit(file, _forms[path])
+	var wrong := _misfit(file, _forms[path], file)
 	return "" if wrong.is_empty() else ("the file" + wrong if wrong.begins_with(":") else wrong.trim_prefix(".")) + AGAIN
-
-
-## Unpacks clips and loops; samples stay bytes until they are played. Returns the first text that is not base64.
-static func _unpack_clips(file: Dictionary) -> String:
-	for kind: String in ["clips", "loops"]:
-		for name: String in file[kind]:
-			var clip: Dictionary = file[kind][name]
-			for field: String in ["wave", "hz", "drive", "felt", "body"]:
-				var part: Variant = clip.get(field)
-				var of: Dictionary = part if part is Dictionary else clip
-				var key := "bytes" if part is Dictionary else field
-				if of.get(key) is String:
-					of[key] = Marshalls.base64_to_raw(of[key])
-					if of[key].is_empty():
-						return "%s.%s.%s: is not base64" % [kind, name, field + ".bytes" if part is Dictionary else field]
-			clip.seconds = clip.wave.size() / clip.rate_hz
-	return ""
 
 
 ## Checks what a schema cannot say.
 static func _unfit(file: Dictionary) -> String:
-	for axis: Array in [["speeds_mps", file.speeds_mps], ["forces_n", file.forces_n], ["rules.pad.hum_hz", file.rules.pad.hum_hz]]:
-		for at in range(1, axis[1].size()):
-			if axis[1][at] <= axis[1][at - 1]:
-				return "%s: does not rise" % axis[0]
 	if not file.words.hand.has("left") or not file.words.hand.has("right"):
 		return "words.hand: lacks left or right"
 	if file.voice != "true":
 		return "voice: is `%s`; the addon plays feel.true.json" % file.voice
 	for name: String in file.materials:
-		var facts: Dictionary = file.materials[name]
-		if facts.swing.thickness_m == null:
-			return "materials.%s.swing.thickness_m: is null" % name
-		var named := [["clips", facts.grain], ["clips", facts.again]]
 		for kind in IMPACTS:
-			named += facts[kind].clips.map(func(clip: String) -> Array: return ["clips", clip])
-		for kind in TEXTURES:
-			for layer: Dictionary in facts[kind].layers:
-				named += [["loops", layer.loop], ["levels", layer.level]]
-			if facts[kind].breaks != null:
-				named.append(["levels", facts[kind].breaks.level])
-		for each: Array in named:
-			if not file[each[0]].has(each[1]):
-				return "materials.%s: %s has no `%s`" % [name, each[0], each[1]]
-		for kind in IMPACTS:
-			var rates: Array = facts[kind].clips.map(func(clip: String) -> float: return file.clips[clip].rate_hz)
+			var rates: Array = file.materials[name][kind].clips.map(func(clip: String) -> float: return file.clips[clip].rate_hz)
 			if rates.min() != rates.max():
 				return "materials.%s.%s.clips: have several rates" % [name, kind]
 	return ""
@@ -84,11 +50,13 @@ static func _unfit(file: Dictionary) -> String:
 
 ## Checks a value, and all that it contains, by its form. Returns the rest of the field's name and why it is wrong, as
 ## `.wood.hz: is missing`.
-static func _misfit(value: Variant, form: Form) -> String:
-	var problem := form.problem(value)
+static func _misfit(value: Variant, form: Form, file: Variant) -> String:
+	var problem := form.problem(value, file)
 	if not problem.is_empty():
 		return ": " + problem
-	if not (value is Dictionary or value is Array) or (value is Array and form.has_numbers_only(value)):
+	if value is Array and form.has_numbers_only(value):
+		return "" if not form.rises or range(1, value.size()).all(func(at: int) -> bool: return value[at - 1] < value[at]) else ": does not rise"
+	if not (value is Dictionary or value is Array):
 		return ""
 	var parts: Dictionary[String, Form] = form.parts
 	for key: Variant in range(value.size()) if value is Array else parts.keys() if parts else form.required + value.keys():
@@ -102,17 +70,23 @@ static func _misfit(value: Variant, form: Form) -> String:
 		var is_fit: bool = each is float and each >= of.low and each <= of.high or each is String and each.length() >= of.shortest
 		if is_fit or (each == null and of.is_optional):
 			continue  # most are, and need no call
-		var wrong := _misfit(each, of)
+		var wrong := _misfit(each, of, file)
 		if not wrong.is_empty():
 			return ".%s%s" % [key, wrong]
+		if of.is_base64:
+			value[key] = Marshalls.base64_to_raw(each)
+			if value[key].is_empty():
+				return ".%s: is not base64" % key
 	return ""
 
 
 ## A part of a schema, with what it refers to.
 class Form:
 	var is_optional := false
+	var is_base64 := false
+	var rises := false
 	var default: Variant  # of what is not required
-	var shortest := INF  # of texts without a pattern
+	var shortest := INF  # of texts of which nothing else is wanted
 	var low := INF  # of numbers that need not be whole
 	var high := -INF
 	var required: Array
@@ -121,6 +95,7 @@ class Form:
 	var _schema: Dictionary
 	var _kind: String
 	var _type: int
+	var _pattern: RegEx
 
 	func _init(described: Dictionary, defs: Dictionary) -> void:
 		is_optional = described.has("anyOf")
@@ -128,6 +103,8 @@ class Form:
 		_schema = described.anyOf[0] if is_optional else described
 		if _schema.has("$ref"):
 			_schema = defs[_schema["$ref"].get_file()]
+		is_base64 = _schema.has("contentEncoding")
+		rises = _schema.has("rises")
 		_kind = _schema.type
 		_type = KINDS.get(_kind, TYPE_FLOAT)
 		required = _schema.get("required", [])
@@ -139,7 +116,9 @@ class Form:
 		if _kind == "number":
 			low = _schema.get("minimum", -1e9)
 			high = _schema.get("maximum", 1e9)
-		if _kind == "string" and not _schema.has("pattern"):
+		if _schema.has("pattern"):
+			_pattern = RegEx.create_from_string(_schema.pattern)
+		if _kind == "string" and not (_pattern or _schema.has("in") or is_base64):
 			shortest = _schema.get("minLength", 0)
 
 	## Returns whether a list, or each list of a table, has numbers within the limits only, without a look at each.
@@ -159,7 +138,7 @@ class Form:
 		return ends[0] is float and ends[1] is float and ends[0] >= cell.low and ends[1] <= cell.high
 
 	## Returns what is wrong with a value itself; empty: nothing.
-	func problem(value: Variant) -> String:
+	func problem(value: Variant, file: Variant) -> String:
 		if _type == TYPE_FLOAT and (value is float or value is int) and (_kind == "number" or value == floorf(value)):
 			var limits := [_schema.get("minimum", -1e9), _schema.get("maximum", 1e9)]
 			return "" if value >= limits[0] and value <= limits[1] else "%s is not %s to %s" % ([value] + limits)
@@ -167,6 +146,8 @@ class Form:
 			return "is not of type " + _kind
 		if value is Array and (value.size() < _schema.get("minItems", 0) or value.size() > _schema.get("maxItems", INF)):
 			return "has %d entries" % value.size()
-		if value is String and (value.length() < _schema.get("minLength", 0) or not RegEx.create_from_string(_schema.get("pattern", "")).search(value)):
+		if value is String and (value.length() < _schema.get("minLength", 0) or _pattern and not _pattern.search(value)):
 			return "`%s` is not as the schema has it" % value
+		if _schema.has("in") and not file[_schema["in"]].has(value):
+			return "%s has no `%s`" % [_schema["in"], value]
 		return ""

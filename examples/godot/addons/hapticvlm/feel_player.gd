@@ -211,7 +211,7 @@ func _feel(hand: Hand, fields: Dictionary, kind: String, onset: bool) -> void:
 		_strike(hand, facts, kind if kind in FeelFile.IMPACTS else "tap", speed, force, strength if kind in FeelFile.IMPACTS else 1.0)
 	if not kind in FeelFile.TEXTURES:
 		return
-	var thin: float = facts.swing.thickness_m / thickness_m if kind == "swing" and thickness_m else 1.0
+	var thin: float = facts.thickness_m / thickness_m if kind == "swing" and thickness_m else 1.0
 	var wish := hand.wish("%s %s %s" % [name, kind, thin], 1.0, _texture.bind(facts[kind], facts.grain, speed * thin))
 	wish.is_texture = true
 	wish.speed = speed

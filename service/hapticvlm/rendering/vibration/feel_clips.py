@@ -84,8 +84,10 @@ _Wave = NDArray[Any]  # of float64, or complex
 
 # What a player may assume of each number: with these limits no value of a file can make a loop
 # endless or a motor too strong. The schema of the file, by which players refuse one, has them.
-Text = Annotated[str, Meta(min_length=1)]
-Looped = Annotated[str, Meta(min_length=8)]  # four bytes at least: a loop of no sample has no place
+_BASE64 = Meta(extra_json_schema={"contentEncoding": "base64"})
+Text = Annotated[str, Meta(min_length=1), _BASE64]
+# Of a loop four bytes at least: a loop of no sample has no place.
+Looped = Annotated[str, Meta(min_length=8), _BASE64]
 Share = Annotated[float, Meta(ge=0.0, le=1.0)]
 Factor = Annotated[float, Meta(ge=0.0, le=1e4)]
 Positive = Annotated[float, Meta(ge=1e-4, le=1e6)]
@@ -96,12 +98,18 @@ Hertz = Annotated[float, Meta(ge=1.0, le=1e4)]
 Count = Annotated[int, Meta(ge=1, le=1000)]
 Rate = Annotated[int, Meta(ge=100, le=96_000)]
 Names = Annotated[tuple[str, ...], Meta(min_length=1)]
+ClipName = Annotated[str, Meta(extra_json_schema={"in": "clips"})]
+LoopName = Annotated[str, Meta(extra_json_schema={"in": "loops"})]
+LevelName = Annotated[str, Meta(extra_json_schema={"in": "levels"})]
 ByHum = Annotated[tuple[Factor, ...], Meta(min_length=len(HUM_HZ), max_length=len(HUM_HZ))]
 BySpeed = Annotated[
     tuple[Factor, ...], Meta(min_length=len(SPEEDS_MPS), max_length=len(SPEEDS_MPS))
 ]
 ByForce = Annotated[tuple[Factor, ...], Meta(min_length=len(FORCES_N), max_length=len(FORCES_N))]
 Grid = Annotated[tuple[ByForce, ...], Meta(min_length=len(SPEEDS_MPS), max_length=len(SPEEDS_MPS))]
+
+
+_RISES = Meta(extra_json_schema={"rises": True})
 
 
 def _with(*names: str) -> Meta:
@@ -161,30 +169,29 @@ class LoopClip(msgspec.Struct, frozen=True):
 class Layer(msgspec.Struct, frozen=True):
     """One loop of a texture. Its level is `factor` times the table of `levels` that it names."""
 
-    loop: str
-    level: str
+    loop: LoopName
+    level: LevelName
     factor: Factor
 
 
 class Breaks(msgspec.Struct, frozen=True):
     """The fibres that break under a blade: `per_s` by speed, each a grain of a table's level."""
 
-    level: str
+    level: LevelName
     per_s: BySpeed
 
 
 class Texture(msgspec.Struct, frozen=True):
-    """A texture: its layers, the usual thickness of what is swung, m, and breaks of fibres."""
+    """A texture: its layers, and breaks of fibres."""
 
     layers: Annotated[tuple[Layer, ...], Meta(min_length=1)]
-    thickness_m: Positive | None = None
     breaks: Breaks | None = None
 
 
 class Impact(msgspec.Struct, frozen=True):
     """An impact: its clips, and its level on a palm and a pad."""
 
-    clips: Names
+    clips: Annotated[tuple[ClipName, ...], Meta(min_length=1)]
     palm: Factor
     pad: Factor
 
@@ -192,7 +199,7 @@ class Impact(msgspec.Struct, frozen=True):
 class MaterialFeel(msgspec.Struct, frozen=True):
     """All of a material. `hz` is its first mode, `again` a grain that soon follows another.
 
-    `n_per_grain` null: it does not yield.
+    `thickness_m` is usual of what is swung. `n_per_grain` null: it does not yield.
     """
 
     hz: Hertz
@@ -202,8 +209,9 @@ class MaterialFeel(msgspec.Struct, frozen=True):
     slide: Texture
     carve: Texture
     swing: Texture
-    grain: str
-    again: str
+    thickness_m: Positive
+    grain: ClipName
+    again: ClipName
     n_per_grain: Positive | None
 
 
@@ -227,7 +235,7 @@ class PadRules(msgspec.Struct, frozen=True):
     min_impact: Share
     min_impact_s: Share
     min_amplitude: Share
-    hum_hz: ByHum
+    hum_hz: Annotated[ByHum, _RISES]
     hum_felt: ByHum
 
 
@@ -272,13 +280,13 @@ class Feel(msgspec.Struct, frozen=True):
     ranges: Annotated[dict[str, tuple[Factor, Factor]], _RANGES]
     words: Annotated[dict[str, Names], _with("phase", "hand", "interaction")]
     rules: Rules
-    speeds_mps: BySpeed
-    forces_n: ByForce
+    speeds_mps: Annotated[BySpeed, _RISES]
+    forces_n: Annotated[ByForce, _RISES]
     impacts: Annotated[dict[str, ImpactTable], _with(*IMPACTS)]
     levels: dict[str, Grid]
-    materials: dict[str, MaterialFeel]
     clips: dict[str, Clip]
     loops: dict[str, LoopClip]
+    materials: dict[str, MaterialFeel]  # behind the tables whose entries they name
 
 
 def feel(table: Mapping[str, Material], voice: str) -> Feel:
@@ -421,7 +429,8 @@ def _material(writer: _Writer, name: str, facts: Vibration) -> MaterialFeel:
         **{kind: _impact(writer, name, kind, facts) for kind in IMPACTS},
         slide=Texture(_layers(writer, name, facts, "slide")),
         carve=_carving(writer, name, facts),
-        swing=Texture((writer.layer(f"{name} air", "swing", 1.0, 0.0, 1),), facts.swung_m),
+        swing=Texture((writer.layer(f"{name} air", "swing", 1.0, 0.0, 1),)),
+        thickness_m=facts.swung_m,
         grain=f"{name} grain",
         again=again,
         n_per_grain=_number(facts.stiffness * grains.STEP_M) if yields else None,

@@ -15,24 +15,24 @@ namespace HapticVLM.Baked.Format
         public readonly double[] ForcesN;
         public readonly Dictionary<string, ImpactTable> Impacts;
         public readonly Dictionary<string, double[][]> Levels;
-        public readonly Dictionary<string, MaterialFeel> Materials;
         public readonly Dictionary<string, Clip> Clips;
         public readonly Dictionary<string, LoopClip> Loops;
+        public readonly Dictionary<string, MaterialFeel> Materials;
 
-        public Feel(Table table)
+        public Feel(Table table, Table file)
         {
             Version = table.Get("version", Read.Whole(2, 2));
             Voice = table.Get("voice", Read.Text);
             Ranges = table.Get("ranges", Read.Map(Read.List(Read.Number(0.0, 10000.0), 2, 2), "speed_mps", "force_n", "thickness_m", "gain", "impact_gain", "hum.level", "hum.frequency_hz"));
             Words = table.Get("words", Read.Map(Read.List(Read.Text, 1, int.MaxValue), "phase", "hand", "interaction"));
-            Rules = table.Get("rules", Read.Part(part => new Rules(part)));
-            SpeedsMps = table.Get("speeds_mps", Read.List(Read.Number(0.0, 10000.0), 20, 20));
-            ForcesN = table.Get("forces_n", Read.List(Read.Number(0.0, 10000.0), 9, 9));
-            Impacts = table.Get("impacts", Read.Map(Read.Part(part => new ImpactTable(part)), "tap", "strike", "press"));
+            Rules = table.Get("rules", Read.Part(part => new Rules(part, file)));
+            SpeedsMps = table.Get("speeds_mps", Read.Rising(Read.List(Read.Number(0.0, 10000.0), 20, 20)));
+            ForcesN = table.Get("forces_n", Read.Rising(Read.List(Read.Number(0.0, 10000.0), 9, 9)));
+            Impacts = table.Get("impacts", Read.Map(Read.Part(part => new ImpactTable(part, file)), "tap", "strike", "press"));
             Levels = table.Get("levels", Read.Map(Read.List(Read.List(Read.Number(0.0, 10000.0), 9, 9), 20, 20)));
-            Materials = table.Get("materials", Read.Map(Read.Part(part => new MaterialFeel(part))));
-            Clips = table.Get("clips", Read.Map(Read.Part(part => new Clip(part))));
-            Loops = table.Get("loops", Read.Map(Read.Part(part => new LoopClip(part))));
+            Clips = table.Get("clips", Read.Map(Read.Part(part => new Clip(part, file))));
+            Loops = table.Get("loops", Read.Map(Read.Part(part => new LoopClip(part, file))));
+            Materials = table.Get("materials", Read.Map(Read.Part(part => new MaterialFeel(part, file))));
         }
     }
 
@@ -56,7 +56,7 @@ namespace HapticVLM.Baked.Format
         public readonly PadRules Pad;
         public readonly SoundRules Sound;
 
-        public Rules(Table table)
+        public Rules(Table table, Table file)
         {
             LeaseS = table.Get("lease_s", Read.Number(0.001, 10.0));
             StepS = table.Get("step_s", Read.Number(0.001, 0.005));
@@ -72,8 +72,8 @@ namespace HapticVLM.Baked.Format
             GrainStrength = table.Get("grain_strength", Read.Number(0.0, 10000.0));
             GrainsPerS = table.Get("grains_per_s", Read.Number(1.0, 1000.0));
             GrainBack = table.Get("grain_back", Read.Number(0.0, 10000.0));
-            Pad = table.Get("pad", Read.Part(part => new PadRules(part)));
-            Sound = table.Get("sound", Read.OrNull(Read.Part(part => new SoundRules(part))));
+            Pad = table.Get("pad", Read.Part(part => new PadRules(part, file)));
+            Sound = table.Get("sound", Read.OrNull(Read.Part(part => new SoundRules(part, file))));
         }
     }
 
@@ -91,7 +91,7 @@ namespace HapticVLM.Baked.Format
         public readonly double[] HumHz;
         public readonly double[] HumFelt;
 
-        public PadRules(Table table)
+        public PadRules(Table table, Table file)
         {
             HorizonS = table.Get("horizon_s", Read.Number(0.1, 1.0));
             PeriodS = table.Get("period_s", Read.Map(Read.Number(0.005, 0.1), "amplitude", "parametric"));
@@ -101,7 +101,7 @@ namespace HapticVLM.Baked.Format
             MinImpact = table.Get("min_impact", Read.Number(0.0, 1.0));
             MinImpactS = table.Get("min_impact_s", Read.Number(0.0, 1.0));
             MinAmplitude = table.Get("min_amplitude", Read.Number(0.0, 1.0));
-            HumHz = table.Get("hum_hz", Read.List(Read.Number(0.0, 10000.0), 11, 11));
+            HumHz = table.Get("hum_hz", Read.Rising(Read.List(Read.Number(0.0, 10000.0), 11, 11)));
             HumFelt = table.Get("hum_felt", Read.List(Read.Number(0.0, 10000.0), 11, 11));
         }
     }
@@ -117,7 +117,7 @@ namespace HapticVLM.Baked.Format
         public readonly double ShiftHz;
         public readonly double[] HumWeight;
 
-        public SoundRules(Table table)
+        public SoundRules(Table table, Table file)
         {
             Level = table.Get("level", Read.Number(0.0, 10000.0));
             Exponent = table.Get("exponent", Read.Number(0.0, 1.0));
@@ -137,7 +137,7 @@ namespace HapticVLM.Baked.Format
         public readonly double[][] Palm;
         public readonly double[][] Pad;
 
-        public ImpactTable(Table table)
+        public ImpactTable(Table table, Table file)
         {
             Place = table.Get("place", Read.List(Read.List(Read.Number(0.0, 10000.0), 9, 9), 20, 20));
             SkipS = table.Get("skip_s", Read.List(Read.List(Read.Number(0.0, 10000.0), 9, 9), 20, 20));
@@ -146,7 +146,74 @@ namespace HapticVLM.Baked.Format
         }
     }
 
-    /// <summary>All of a material. `hz` is its first mode, `again` a grain that soon follows another. `n_per_grain` null: it does not yield.</summary>
+    /// <summary>One impact or grain at level 1. Signed byte b of base64 `wave` is the sample peak * b / 127. Its gain is at most `most`. A pad plays `drive`, its level, `felt`, its loudness, and `hz`, its frequency: byte b is 20 * 10^(b / 150) Hz. `body` is the level that the compression of the sound voice follows, and null in the true voice.</summary>
+    internal sealed class Clip
+    {
+        public readonly int RateHz;
+        public readonly double Peak;
+        public readonly byte[] Wave;
+        public readonly double Most;
+        public readonly Track Drive;
+        public readonly Track Felt;
+        public readonly byte[] Hz;
+        public readonly Track Body;
+
+        public Clip(Table table, Table file)
+        {
+            RateHz = table.Get("rate_hz", Read.Whole(100, 96000));
+            Peak = table.Get("peak", Read.Number(0.0, 10000.0));
+            Wave = table.Get("wave", Read.Bytes(1));
+            Most = table.Get("most", Read.Number(0.0, 10000.0));
+            Drive = table.Get("drive", Read.Part(part => new Track(part, file)));
+            Felt = table.Get("felt", Read.Part(part => new Track(part, file)));
+            Hz = table.Get("hz", Read.Bytes(1));
+            Body = table.Get("body", Read.OrNull(Read.Part(part => new Track(part, file))));
+        }
+    }
+
+    /// <summary>A value every `step_s`: byte b of base64 `bytes` is peak * 10^(-b / 40), 255 is 0.</summary>
+    internal sealed class Track
+    {
+        public readonly double Peak;
+        public readonly byte[] Bytes;
+
+        public Track(Table table, Table file)
+        {
+            Peak = table.Get("peak", Read.Number(0.0, 10000.0));
+            Bytes = table.Get("bytes", Read.Bytes(1));
+        }
+    }
+
+    /// <summary>One loop of rms 1; in the sound voice a real and an imaginary byte for each sample. By speed it has its gain and rate, and what a pad feels of its drive: the loudness `felt`, as a factor, and the frequency `hz`. In the sound voice `loud` is a further gain of the samples, and `body` the level that the compression follows.</summary>
+    internal sealed class LoopClip
+    {
+        public readonly int RateHz;
+        public readonly double Peak;
+        public readonly byte[] Wave;
+        public readonly Track Drive;
+        public readonly double[] Gain;
+        public readonly double[] Rate;
+        public readonly double[] Felt;
+        public readonly double[] Hz;
+        public readonly double[] Loud;
+        public readonly double[] Body;
+
+        public LoopClip(Table table, Table file)
+        {
+            RateHz = table.Get("rate_hz", Read.Whole(100, 96000));
+            Peak = table.Get("peak", Read.Number(0.0, 10000.0));
+            Wave = table.Get("wave", Read.Bytes(4));
+            Drive = table.Get("drive", Read.Part(part => new Track(part, file)));
+            Gain = table.Get("gain", Read.List(Read.Number(0.0, 10000.0), 20, 20));
+            Rate = table.Get("rate", Read.List(Read.Number(0.0, 10000.0), 20, 20));
+            Felt = table.Get("felt", Read.List(Read.Number(0.0, 10000.0), 20, 20));
+            Hz = table.Get("hz", Read.List(Read.Number(0.0, 10000.0), 20, 20));
+            Loud = table.Get("loud", Read.OrNull(Read.List(Read.Number(0.0, 10000.0), 20, 20)));
+            Body = table.Get("body", Read.OrNull(Read.List(Read.Number(0.0, 10000.0), 20, 20)));
+        }
+    }
+
+    /// <summary>All of a material. `hz` is its first mode, `again` a grain that soon follows another. `thickness_m` is usual of what is swung. `n_per_grain` null: it does not yield.</summary>
     internal sealed class MaterialFeel
     {
         public readonly double Hz;
@@ -156,21 +223,23 @@ namespace HapticVLM.Baked.Format
         public readonly Texture Slide;
         public readonly Texture Carve;
         public readonly Texture Swing;
+        public readonly double ThicknessM;
         public readonly string Grain;
         public readonly string Again;
         public readonly double? NPerGrain;
 
-        public MaterialFeel(Table table)
+        public MaterialFeel(Table table, Table file)
         {
             Hz = table.Get("hz", Read.Number(1.0, 10000.0));
-            Tap = table.Get("tap", Read.Part(part => new Impact(part)));
-            Strike = table.Get("strike", Read.Part(part => new Impact(part)));
-            Press = table.Get("press", Read.Part(part => new Impact(part)));
-            Slide = table.Get("slide", Read.Part(part => new Texture(part)));
-            Carve = table.Get("carve", Read.Part(part => new Texture(part)));
-            Swing = table.Get("swing", Read.Part(part => new Texture(part)));
-            Grain = table.Get("grain", Read.Text);
-            Again = table.Get("again", Read.Text);
+            Tap = table.Get("tap", Read.Part(part => new Impact(part, file)));
+            Strike = table.Get("strike", Read.Part(part => new Impact(part, file)));
+            Press = table.Get("press", Read.Part(part => new Impact(part, file)));
+            Slide = table.Get("slide", Read.Part(part => new Texture(part, file)));
+            Carve = table.Get("carve", Read.Part(part => new Texture(part, file)));
+            Swing = table.Get("swing", Read.Part(part => new Texture(part, file)));
+            ThicknessM = table.Get("thickness_m", Read.Number(0.0001, 1000000.0));
+            Grain = table.Get("grain", Read.NameIn(file, "clips"));
+            Again = table.Get("again", Read.NameIn(file, "clips"));
             NPerGrain = table.Get("n_per_grain", Read.Maybe(Read.Number(0.0001, 1000000.0)));
         }
     }
@@ -182,26 +251,24 @@ namespace HapticVLM.Baked.Format
         public readonly double Palm;
         public readonly double Pad;
 
-        public Impact(Table table)
+        public Impact(Table table, Table file)
         {
-            Clips = table.Get("clips", Read.List(Read.Text, 1, int.MaxValue));
+            Clips = table.Get("clips", Read.List(Read.NameIn(file, "clips"), 1, int.MaxValue));
             Palm = table.Get("palm", Read.Number(0.0, 10000.0));
             Pad = table.Get("pad", Read.Number(0.0, 10000.0));
         }
     }
 
-    /// <summary>A texture: its layers, the usual thickness of what is swung, m, and breaks of fibres.</summary>
+    /// <summary>A texture: its layers, and breaks of fibres.</summary>
     internal sealed class Texture
     {
         public readonly Layer[] Layers;
-        public readonly double? ThicknessM;
         public readonly Breaks Breaks;
 
-        public Texture(Table table)
+        public Texture(Table table, Table file)
         {
-            Layers = table.Get("layers", Read.List(Read.Part(part => new Layer(part)), 1, int.MaxValue));
-            ThicknessM = table.Get("thickness_m", Read.Maybe(Read.Number(0.0001, 1000000.0)));
-            Breaks = table.Get("breaks", Read.OrNull(Read.Part(part => new Breaks(part))));
+            Layers = table.Get("layers", Read.List(Read.Part(part => new Layer(part, file)), 1, int.MaxValue));
+            Breaks = table.Get("breaks", Read.OrNull(Read.Part(part => new Breaks(part, file))));
         }
     }
 
@@ -212,10 +279,10 @@ namespace HapticVLM.Baked.Format
         public readonly string Level;
         public readonly double Factor;
 
-        public Layer(Table table)
+        public Layer(Table table, Table file)
         {
-            Loop = table.Get("loop", Read.Text);
-            Level = table.Get("level", Read.Text);
+            Loop = table.Get("loop", Read.NameIn(file, "loops"));
+            Level = table.Get("level", Read.NameIn(file, "levels"));
             Factor = table.Get("factor", Read.Number(0.0, 10000.0));
         }
     }
@@ -226,77 +293,10 @@ namespace HapticVLM.Baked.Format
         public readonly string Level;
         public readonly double[] PerS;
 
-        public Breaks(Table table)
+        public Breaks(Table table, Table file)
         {
-            Level = table.Get("level", Read.Text);
+            Level = table.Get("level", Read.NameIn(file, "levels"));
             PerS = table.Get("per_s", Read.List(Read.Number(0.0, 10000.0), 20, 20));
-        }
-    }
-
-    /// <summary>One impact or grain at level 1. Signed byte b of base64 `wave` is the sample peak * b / 127. Its gain is at most `most`. A pad plays `drive`, its level, `felt`, its loudness, and `hz`, its frequency: byte b is 20 * 10^(b / 150) Hz. `body` is the level that the compression of the sound voice follows, and null in the true voice.</summary>
-    internal sealed class Clip
-    {
-        public readonly int RateHz;
-        public readonly double Peak;
-        public readonly string Wave;
-        public readonly double Most;
-        public readonly Track Drive;
-        public readonly Track Felt;
-        public readonly string Hz;
-        public readonly Track Body;
-
-        public Clip(Table table)
-        {
-            RateHz = table.Get("rate_hz", Read.Whole(100, 96000));
-            Peak = table.Get("peak", Read.Number(0.0, 10000.0));
-            Wave = table.Get("wave", Read.Text);
-            Most = table.Get("most", Read.Number(0.0, 10000.0));
-            Drive = table.Get("drive", Read.Part(part => new Track(part)));
-            Felt = table.Get("felt", Read.Part(part => new Track(part)));
-            Hz = table.Get("hz", Read.Text);
-            Body = table.Get("body", Read.OrNull(Read.Part(part => new Track(part))));
-        }
-    }
-
-    /// <summary>A value every `step_s`: byte b of base64 `bytes` is peak * 10^(-b / 40), 255 is 0.</summary>
-    internal sealed class Track
-    {
-        public readonly double Peak;
-        public readonly string Bytes;
-
-        public Track(Table table)
-        {
-            Peak = table.Get("peak", Read.Number(0.0, 10000.0));
-            Bytes = table.Get("bytes", Read.Text);
-        }
-    }
-
-    /// <summary>One loop of rms 1; in the sound voice a real and an imaginary byte for each sample. By speed it has its gain and rate, and what a pad feels of its drive: the loudness `felt`, as a factor, and the frequency `hz`. In the sound voice `loud` is a further gain of the samples, and `body` the level that the compression follows.</summary>
-    internal sealed class LoopClip
-    {
-        public readonly int RateHz;
-        public readonly double Peak;
-        public readonly string Wave;
-        public readonly Track Drive;
-        public readonly double[] Gain;
-        public readonly double[] Rate;
-        public readonly double[] Felt;
-        public readonly double[] Hz;
-        public readonly double[] Loud;
-        public readonly double[] Body;
-
-        public LoopClip(Table table)
-        {
-            RateHz = table.Get("rate_hz", Read.Whole(100, 96000));
-            Peak = table.Get("peak", Read.Number(0.0, 10000.0));
-            Wave = table.Get("wave", Read.Text);
-            Drive = table.Get("drive", Read.Part(part => new Track(part)));
-            Gain = table.Get("gain", Read.List(Read.Number(0.0, 10000.0), 20, 20));
-            Rate = table.Get("rate", Read.List(Read.Number(0.0, 10000.0), 20, 20));
-            Felt = table.Get("felt", Read.List(Read.Number(0.0, 10000.0), 20, 20));
-            Hz = table.Get("hz", Read.List(Read.Number(0.0, 10000.0), 20, 20));
-            Loud = table.Get("loud", Read.OrNull(Read.List(Read.Number(0.0, 10000.0), 20, 20)));
-            Body = table.Get("body", Read.OrNull(Read.List(Read.Number(0.0, 10000.0), 20, 20)));
         }
     }
 }
