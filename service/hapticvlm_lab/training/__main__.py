@@ -2,10 +2,10 @@
 
 Draws rooms and game kits, describes every teaching picture by the network, fits the head, chooses
 its scale on pictures that taught nothing, and writes the encoder's folder. Then it fits the layers
-of flat pictures and of texture maps and adds them to the gallery. Files that exist in W are not
-computed again. `--only flat` and `--only texture` add one layer to an encoder that stays as it is;
-`--only references` writes the reference pictures of W/rooms, and `--only held-back` draws the kits
-that only report into W, for `chart whole --kits W`.
+of flat pictures and of texture maps and adds them to the gallery. What was drawn into W is not
+drawn again. `--only flat` and `--only texture` add one layer to an encoder that stays as it is;
+`--only held-back` draws the kits that only report into
+W, for `chart whole --kits W`.
 """
 
 from __future__ import annotations
@@ -15,19 +15,12 @@ import sys
 from pathlib import Path
 
 from hapticvlm.vision.encoders.encoder import DEFAULT, SHIPPED
-from hapticvlm_lab.training import (
-    flat_layer,
-    kits,
-    making,
-    reference_pictures,
-    sources,
-    texture_layer,
-)
+from hapticvlm_lab.training import flat_layer, kits, making, sources, texture_layer
 from hapticvlm_lab.training.rooms import RoomsError, shards
 
 ROOM_SHARDS = 40
 PARTS = {"encoder": making.make, "flat": flat_layer.add_to, "texture": texture_layer.add_to}
-ALONE = ("references", "held-back")
+HELD_BACK = "held-back"
 
 
 def main() -> int:
@@ -36,14 +29,11 @@ def main() -> int:
     parser.add_argument("--data", type=Path, required=True, help="folder with labels.csv")
     parser.add_argument("--work", type=Path, required=True, help="folder for what is made")
     parser.add_argument("--out", type=Path, default=SHIPPED / DEFAULT, help="folder to write to")
-    parser.add_argument("--only", choices=(*PARTS, *ALONE), help="make this part alone")
+    parser.add_argument("--only", choices=(*PARTS, HELD_BACK), help="make this part alone")
     chosen = parser.parse_args()
     data, work = chosen.data, chosen.work
     try:
-        if chosen.only == "references":
-            sys.stderr.write(reference_pictures.write(work / "rooms") + "\n")
-            return 0
-        if chosen.only == "held-back":
+        if chosen.only == HELD_BACK:
             kits.draw(data, work, kits.kits(data, held_back=True))
             return 0
         if chosen.only != "texture":

@@ -1,8 +1,7 @@
 """Features of the network for the pictures that teach, choose and calibrate.
 
 Crops are described by the int8 graph that ships, so that a head learns from exactly the features
-that it will get. Descriptions are kept in a folder, one file a set, since they take ten times as
-long as the fit. `sources` alone decides which picture may do what.
+that it will get. `sources` alone decides which picture may do what.
 """
 
 from __future__ import annotations
@@ -35,7 +34,6 @@ SEED = 20261122
 MOST = ({"imagenet_small": 150}, {"imagenet_small": 500})
 OTHERS = (60, 150)
 
-Floats = NDArray[np.float32]
 Pixels = NDArray[np.uint8]
 Labelled = tuple[Crop, str, str]  # crop, label, source
 
@@ -59,41 +57,22 @@ class Picture:
     source: str
 
 
-def describe_all(
-    graph: bytes, sets: Mapping[str, Iterable[Labelled]], at: Path
-) -> dict[str, Described]:
-    """Describe every set without a file in the folder `at`, and read all of them."""
+def describe_all(graph: bytes, sets: Mapping[str, Iterable[Labelled]]) -> dict[str, Described]:
+    """Describe every set of crops by a graph of shipped_graph.describing."""
     session = open_session(graph, 1)
-    at.mkdir(parents=True, exist_ok=True)
-    for name, shown in sets.items():
-        path = at / f"{name}.npz"
-        if not path.exists():
-            _write(session, track(shown, name), path)
-    return {name: _read(at / f"{name}.npz") for name in sets}
+    return {name: _described(session, track(shown, name)) for name, shown in sets.items()}
 
 
-def _write(session: Any, shown: Iterable[Labelled], path: Path) -> None:  # noqa: ANN401
-    features = []
-    scores = []
-    labels = []
-    named = []
+def _described(session: Any, shown: Iterable[Labelled]) -> Described:  # noqa: ANN401
+    rows = []
     for crop, label, source in shown:
-        outputs = session.run(["features", "_fc"], {"crops": _pixels(crop)[None]})
-        features.append(outputs[0][0].astype(np.float16))
-        scores.append(outputs[1][0].astype(np.float16))
-        labels.append(NAMES.index(label))
-        named.append(source)
-    part = path.with_suffix(".part")
-    with part.open("wb") as file:
-        np.savez(file, features=features, scores=scores, labels=labels, sources=named)
-    part.replace(path)
-
-
-def _read(path: Path) -> Described:
-    with np.load(path, allow_pickle=False) as file:
-        return Described(
-            file["features"], file["scores"], file["labels"].astype(np.int64), file["sources"]
-        )
+        pixels = np.dstack([crop.image, np.where(crop.mask > 0, 255, 0).astype(np.uint8)])
+        features, scores = session.run(["features", "_fc"], {"crops": pixels[None]})
+        halves = features[0].astype(np.float16), scores[0].astype(np.float16)
+        rows.append((*halves, NAMES.index(label), source))
+    columns = zip(*rows, strict=True) if rows else ((), (), (), ())
+    kinds = (np.float16, np.float16, np.int64, np.str_)
+    return Described(*(np.array(each, kind) for each, kind in zip(columns, kinds, strict=True)))
 
 
 def teaching(data: Path, renders: Path) -> dict[str, Iterable[Labelled]]:
@@ -180,7 +159,3 @@ def _chosen(data: Path) -> Iterator[Labelled]:
     for path, label in sources.labelled(data, sources.CHOICE):
         crop = pictures.crop(files.read_frame(path), SIDE)
         yield crop, sources.material_of(label), sources.CHOICE
-
-
-def _pixels(crop: Crop) -> Pixels:
-    return np.dstack([crop.image, np.where(crop.mask > 0, 255, 0).astype(np.uint8)])

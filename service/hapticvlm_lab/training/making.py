@@ -52,8 +52,7 @@ def make(data: Path, work: Path, out: Path) -> str:
     graph = (SHIPPED / DEFAULT / GRAPH).read_bytes()
     teaching = describing.teaching(data, work)
     judging = describing.judging(data, work)
-    at = work / NAME
-    described = describing.describe_all(shipped_graph.describing(graph), teaching | judging, at)
+    described = describing.describe_all(shipped_graph.describing(graph), teaching | judging)
     taught = [described[name] for name in teaching]
     judged = {name: described[name] for name in judging if len(described[name].labels)}
     fits = [head.fit(taught, seed) for seed in SEEDS]

@@ -7,12 +7,12 @@ turned, and changed in brightness and colour. The quarter that is held back teac
 The scale of the layer and the constants of agreement are chosen on the tiles of sources.CHOICE,
 which other people painted and photographed: those under which the true materials are least
 surprising, of four groups and of all, beside atlases laid out of the same tiles, in which no
-material is true. W keeps the embeddings; delete a file there to compute it again.
+material is true.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
@@ -61,13 +61,14 @@ class Maps:
     labels: Indices
 
 
-def add_to(data: Path, work: Path, out: Path) -> str:
+def add_to(data: Path, _: Path, out: Path) -> str:
     """Add the layer to the gallery of the encoder in `out`; return a line on what was chosen."""
     encoder = load_encoder(str(out))
     gallery = load_gallery(out / FILE_NAME, encoder=encoder)
-    layer = fit(_kept(work / "taught.npz", lambda: _taught(encoder, data)))
-    choice = read(encoder, data, work, sources.CHOICE)
-    atlases = read_atlases(encoder, data, work, sources.CHOICE)
+    layer = fit(_taught(encoder, data))
+    paths = [*_maps(data, sources.CHOICE)]
+    frames = ((read_frame(path), label) for path, label in track(paths, sources.CHOICE))
+    choice, atlases = (_embedded(encoder, each) for each in (frames, _atlases(paths)))
     fitted = calibrate(replace(gallery, texture_layer=layer), choice, atlases)
     save_gallery(fitted, out / FILE_NAME)
     constants = fitted.calibration
@@ -122,23 +123,6 @@ def _means(logits: Doubles) -> Doubles:
     """Turn logits (N, W, C) into mean beliefs (N, C)."""
     flat = softmax(logits.reshape(-1, logits.shape[-1]))
     return np.asarray(flat.reshape(logits.shape).mean(axis=1))
-
-
-def read(encoder: Encoder, data: Path, work: Path, source: str) -> Maps:
-    """Embed the windows of a source's maps."""
-
-    def embed() -> Maps:
-        paths = list(_maps(data, source))
-        frames = ((read_frame(path), label) for path, label in track(paths, source))
-        return _embedded(encoder, frames)
-
-    return _kept(work / f"maps_{source}.npz", embed)
-
-
-def read_atlases(encoder: Encoder, data: Path, work: Path, source: str) -> Maps:
-    """Embed the windows of atlases laid out of a source's maps, each of several materials."""
-    paths = list(_maps(data, source))
-    return _kept(work / f"atlases_{source}.npz", lambda: _embedded(encoder, _atlases(paths)))
 
 
 def _atlases(paths: Sequence[tuple[Path, str]]) -> Iterator[tuple[Frame, str]]:
@@ -217,13 +201,3 @@ def _tiles(data: Path) -> Iterator[tuple[Path, str]]:
 
 def _frame(image: Image.Image) -> Frame:
     return crops.frame(np.asarray(image), purpose="texture")
-
-
-def _kept(path: Path, embed: Callable[[], Maps]) -> Maps:
-    """Read a file of W, or compute and write it."""
-    if not path.exists():
-        maps = embed()
-        with path.open("wb") as file:
-            np.savez(file, windows=maps.windows, flat=maps.flat, labels=maps.labels)
-    with np.load(path, allow_pickle=False) as file:
-        return Maps(file["windows"], file["flat"], file["labels"].astype(np.int64))

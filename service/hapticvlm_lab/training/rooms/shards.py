@@ -57,13 +57,10 @@ def _path(out: Path, number: int) -> Path:
 
 
 def _shard(rooms: Rooms, number: int, path: Path) -> None:
-    """Write a shard: big, label, and size (N, 2) in px, before it was scaled."""
+    """Write a shard: big and label."""
     seeds = range(number * ROOMS_A_SHARD, (number + 1) * ROOMS_A_SHARD)
     drawn = (picture for seed in seeds for picture in rooms.crops(seed) if is_large(picture))
-    shown = [
-        (cut(picture), picture.label, picture.mask.shape)
-        for picture in itertools.islice(drawn, PER_SHARD)
-    ]
+    shown = [(cut(picture), picture.label) for picture in itertools.islice(drawn, PER_SHARD)]
     order = np.random.default_rng(number).permutation(len(shown))
-    big, labels, sizes = zip(*(shown[at] for at in order), strict=True)
-    store(path, big=np.stack(big), label=labels, size=sizes)
+    big, labels = zip(*(shown[at] for at in order), strict=True)
+    store(path, big=np.stack(big), label=labels)
