@@ -1,7 +1,9 @@
-"""Word tables beside tests: CSV files whose first column names the test that a row is of."""
+"""Tables beside tests: CSV files whose first column names what a row is of, or JSON by name."""
 
 import csv
+import json
 from pathlib import Path
+from typing import Any
 
 
 def words(table: Path, name: str) -> list[tuple[str, ...]]:
@@ -9,4 +11,10 @@ def words(table: Path, name: str) -> list[tuple[str, ...]]:
     with table.open(newline="", encoding="utf-8") as file:
         rows = [tuple(cells) for first, *cells in csv.reader(file) if first == name]
     assert rows, f"{table.name} has no row `{name}`"
+    return rows
+
+
+def cases(table: Path, name: str) -> list[Any]:
+    """Return the list of this name in a JSON file."""
+    rows: list[Any] = json.loads(table.read_text(encoding="utf-8"))[name]
     return rows

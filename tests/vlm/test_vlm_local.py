@@ -221,48 +221,17 @@ def test_it_is_a_vlm_that_can_be_closed(folder: Path) -> None:
         vlm.ambient(picture())
 
 
-def nan_weights(folder: Path) -> None:
-    rewrite(
-        folder, lambda name, tensor: tensor * np.nan if name.endswith("norm.weight") else tensor
-    )
-
-
-def few_weights(folder: Path) -> None:
-    rewrite(folder, lambda name, tensor: None if "layers.1.mlp" in name else tensor)
-
-
-def pointer(folder: Path) -> None:
-    (folder / "model.safetensors").write_text("version https://git-lfs.github.com/spec/v1\noid 0\n")
-
-
 def half_weights(folder: Path) -> None:
     file = folder / "model.safetensors"
     file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
 
 
-def missing_shard(folder: Path) -> None:
-    shards = {"weight_map": {"a": "model-00001-of-00002.safetensors"}}
-    (folder / "model.safetensors.index.json").write_text(json.dumps(shards))
+def few_weights(folder: Path) -> None:
+    rewrite(folder, lambda name, it: None if "layers.1.mlp" in name else it)
 
 
-def changed(**fields: object) -> Callable[[Path], None]:
-    def change(folder: Path) -> None:
-        told = json.loads((folder / "config.json").read_text())
-        (folder / "config.json").write_text(json.dumps({**told, **fields}))
-
-    return change
-
-
-def no_weights(folder: Path) -> None:
-    (folder / "model.safetensors").unlink()
-
-
-def broken_config(folder: Path) -> None:
-    (folder / "config.json").write_text("{")
-
-
-def no_config(folder: Path) -> None:
-    (folder / "config.json").unlink()
+def nan_weights(folder: Path) -> None:
+    rewrite(folder, lambda name, it: it * np.nan if name.endswith("norm.weight") else it)
 
 
 def text_model(folder: Path) -> None:
@@ -270,42 +239,40 @@ def text_model(folder: Path) -> None:
     (folder / "config.json").write_text(json.dumps({**told, "model_type": "qwen2"}))
 
 
-def no_tokenizer(folder: Path) -> None:
-    for file in folder.glob("tokenizer*"):
-        file.unlink()
+# A file and its new content, further fields of its JSON, None where it is gone, or what spoils it.
+WEIGHTS, CONFIG, TEMPLATE = "model.safetensors", "config.json", "chat_template.jinja"
+SHARDS = json.dumps({"weight_map": {"a": "model-00001-of-00002.safetensors"}})
+FP8 = {"quantization_config": {"quant_method": "fp8"}}
+SPOILT: list[tuple[str, Any, str]] = [
+    (WEIGHTS, nan_weights, "NaN or infinite logits"),
+    (WEIGHTS, few_weights, r"lacks \d weights"),
+    (WEIGHTS, half_weights, r"model.safetensors is cut, \d+ of \d+ bytes"),
+    (WEIGHTS, "version https://git-lfs.github.com/spec/v1\noid 0\n", "git lfs pull"),
+    (WEIGHTS, None, "cannot be loaded|failed"),
+    (f"{WEIGHTS}.index.json", SHARDS, "model-00001-of-00002.safetensors is missing"),
+    (CONFIG, {"model_type": "new_vlm"}, "does not know its type `new_vlm`: pip install -U"),
+    (CONFIG, FP8, "fp8"),
+    (CONFIG, "{", "cannot be loaded|failed"),
+    (CONFIG, None, "has no config.json"),
+    (CONFIG, text_model, "cannot be loaded|failed"),
+    ("tokenizer*", None, "tokenizer.json is missing"),
+    (TEMPLATE, None, "chat.template"),
+    (TEMPLATE, "{% for m in messages %}hello{% endfor %}", "does not take pictures"),
+]
 
 
-def no_template(folder: Path) -> None:
-    (folder / "chat_template.jinja").unlink()
-
-
-def deaf_template(folder: Path) -> None:
-    (folder / "chat_template.jinja").write_text("{% for m in messages %}hello{% endfor %}")
-
-
-@pytest.mark.parametrize(
-    ("spoil", "complaint"),
-    [
-        (nan_weights, "NaN or infinite logits"),
-        (few_weights, r"lacks \d weights"),
-        (half_weights, r"model.safetensors is cut, \d+ of \d+ bytes"),
-        (pointer, "git lfs pull"),
-        (missing_shard, "model-00001-of-00002.safetensors is missing"),
-        (changed(model_type="new_vlm"), "does not know its type `new_vlm`: pip install -U"),
-        (changed(quantization_config={"quant_method": "fp8"}), "fp8"),
-        (no_weights, "cannot be loaded|failed"),
-        (broken_config, "cannot be loaded|failed"),
-        (no_config, "has no config.json"),
-        (text_model, "cannot be loaded|failed"),
-        (no_tokenizer, "tokenizer.json is missing"),
-        (no_template, "chat.template"),
-        (deaf_template, "does not take pictures"),
-    ],
-)
-def test_a_spoilt_folder_is_refused(
-    copied: Path, spoil: Callable[[Path], None], complaint: str
-) -> None:
-    spoil(copied)
+@pytest.mark.parametrize(("name", "spoil", "complaint"), SPOILT)
+def test_a_spoilt_folder_is_refused(copied: Path, name: str, spoil: Any, complaint: str) -> None:
+    if callable(spoil):
+        spoil(copied)
+    elif spoil is None:
+        for file in copied.glob(name):
+            file.unlink()
+    elif isinstance(spoil, str):
+        (copied / name).write_text(spoil)
+    else:
+        told = json.loads((copied / name).read_text())
+        (copied / name).write_text(json.dumps({**told, **spoil}))
     with pytest.raises(VlmError, match=complaint):
         load(copied)
 

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from email.utils import format_datetime
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ import pytest
 import simplejpeg
 from each_case import each, each_row
 from serving import Reply, Request, endpoint, raw, says, sends
+from word_tables import cases
 
 from hapticvlm.backoff import OPEN_S, TRIP
 from hapticvlm.vlm.contract import VlmError, VlmSettings
@@ -27,6 +29,18 @@ from hapticvlm.vlm.remote import RemoteVlm, RestingError
 PICTURE = np.random.default_rng(1).integers(0, 255, (90, 160, 3), dtype=np.uint8)
 SOON_S = 0.5  # time limit of a question that is meant to run out
 NAMES = ("wood", "glass", "fabric", "metal")
+TABLES = Path(__file__).with_name("remote_cases.json")
+FORMS: dict[str, Callable[..., Reply]] = {
+    "says": says,
+    "sends": sends,
+    "bytes": lambda text: sends(text.encode("latin-1")),
+    "raw": lambda text: raw(text.encode("latin-1")),
+}
+
+
+def replies(name: str) -> list[tuple[Reply, str]]:
+    """Return the replies of a table, and what is said of each."""
+    return [(FORMS[form](*given, **more), why) for form, given, more, why in cases(TABLES, name)]
 
 
 class Clock:
@@ -173,15 +187,7 @@ def test_the_configured_model_is_asked() -> None:
     assert remote.name == f"some/vlm at {served.url.removeprefix('http://')}"
 
 
-@pytest.mark.parametrize(
-    ("listed", "asked"),
-    [
-        (["only/one"], "only/one"),
-        (["a/b", "Qwen/Qwen2-VL-2B-Instruct"], "Qwen/Qwen2-VL-2B-Instruct"),
-        ([], "Qwen/Qwen2-VL-2B-Instruct"),
-        (None, "Qwen/Qwen2-VL-2B-Instruct"),
-    ],
-)
+@each_row(("listed", "asked"), cases(TABLES, "models"))
 def test_without_a_configured_model_the_endpoint_is_asked_for_its_own_once(
     listed: list[str] | None, asked: str
 ) -> None:
@@ -210,17 +216,7 @@ def test_a_material_is_asked_of_the_frame_and_of_its_object() -> None:
     assert len(pictures) == 2
 
 
-@pytest.mark.parametrize(
-    ("text", "beliefs"),
-    [
-        ("Metal.", {"metal": 0.6}),
-        ("unknown", {}),
-        ("It is glass", {"glass": 0.6}),
-        ("stainless steel", {"metal": 0.6}),
-        ("Oak", {"wood": 0.6}),
-        ("**wood**<|im_end|>", {"wood": 0.6}),
-    ],
-)
+@each_row(("text", "beliefs"), cases(TABLES, "material"))
 def test_a_material_named_in_text_is_believed_but_not_for_sure(
     text: str, beliefs: dict[str, float]
 ) -> None:
@@ -228,13 +224,7 @@ def test_a_material_named_in_text_is_believed_but_not_for_sure(
         assert dict(vlm(served.url).material(PICTURE, PICTURE, NAMES).beliefs) == beliefs
 
 
-@each(
-    message=[
-        *({"content": text} for text in ("wood or glass", "banana", "", "It is not metal")),
-        {"content": "a thing of many parts in oak"},
-        {"content": None, "reasoning_content": "Brown, with a grain: could it be wood?"},
-    ]
-)
+@each(message=cases(TABLES, "no material"))
 def test_two_materials_none_denials_and_thoughts_are_not_an_answer(message: Any) -> None:
     reason = pytest.raises(VlmError, match=r"material|empty|thinks")
     with endpoint(says(None, message=message)) as served, reason:
@@ -244,53 +234,12 @@ def test_two_materials_none_denials_and_thoughts_are_not_an_answer(message: Any)
 @each_row(
     ("reply", "why"),
     [
-        (says("900"), "outside -30 to 60"),
-        (says("NaN degrees"), "not one temperature"),
-        (says("It cannot be 30 °C"), "not one temperature"),
-        (says(""), "is empty"),
-        (says("2", finish_reason="error"), "ended the answer by itself (`error`)"),
-        (says("", finish_reason="content_filter"), "(`content_filter`)"),
-        (says(None, message={"refusal": "I can't help"}), "the model refuses: I can't help"),
-        (says("about 2", finish_reason="length"), "cut off"),
-        (says(None), "no text"),
-        (says(["21"]), "no text"),
-        (says([]), "no text"),
-        (sends('{"choices": []}'), "no choices"),
-        (sends('{"choices": 21}'), "no choices"),
-        (sends('{"choices": [null]}'), "no choices"),
-        (sends("{}"), "no choices"),
-        (sends("[]"), "not an object"),
-        (sends('{"choices": [{"message": {"content": NaN}}]}'), "not JSON"),
-        (sends("21"), "not an object"),
-        (sends('{"choices": [{"message"'), 'not JSON: {"choices"'),
+        *replies("unusable answer"),
         (sends("[" * 100_000), "not JSON"),
         (sends("9" * 10_000), "not JSON"),
-        (sends(b"\xff\xfe\x00"), "not JSON"),
-        (sends("<html><h1>Welcome</h1></html>", Content_Type="text/html"), "not JSON: <html>"),
-        (sends('{"error": {"message": "out of memory"}}'), ": out of memory"),
-        (sends('{"error": "no such model"}', "404 Not Found"), "HTTP 404: no such model"),
-        (sends('{"detail": "overloaded"}', "503 Service Unavailable"), "HTTP 503: overloaded"),
-        (sends("boom\r\nFAKE LOG LINE", "500 Internal Server Error"), "HTTP 500: boom FAKE LOG"),
-        (sends("", "500 Internal Server Error"), "HTTP 500: no message"),
-        (sends("", "204 No Content"), "HTTP 204"),
         (sends("x" * (ANSWER_BYTES + 1)), "larger than"),
-        (sends("{}", Content_Length=10**15), "without sending complete message body"),
-        (sends("{}", Content_Length=50), "received 2 bytes, expected 50"),
-        (sends('{"choices": 1}', Content_Length=5), "not JSON"),
-        (sends("{}", Content_Length="many"), "bad Content-Length"),
-        (raw(b"SSH-2.0-OpenSSH_9.6\r\n"), "without sending a response"),
-        (raw(b""), "without sending a response"),
         (raw(b"HTTP/1.1 200 OK\r\n" + b"X: y\r\n" * 50_000 + b"\r\n{}"), "Receive buffer too long"),
         (raw(b"HTTP/1.1 200 OK\r\nX: " + b"y" * 200_000 + b"\r\n\r\n{}"), "buffer too long"),
-        (
-            raw(b"HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n5\r\nab"),
-            "incomplete chunked read",
-        ),
-        (
-            raw(b"HTTP/1.1 200 OK\r\nContent-Encoding: gzip\r\n\r\n\x1f\x8b\x08\x00"),
-            "not JSON but compressed",
-        ),
-        (sends(': hello\n\ndata: {"choices": []}\n\n'), "not JSON but a stream"),
     ],
 )
 def test_an_unusable_answer_is_refused_with_a_reason(reply: Reply, why: str) -> None:
@@ -394,21 +343,7 @@ def test_a_token_travels_in_clear_text_to_this_machine_only() -> None:
         vlm("http://gpu.example:8000", token="s3cret")
 
 
-@each_row(
-    ("url", "asked"),
-    [
-        ("http://127.0.0.1:8000", "http://127.0.0.1:8000/v1"),
-        ("http://127.0.0.1:8000/v1/", "http://127.0.0.1:8000/v1"),
-        ("https://gpu.example", "https://gpu.example:443/v1"),
-        ("https://gpu.example/team", "https://gpu.example:443/team/v1"),
-        ("https://gpu.example/team/v1", "https://gpu.example:443/team/v1"),
-        ("https://gpu.example/v1/chat/completions", "https://gpu.example:443/v1"),
-        ("https://gpu.example/v1beta/openai/", "https://gpu.example:443/v1beta/openai"),
-        ("https://gpu.example/api/paas/v4", "https://gpu.example:443/api/paas/v4"),
-        ("http://[::1]:8000", "http://[::1]:8000/v1"),
-        ("http://localhost", "http://localhost:80/v1"),
-    ],
-)
+@each_row(("url", "asked"), cases(TABLES, "URL"))
 def test_a_url_is_taken_as_written_and_v1_is_added_where_it_has_no_version(
     url: str, asked: str
 ) -> None:
@@ -434,22 +369,7 @@ def test_a_header_that_cannot_be_one_is_refused(header: str) -> None:
         vlm("http://127.0.0.1:8000", header=header)
 
 
-@pytest.mark.parametrize(
-    ("reply", "cure"),
-    [
-        (sends('{"error": "no route"}', "404 Not Found"), "/v1/chat/completions: check --vlm-url"),
-        (sends('{"error": "who?"}', "401 Unauthorized"), "HAPTICVLM_VLM_TOKEN holds no token"),
-        (sends('{"error": "no access"}', "403 Forbidden"), "HTTP 403: no access"),
-        (raw(b"HTTP 401 who?\r\n\r\n"), "HAPTICVLM_VLM_TOKEN holds no token"),
-        (
-            sends('{"error": "longer than the context of 2048"}', "400 Bad Request"),
-            "a smaller --image-tokens",
-        ),
-        (sends('[{"error": {"message": "API key not valid."}}]', "400 Bad Request"), "no token"),
-        (sends("", "308 Permanent Redirect", Location="https://gpu.example/v1"), "to https://gpu"),
-        (sends("plain HTTP request sent to HTTPS port", "400 Bad Request"), "--vlm-url https://"),
-    ],
-)
+@each_row(("reply", "cure"), replies("cure"))
 def test_what_a_user_can_do_about_an_error_is_said(reply: Reply, cure: str) -> None:
     assert cure in refused(reply, model="some/vlm")
 
@@ -466,19 +386,7 @@ def thinker(answer: dict[str, Any], thought: dict[str, Any]) -> Reply:
     return reply
 
 
-@pytest.mark.parametrize(
-    ("thought", "answer"),
-    [
-        ({"content": ""}, {"content": "22"}),
-        ({"content": None, "reasoning_content": "Snow? No"}, {"content": "22"}),
-        ({"content": "<think>It may be 20 or"}, {"content": "<think>20 or 25?</think>\n\n22"}),
-        ({"content": "<think>It may be 20 or"}, {"content": "It may be 20.</think>22"}),
-        (
-            {"content": [{"type": "thinking", "thinking": "Snow?"}]},
-            {"content": [{"type": "thinking", "thinking": "20?"}, {"type": "text", "text": "22"}]},
-        ),
-    ],
-)
+@each_row(("thought", "answer"), cases(TABLES, "thought"))
 def test_a_model_that_thinks_first_is_asked_again_with_room_and_then_always(
     thought: dict[str, Any], answer: dict[str, Any]
 ) -> None:
@@ -520,13 +428,7 @@ def test_a_model_that_only_thinks_is_reported_as_such() -> None:
     assert "thinks first and gave no answer" in text
 
 
-@each(
-    text=[
-        *("<|begin_of_box|>22<|end_of_box|>", "22<|im_end|>", "22</s>", "<answer>22</answer>"),
-        *(r"\boxed{22}", r"$22^\circ C$", r"$22\,^{\circ}\text{C}$", "**22 °C**", "`22`"),
-        *('```json\n{"temperature_celsius": 22}\n```', "```\n22\n```"),
-    ]
-)
+@each(text=cases(TABLES, "marks"))
 def test_the_marks_around_an_answer_are_taken_off(text: str) -> None:
     with endpoint(says(text)) as served:
         assert vlm(served.url, model="some/vlm").ambient(PICTURE).value_c == 22.0
@@ -546,34 +448,13 @@ def test_a_cut_answer_counts_only_with_its_unit() -> None:
         assert vlm(served.url, model="some/vlm").ambient(PICTURE).value_c == 22.0
 
 
-@each(
-    message=[
-        {"content": None, "reasoning_content": "22"},
-        {"content": [{"type": "output_text", "text": "22"}]},
-        {"content": 22},
-        {"content": "<|channel|>analysis<|message|>Snow? 5?<|end|><|channel|>final<|message|>22"},
-    ]
-)
+@each(message=cases(TABLES, "places"))
 def test_an_answer_is_taken_from_where_a_server_puts_it(message: dict[str, Any]) -> None:
     with endpoint(says(None, message=message)) as served:
         assert vlm(served.url, model="some/vlm").ambient(PICTURE).value_c == 22.0
 
 
-@each(
-    url=[
-        "gpu.example:8000",
-        "ftp://gpu.example",
-        "file:///etc/passwd",
-        "http://",
-        "http://user:pw@gpu.example",
-        "http://gpu.example:99999",
-        "http://gpu.example/?key=1",
-        "http://gpu.example/#top",
-        "http://gpu.example/a b",
-        "http://gpu.example/\r\nX: 1",
-        "",
-    ]
-)
+@each(url=cases(TABLES, "wrong URL"))
 def test_other_urls_are_refused_before_anything_is_sent(url: str) -> None:
     with pytest.raises(VlmError, match="--vlm-url") as caught:
         vlm(url)
