@@ -86,11 +86,6 @@ def test_the_published_schema_refuses_what_the_service_refuses():
     assert checked > 15
 
 
-def test_every_generated_file_is_current():
-    generate = importlib.import_module("generate")
-    assert generate.main(["--check"]) == 0
-
-
 def test_every_field_and_every_choice_of_words_says_what_it_means():
     meanings = importlib.import_module("meanings")
     fields = {kind: text for kind, text in meanings.of_fields().items() if kind in SCHEMA["$defs"]}
@@ -101,8 +96,8 @@ def test_every_field_and_every_choice_of_words_says_what_it_means():
 
 def test_a_stale_file_is_noticed(tmp_path, monkeypatch):
     generate = importlib.import_module("generate")
-    monkeypatch.setattr(generate, "HERE", tmp_path)
-    assert generate.main(["--check"]) == 1
+    monkeypatch.setattr(generate, "generated", lambda: iter([(tmp_path / "a.json", "{}")]))
+    assert [generate.main(words) for words in (["--check"], [], ["--check"])] == [1, 0, 0]
 
 
 def test_the_asyncapi_document_names_every_message_and_resolves_every_reference():

@@ -3,14 +3,13 @@
 import asyncio
 import json
 import shutil
-import subprocess
-import sys
 import time
 
 import numpy as np
 import pytest
 import soundfile
 from conftest import peer
+from in_process import hapticvlm
 from scene_client import OBJECTS, frame
 
 from hapticvlm import captures
@@ -57,47 +56,41 @@ def copy(record, tmp_path):
     return shutil.copytree(record[0], tmp_path / "copy")
 
 
-def command(*arguments):
-    return subprocess.run(
-        [sys.executable, "-m", "hapticvlm", *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=120,
-    )
+@pytest.fixture(scope="module")
+def wave(record, tmp_path_factory):
+    """What is heard of the record."""
+    path = tmp_path_factory.mktemp("heard") / "plain.wav"
+    done = hapticvlm("replay", record[0], "--wav", path)
+    assert done.code == 0, done.out + done.err
+    assert "bit for bit" in done.out
+    return soundfile.read(path)[0]
 
 
-def test_a_record_runs_again_bit_for_bit_and_its_sound_is_the_same_each_time(record, tmp_path):
-    waves = [tmp_path / "one.wav", tmp_path / "two.wav"]
-    for wave in waves:
-        done = command("replay", record[0], "--wav", wave)
-        assert done.returncode == 0, done.stdout + done.stderr
-    assert "bit for bit" in done.stdout
-    told = json.loads(command("replay", record[0], "--json").stdout)
+def test_a_record_runs_again_bit_for_bit_and_its_sound_is_the_same_each_time(
+    record, wave, tmp_path
+):
+    again = tmp_path / "again.wav"
+    told = json.loads(hapticvlm("replay", record[0], "--json", "--wav", again).out)
     assert told["replay"] == "same"
     assert told["outputs"] > 20
     head = json.loads((record[0] / "session.jsonl").read_text().splitlines()[0])["head"]
     assert (head["contact_resistance"], head["thermal_gain"]) == (0.002, 0.7)
     assert told["counts"]["recognition"] > 5
-    (one, _), (two, _) = map(soundfile.read, waves)  # the files' heads hold the time of writing
-    assert np.array_equal(one, two)
-    assert np.abs(one).max() > 0.01
+    assert np.array_equal(wave, soundfile.read(again)[0])
+    assert np.abs(wave).max() > 0.01
 
 
-def test_a_record_is_heard_with_other_recordings_in_place_of_synthesis(record, tmp_path):
-    patterns, wave = tmp_path / "patterns", tmp_path / "played.wav"
+def test_a_record_is_heard_with_other_recordings_in_place_of_synthesis(record, wave, tmp_path):
+    patterns, played = tmp_path / "patterns", tmp_path / "played.wav"
     patterns.mkdir()
     hum = 0.3 * np.sin(2 * np.pi * 333.0 * np.arange(24_000) / 48_000)
     soundfile.write(patterns / "wood-slide.wav", hum, 48_000)
-    plain = tmp_path / "plain.wav"
-
-    assert command("replay", record[0], "--wav", plain).returncode == 0
-    done = command("replay", record[0], "--wav", wave, "--patterns", patterns)
-    assert done.returncode == 0, done.stderr
-    assert not np.array_equal(soundfile.read(wave)[0], soundfile.read(plain)[0])
-    refused = command("replay", record[0], "--wav", wave, "--patterns", tmp_path / "nowhere")
-    assert refused.returncode == 2
-    assert "no such folder" in refused.stderr
+    done = hapticvlm("replay", record[0], "--wav", played, "--patterns", patterns)
+    assert done.code == 0, done.err
+    assert not np.array_equal(soundfile.read(played)[0], wave)
+    refused = hapticvlm("replay", record[0], "--wav", played, "--patterns", tmp_path / "nowhere")
+    assert refused.code == 2
+    assert "no such folder" in refused.err
 
 
 def test_welcome_says_that_frames_are_kept(record):
@@ -124,18 +117,10 @@ def test_a_changed_touch_makes_the_outputs_differ_and_the_first_place_is_named(c
     slide = next(i for i, row in enumerate(rows) if '"slide"' in row and '"in"' in row)
     rows[slide] = rows[slide].replace('"force_n": 1.5', '"force_n": 1.501')
     log.write_text("".join(rows))
-    done = command("replay", copy)
-    assert done.returncode == 1
-    assert "first: line" in done.stdout
-    assert "NOT as recorded" in done.stdout
-
-
-def test_a_lost_line_is_counted(copy):
-    log = copy / SESSION_LOG
-    rows = log.read_text().splitlines(keepends=True)
-    lost = next(index for index, row in enumerate(rows) if '"in": "tick"' in row)
-    log.write_text("".join(rows[:lost] + rows[lost + 1 :]))
-    assert replay.replay(copy, MATERIALS).missing == 1
+    done = hapticvlm("replay", copy)
+    assert done.code == 1
+    assert "first: line" in done.out
+    assert "NOT as recorded" in done.out
 
 
 @pytest.mark.parametrize(
@@ -150,22 +135,16 @@ def test_a_lost_line_is_counted(copy):
 def test_a_session_log_that_cannot_be_replayed_is_named_with_its_place(copy, wound, word):
     log = copy / SESSION_LOG
     log.write_text(wound(log.read_text()))
-    done = command("replay", copy)
-    assert done.returncode == 2
-    assert word in done.stderr
-    assert len(done.stderr.splitlines()) == 1
-
-
-def test_a_folder_without_a_session_log_is_reported_in_one_line(tmp_path):
-    done = command("replay", tmp_path)
-    assert done.returncode == 2
-    assert "record" in done.stderr
+    done = hapticvlm("replay", copy)
+    assert done.code == 2
+    assert word in done.err
+    assert len(done.err.splitlines()) == 1
 
 
 def test_recognising_again_with_the_same_encoder_finds_the_same(record):
-    done = command("replay", record[0], "--recognise", "--json")
-    told = json.loads(done.stdout)
-    assert done.returncode == 0, done.stderr
+    done = hapticvlm("replay", record[0], "--recognise", "--json")
+    told = json.loads(done.out)
+    assert done.code == 0, done.err
     assert told["counts"]["recognised again"] == told["counts"]["recognition"]
     assert told["counts"]["recognised differently"] == 0
 
@@ -177,7 +156,7 @@ def test_other_digits_of_the_same_materials_are_no_difference_of_recognition(cop
         if decision.get("confidence"):
             decision["confidence"] -= 0.001
     log.write_text("".join(json.dumps(row) + "\n" for row in rows))
-    result = json.loads(command("replay", copy, "--recognise", "--json").stdout)
+    result = json.loads(hapticvlm("replay", copy, "--recognise", "--json").out)
     assert result["counts"]["recognised differently"] == 0
     assert result["differing"] > 0
     assert result["replay"] == "same"
@@ -197,10 +176,10 @@ async def test_without_being_asked_no_picture_is_kept_and_the_session_still_repl
     outcome = replay.replay(session, MATERIALS)
     assert outcome.is_same
     assert outcome.outputs > 20
-    done = command("replay", session, "--recognise")
-    assert done.returncode == 2
-    assert "record with --record-frames" in done.stderr
-    assert "recognised differently" not in done.stdout
+    done = hapticvlm("replay", session, "--recognise")
+    assert done.code == 2
+    assert "record with --record-frames" in done.err
+    assert "recognised differently" not in done.out
 
 
 def test_a_recorder_whose_record_is_full_counts_what_it_loses(tmp_path):
