@@ -5,19 +5,13 @@ The mock answers by the name of the model. Behind the gateway's `gone` nothing l
 
 import json
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 import pytest
 from chat_servers import FOREIGN, chat_server
-from conftest import peer
-from in_process import hapticvlm
 from pace import PACE
-from PIL import Image
-from scene_client import frame
 from toolchains import require
 
-from hapticvlm.client.local_service import running
 from hapticvlm.vlm.contract import VlmError, VlmSettings
 from hapticvlm.vlm.remote import RemoteVlm
 
@@ -76,16 +70,6 @@ def served(request: pytest.FixtureRequest) -> str:
     return url
 
 
-@pytest.fixture
-def labelled(tmp_path: Path) -> Path:
-    """A CSV of two pictures."""
-    for name in ("a.png", "b.png"):
-        Image.fromarray(PICTURE).save(tmp_path / name)
-    file = tmp_path / "truth.csv"
-    file.write_text("image,temperature_c\na.png,20\nb.png,21\n", encoding="utf-8")
-    return file
-
-
 def vlm(url: str, model: str) -> RemoteVlm:
     return RemoteVlm(VlmSettings(url=url, model=model, timeout_s=ANSWER_S))
 
@@ -116,34 +100,3 @@ def test_a_model_behind_which_nobody_listens_is_an_error_in_the_gateways_words(
 def test_a_gateway_with_several_models_lists_them(gateway: str) -> None:
     with pytest.raises(VlmError, match=r"name one: .*thermometer"):
         RemoteVlm(VlmSettings(url=gateway, timeout_s=ANSWER_S)).ambient(PICTURE)
-
-
-def test_an_evaluation_asks_the_server_and_grades_its_answers(served: str, labelled: Path) -> None:
-    options = ("--vlm-url", served, "--vlm", "thermometer", "--json")
-    outcome = hapticvlm("evaluate", "ambient", labelled, *options)
-    assert outcome.code == 0, outcome.err
-    assert json.loads(outcome.out)["mae_c"] == 1.5
-
-
-@pytest.mark.parametrize(
-    ("model", "reason"), [("gone", "Connection error"), ("poet", "lovely weather")]
-)
-def test_an_evaluation_that_gets_no_answer_ends_with_the_reason(
-    gateway: str, labelled: Path, model: str, reason: str
-) -> None:
-    outcome = hapticvlm("evaluate", "ambient", labelled, "--vlm-url", gateway, "--vlm", model)
-    assert outcome.code == 1
-    assert reason in outcome.out.splitlines()[-1]
-
-
-async def test_a_service_says_to_its_terminal_and_its_scene_what_fails_and_why(
-    gateway: str,
-) -> None:
-    with running(["--vlm-url", gateway, "--vlm", "gone"]) as service:
-        async with peer(service) as client:
-            await client.hello()
-            await client.ask(type="scene", objects=[{"object_id": "Object_1"}], replace=True)
-            await client.ask(**frame(1))
-            error = await client.event("error", code="model")
-    assert "Connection error" in error["text"]
-    assert any("Connection error" in line for line in service.printed)

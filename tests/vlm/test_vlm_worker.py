@@ -16,7 +16,6 @@ from conftest import peer, status
 from pace import PACE
 from scene_client import OBJECTS, frame, get, until
 from serving import endpoint, says, sends
-from tiers import nightly_except
 from tiny_llava import write_llava
 
 from hapticvlm.client.local_service import running
@@ -106,14 +105,6 @@ async def test_an_endpoints_reading_is_felt_labelled_and_stated_in_welcome():
     assert any("frames are sent there" in line for line in service.printed)
 
 
-async def test_without_the_flag_no_question_is_asked_and_welcome_states_that_frames_stay():
-    with running() as service:
-        async with scene(service) as client:
-            assert not client.welcome["privacy"]["frames_leave_machine"]
-            assert "vlm" not in client.welcome["models"]
-        assert status(service)["vlm"] is None
-
-
 async def test_a_scene_that_states_its_ambient_is_never_asked_about():
     with endpoint(thirty_one()) as served, running(["--vlm-url", served.url]) as service:
         async with scene(service, ambient_c=12.0) as client:
@@ -128,18 +119,7 @@ async def test_a_scene_that_states_its_ambient_is_never_asked_about():
 
 @pytest.mark.parametrize(
     ("reply", "name"),
-    nightly_except(
-        3,
-        [
-            (drops, "down"),
-            (says("900"), "a lie"),
-            (says("nan"), "no number"),
-            (hangs, "hanging"),
-            (sends("<html>oops</html>"), "no JSON"),
-            (sends("{}", "500 Internal Server Error"), "an error"),
-            (says("lovely weather"), "nonsense"),
-        ],
-    ),
+    [(drops, "down"), (says("lovely weather"), "nonsense"), (hangs, "hanging")],
 )
 async def test_a_failing_endpoint_leaves_the_labelled_default_and_touches_are_answered(reply, name):
     with (
@@ -171,6 +151,7 @@ async def test_a_scene_is_told_that_its_model_fails_and_what_can_be_done():
             error = await client.event("error", code="model")
         with get(service, "/metrics") as answer:
             metrics = answer.read().decode()
+        assert any("HTTP 401: wrong key" in line for line in service.printed)
     assert "fails: the endpoint answers HTTP 401: wrong key" in error["text"]
     assert "HAPTICVLM_VLM_TOKEN holds no token" in error["text"]
     assert "hapticvlm_vlm_failed_total 1.0" in metrics
