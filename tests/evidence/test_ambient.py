@@ -3,13 +3,10 @@
 from hapticvlm.evidence.ambient import ambient
 
 
-def test_the_scene_is_taken_at_its_word() -> None:
-    told = ambient(-3.5)
-    assert (told.value_c, told.low_c, told.high_c, told.source) == (-3.5, -3.5, -3.5, "scene")
-
-
-def test_zero_degrees_is_a_statement() -> None:
-    assert ambient(0.0).source == "scene"
+def test_the_scene_is_taken_at_its_word_and_zero_degrees_is_one() -> None:
+    for stated_c in (-3.5, 0.0):
+        told = ambient(stated_c)
+        assert (told.value_c, told.low_c, told.high_c, told.source) == (*3 * (stated_c,), "scene")
 
 
 def test_the_default_is_labelled_and_has_an_interval() -> None:

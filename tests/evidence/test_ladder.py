@@ -52,11 +52,6 @@ def test_the_scene_wins_outright_wherever_it_stands() -> None:
         assert is_sure(evidence)
 
 
-def test_a_scene_may_name_a_material_of_the_users_own() -> None:
-    verdict = decide([says("scene", obsidian=1.0)])
-    assert (verdict.material, verdict.source) == ("obsidian", "scene")
-
-
 def test_the_scene_wins_also_when_it_is_in_doubt_itself() -> None:
     evidence = [says("scene", glass=0.6), WOOD_SURE]
     assert (decide(evidence).material, decide(evidence).source) == ("glass", "scene")
@@ -95,12 +90,6 @@ def test_rungs_that_disagree_alike_leave_it_unknown_with_a_best_guess() -> None:
     assert verdict.source == "unknown"
     assert verdict.confidence < KNOWN
     assert verdict.runner_up in ("wood", "metal")
-
-
-def test_one_doubtful_rung_keeps_its_own_confidence() -> None:
-    verdict = decide([says("name", wood=0.72)])
-    assert (verdict.material, verdict.source) == ("wood", "name")
-    assert verdict.confidence == pytest.approx(0.72)
 
 
 def test_a_rung_without_knowledge_does_not_move_a_belief() -> None:

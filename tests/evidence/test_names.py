@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 
 import pytest
-from each_case import each_row
+from each_case import each, each_row
 from hypothesis import given
 from hypothesis import strategies as st
 from word_tables import words
@@ -25,31 +25,51 @@ def read(name: str) -> Evidence:
     return evidence
 
 
-@each_row(("name", "material"), WORDS("sure"))
-def test_a_name_with_a_class_word_is_sure(name: str, material: str) -> None:
+# No known word, a word of engines (alone, or with a thing), a head that is no thing whatever stands
+# before it, a controller of something, and parents that take the meaning.
+NO_EVIDENCE = ("nothing", "engine", "engine alone", "no thing", "controller", "parent takes")
+# How surely a name of each table says its material: from, below.
+SURENESS = {
+    "sure": (SURE, 1.1),  # a class word
+    "alone": (KNOWN, SURE),  # a thing
+    "before unknown": (KNOWN, SURE),  # a class word before an unknown word
+    "head": (0.0, 1.1),  # apart from modifiers and parts
+    "neutral": (KNOWN, 1.1),  # beside words that say nothing of a material
+    "parent": (KNOWN, 1.1),  # parents give the sense or the thing
+    "thing": (KNOWN, 1.1),  # of streets, sports, weapons and machines
+    "language": (KNOWN, 1.1),  # common words of eight other languages
+}
+
+
+@each_row(
+    ("table", "name", "material"), [(table, *row) for table in SURENESS for row in WORDS(table)]
+)
+def test_a_name_says_its_material_as_surely_as_words_of_its_kind_do(
+    table: str, name: str, material: str
+) -> None:
+    least, below = SURENESS[table]
     assert read(name).material == material
-    assert read(name).confidence >= SURE
+    assert least <= read(name).confidence < below
 
 
-@each_row(("name", "material"), WORDS("alone"))
-def test_a_thing_alone_is_believed_but_not_sure(name: str, material: str) -> None:
-    assert read(name).material == material
-    assert KNOWN <= read(name).confidence < SURE
-
-
-@each_row(("name", "material"), WORDS("head"))
-def test_the_head_is_distinguished_from_modifiers_and_parts(name: str, material: str) -> None:
-    assert read(name).material == material
-
-
-@pytest.mark.parametrize("name", ["leather-look", "faux_leather", "imitation wood", "glass-like"])
-def test_an_imitation_of_a_material_is_not_that_material(name: str) -> None:
+@each_row(("name",), WORDS("doubtful"))
+def test_an_imitation_or_a_thing_before_an_unknown_word_is_not_believed(name: str) -> None:
     assert read(name).confidence < KNOWN
 
 
-@each_row(("name",), [*WORDS("nothing"), ("a" * 256,), ("7" * 256,), ("\u202e\u0000_-.",)])
-def test_a_name_without_known_words_gives_no_evidence(name: str) -> None:
+@each(
+    name=[
+        *(name for table in NO_EVIDENCE for (name,) in WORDS(table)),
+        *("a" * 256, "7" * 256, "\u202e\u0000_-."),
+    ]
+)
+def test_what_says_nothing_gives_no_evidence(name: str) -> None:
     assert from_name(name) is None
+
+
+@pytest.mark.parametrize("name", ["MotionController", "LeftController", "VR_Controller_White"])
+def test_a_controller_in_the_hand_is_plastic(name: str) -> None:
+    assert read(name).material == "plastic"
 
 
 def test_a_name_of_256_characters_is_read_in_milliseconds() -> None:
@@ -65,63 +85,6 @@ def test_a_name_of_256_characters_is_read_in_milliseconds() -> None:
         start = time.process_time()  # a busy machine may take the processor away
         from_name(name[:256])
         assert time.process_time() - start < 0.05
-
-
-@each_row(("name",), WORDS("engine"))
-def test_words_of_engines_take_all_meaning_from_a_name(name: str) -> None:
-    assert from_name(name) is None
-
-
-@each_row(("name",), WORDS("no thing"))
-def test_a_head_that_is_no_thing_says_nothing_whatever_stands_before_it(name: str) -> None:
-    assert from_name(name) is None
-
-
-@each_row(("name", "material"), WORDS("neutral"))
-def test_neutral_words_leave_the_thing_its_material(name: str, material: str) -> None:
-    assert read(name).material == material
-    assert read(name).confidence >= KNOWN
-
-
-@pytest.mark.parametrize("name", ["Canvas", "Socket", "Anchor", "Label", "Grid", "Card"])
-def test_a_word_that_engines_use_too_says_nothing_alone(name: str) -> None:
-    assert from_name(name) is None
-
-
-@pytest.mark.parametrize("name", ["MotionController", "LeftController", "VR_Controller_White"])
-def test_a_controller_in_the_hand_is_plastic(name: str) -> None:
-    assert read(name).material == "plastic"
-
-
-@pytest.mark.parametrize("name", ["EnemyController", "QuestlineController", "TankController"])
-def test_a_controller_of_something_is_a_script(name: str) -> None:
-    assert from_name(name) is None
-
-
-@pytest.mark.parametrize(
-    "name", ["Car Dolly", "Door Wobble", "Nail Gizbo", "Bench Squad", "Window Frobnicator"]
-)
-def test_things_before_an_unknown_word_are_not_believed(name: str) -> None:
-    assert read(name).confidence < KNOWN
-
-
-@each_row(("name", "material"), WORDS("before unknown"))
-def test_a_class_word_before_an_unknown_word_is_believed_but_not_sure(
-    name: str, material: str
-) -> None:
-    assert read(name).material == material
-    assert KNOWN <= read(name).confidence < SURE
-
-
-@each_row(("path", "material"), WORDS("parent"))
-def test_parents_give_the_sense_or_the_thing(path: str, material: str) -> None:
-    assert read(path).material == material
-    assert read(path).confidence >= KNOWN
-
-
-@each_row(("path",), WORDS("parent takes"))
-def test_parents_can_take_the_meaning(path: str) -> None:
-    assert from_name(path) is None
 
 
 def test_a_parent_is_believed_less_than_its_own_name() -> None:
@@ -141,18 +104,6 @@ def test_a_surface_that_agrees_or_says_nothing_changes_no_belief() -> None:
     assert from_name("Sofa_03", surface="mat7") == from_name("Sofa_03")
     agreed = from_name("OakDesk", surface="Desk_03")
     assert agreed == from_name("OakDesk")
-
-
-@each_row(("name", "material"), WORDS("thing"))
-def test_things_of_streets_sports_weapons_and_machines_are_known(name: str, material: str) -> None:
-    assert read(name).material == material
-    assert read(name).confidence >= KNOWN
-
-
-@each_row(("name", "material"), WORDS("language"))
-def test_common_words_of_eight_other_languages_are_read(name: str, material: str) -> None:
-    assert read(name).material == material
-    assert read(name).confidence >= KNOWN
 
 
 @pytest.mark.parametrize(

@@ -55,13 +55,9 @@ def test_zero_degrees_stated_is_a_statement() -> None:
     assert surface(SurfaceFacts("kettle_on", stated_c=0.0), ROOM).value_c == 0.0
 
 
-def test_the_name_goes_before_the_sun() -> None:
-    facts = SurfaceFacts("ice_cube", material="glass", sunlit=True)
-    assert surface(facts, ROOM).source == "name"
-
-
-def test_the_sun_goes_before_the_ambient() -> None:
-    assert surface(SurfaceFacts("bench", material="wood", sunlit=True), ROOM).source == "sun"
+def test_the_name_goes_before_the_sun_and_the_sun_before_the_ambient() -> None:
+    for name, source in (("ice_cube", "name"), ("bench", "sun")):
+        assert surface(SurfaceFacts(name, material="wood", sunlit=True), ROOM).source == source
 
 
 def test_an_unknown_object_is_as_warm_as_its_surroundings_and_labelled() -> None:
@@ -87,35 +83,13 @@ def test_a_name_gives_a_temperature(name: str, low: str, high: str) -> None:
     assert felt(name).source == "name"
 
 
-@each_row(("name",), WORDS("on or off"))
-def test_a_thing_that_may_be_on_or_off_gives_no_temperature_by_itself(name: str) -> None:
-    assert by_name(name) is None
+# A thing that may be on or off and is not said to be on, one that is off, denials and imitations,
+# false friends, `on` before a place, and states that contradict each other.
+SILENT = ("on or off", "off", "denied", "false friend", "on a place", "contradiction")
 
 
-@pytest.mark.parametrize(
-    "name", ["StoveTop_Off", "fireplace_unlit", "cold_radiator", "radiator_off", "campfire_unlit"]
-)
-def test_a_thing_that_is_off_gives_no_temperature(name: str) -> None:
-    assert by_name(name) is None
-
-
-@each_row(("name",), WORDS("denied"))
-def test_negations_and_imitations_give_no_temperature(name: str) -> None:
-    assert by_name(name) is None
-
-
-@each_row(("name",), WORDS("false friend"))
-def test_a_false_friend_gives_no_temperature(name: str) -> None:
-    assert by_name(name) is None
-
-
-@pytest.mark.parametrize("name", ["kettle_on_stove", "lamp_on_table", "Pot_On_Stove_02"])
-def test_on_before_a_place_is_not_a_state(name: str) -> None:
-    assert by_name(name) is None
-
-
-@pytest.mark.parametrize("name", ["hot_cold_mug", "stove_on_off", "frozen_boiling_water"])
-def test_states_that_contradict_each_other_give_no_temperature(name: str) -> None:
+@each_row(("name",), [row for table in SILENT for row in WORDS(table)])
+def test_a_name_that_leaves_a_state_open_or_denies_it_gives_no_temperature(name: str) -> None:
     assert by_name(name) is None
 
 
@@ -147,6 +121,7 @@ def test_why_names_the_thing_its_state_and_the_source() -> None:
 def test_a_value_outside_the_wires_range_is_clamped_and_labelled(name: str, end: float) -> None:
     assert felt(name).value_c == end
     assert "clamped" in felt(name).why
+    assert "clamped" not in felt("icicle").why
 
 
 def test_the_scenes_own_value_is_clamped_too() -> None:
@@ -154,10 +129,6 @@ def test_the_scenes_own_value_is_clamped_too() -> None:
     assert told is not None
     assert (told.value_c, told.high_c) == (MOST_C, MOST_C)
     assert "5000" in told.why
-
-
-def test_what_lies_within_is_not_called_clamped() -> None:
-    assert "clamped" not in felt("icicle").why
 
 
 def test_the_range_is_the_one_declared_on_the_wire() -> None:
