@@ -99,6 +99,7 @@ def test_an_encoder_in_the_shipped_folder_is_found_by_its_short_and_its_full_nam
 def test_options_that_do_not_fit_are_refused(options: dict[str, object], complaint: str) -> None:
     with pytest.raises(EncoderError, match=complaint):
         load_encoder(**options)  # type: ignore[arg-type]
+    assert load_encoder(device="auto").name == load_encoder().name
 
 
 @pytest.mark.torch

@@ -270,17 +270,20 @@ SHAPES: dict[str, dict[str, Any]] = {
     "a mean without places": {"after": (mean_of("map", 2, 3),)},
     "a mean of a map with features last": {"after": (TO_LAST, mean_of("last", 1, 2))},
     "a pool of the whole map": {"after": (POOL,)},
-    "patches": {"after": PATCHES, "output": "patches"},
+    "patches": {"after": PATCHES, "output": ("patches",)},
     "patches behind a class token": {"after": tokens(1)},
     "patches behind registers": {"after": tokens(5)},
     "a mean of patches": {"after": (*PATCHES, mean_of("patches", 1))},
-    "the pooled vector": {"after": (MEAN, ROW), "output": "row"},
-    "a vector of unit length": {"after": (MEAN, ROW, UNIT), "output": "unit"},
-    "other classes": {"after": (MEAN, ROW, *filled("dense", 8, 12), SCORES), "output": "scores"},
-    "1,000 classes": {"after": (MEAN, ROW, *filled("dense", 8, 1000), SCORES), "output": "scores"},
+    "the pooled vector": {"after": (MEAN, ROW), "output": ("row",)},
+    "a vector of unit length": {"after": (MEAN, ROW, UNIT), "output": ("unit",)},
+    "other classes": {"after": (MEAN, ROW, *filled("dense", 8, 12), SCORES), "output": ("scores",)},
+    "1,000 classes": {
+        "after": (MEAN, ROW, *filled("dense", 8, 1000), SCORES),
+        "output": ("scores",),
+    },
     "1,000 shares": {
         "after": (MEAN, ROW, *filled("dense", 8, 1000), SCORES, SHARES),
-        "output": "shares",
+        "output": ("shares",),
     },
     "four pictures at once": {"sizes": [4, 3, SIDE, SIDE]},
     "an oblong": {"sizes": ["n", 3, SIDE, 2 * SIDE]},
@@ -299,7 +302,7 @@ def exported(
     kind: int = 1,
     before: Sequence[Op] = (),
     after: Sequence[Op] = (MEAN,),
-    output: str = "out",
+    output: Sequence[str] = ("out",),
 ) -> Path:
     from onnx import helper
 
@@ -310,7 +313,7 @@ def exported(
     fields = {"size": SIDE, "image_mean": [0.5] * 3, "image_std": [0.25] * 3}
     (folder / "onnx").mkdir(parents=True)
     (folder / "preprocessor_config.json").write_text(json.dumps(fields))
-    return write_graph(folder / "onnx" / "net.onnx", sizes, nodes, [output], kind)
+    return write_graph(folder / "onnx" / "net.onnx", sizes, nodes, list(output), kind)
 
 
 def test_twenty_four_of_twenty_seven_shapes_of_a_network_are_the_plain_one(tmp_path: Path) -> None:
@@ -336,27 +339,13 @@ def test_twenty_four_of_twenty_seven_shapes_of_a_network_are_the_plain_one(tmp_p
 def test_tokens_are_averaged_under_the_mask_without_those_of_the_whole_picture(
     tmp_path: Path, before: int
 ) -> None:
-    from onnx import helper
-
-    conv = helper.make_node("Conv", ["pixels", "kernel"], ["map"], strides=[4, 4])
-    mean = helper.make_node("GlobalAveragePool", ["map"], ["mean"])
-    flat = helper.make_node("Flatten", ["mean"], ["pooler_output"])
-    tokens = [
-        helper.make_node("Constant", [], ["shape"], value_ints=[1, 8, -1]),
-        helper.make_node("Reshape", ["map", "shape"], ["cells"]),
-        helper.make_node("Transpose", ["cells"], ["patches"], perm=[0, 2, 1]),
-        helper.make_node("Constant", [], ["ones"], value_ints=[1, before, 8]),
-        helper.make_node("ConstantOfShape", ["ones"], ["whole"]),
-        helper.make_node("Concat", ["whole", "patches"], ["last_hidden_state"], axis=1),
-        helper.make_node("ReduceMax", ["patches"], ["pooler_output"], axes=[1], keepdims=0),
-    ]
-    shape = [1, 3, SIDE, SIDE]
-    paths = [
-        write_graph(tmp_path / "map.onnx", shape, [conv, mean, flat], ["pooler_output"]),
-        write_graph(
-            tmp_path / "t.onnx", shape, [conv, *tokens], ["last_hidden_state", "pooler_output"]
+    largest: Op = ("ReduceMax", ["patches"], ["pooler_output"], {"axes": [1], "keepdims": 0})
+    paths = (
+        exported(tmp_path / "map", after=(MEAN, ROW), output=("row",)),
+        exported(
+            tmp_path / "tokens", after=(*tokens(before), largest), output=("out", "pooler_output")
         ),
-    ]
+    )
     by_map, by_tokens = (
         load_file_encoder(path).embed([masked(left=True), masked(left=False)]) for path in paths
     )

@@ -59,16 +59,7 @@ def plus(gallery: Gallery, name: str, references: Floats) -> Gallery:
     )
 
 
-def test_a_reference_matches_its_own_material() -> None:
-    gallery = small()
-    for reference, label in zip(gallery.references, gallery.labels, strict=True):
-        evidence = gallery.match(reference)
-        assert evidence.rung == "encoder"
-        assert evidence.material == gallery.materials[label]
-        assert evidence.confidence > 0.9
-
-
-def test_a_flat_picture_has_a_scale_of_its_own_that_is_saved(tmp_path: Path) -> None:
+def test_a_flat_picture_has_a_scale_of_its_own() -> None:
     humble = replace(small(), calibration=replace(small().calibration, scale=0.5, flat=0.2))
     asked = humble.references[[0, 2]] + 0.8 * humble.references[[2, 4]]  # between two
     asked /= np.linalg.norm(asked, axis=1, keepdims=True)
@@ -82,11 +73,6 @@ def test_a_flat_picture_has_a_scale_of_its_own_that_is_saved(tmp_path: Path) -> 
     assert np.allclose(mixed[1], humble.beliefs(asked)[1])
     untold = replace(humble, calibration=replace(humble.calibration, flat=1.0))
     assert untold.match(asked[0], is_flat=True) == untold.match(asked[0])
-    shipped = load_gallery(encoder=load_encoder())
-    save_gallery(
-        replace(shipped, calibration=replace(shipped.calibration, flat=0.25)), tmp_path / "g"
-    )
-    assert load_gallery(tmp_path / "g", encoder=load_encoder()).calibration.flat == 0.25
 
 
 def test_flat_pictures_are_read_by_a_layer_of_their_own_that_is_saved(tmp_path: Path) -> None:
@@ -165,12 +151,6 @@ def test_a_match_equals_the_beliefs() -> None:
         assert np.allclose([belief for _, belief in said], beliefs[order], rtol=1e-4)
 
 
-def test_one_reference_alone_is_matched_or_unknown() -> None:
-    lone = Gallery("t", ("wood",), unit(1, 1), np.zeros(1, np.int64), Calibration(12.0, 12.0, 0.5))
-    assert lone.match(lone.references[0]).confidence > 0.9
-    assert lone.match(-lone.references[0]).confidence < 0.1
-
-
 def test_an_empty_gallery_gives_no_beliefs() -> None:
     none = np.zeros((0, 64), np.float32)
     empty = Gallery("t", (), none, np.zeros(0, np.int64), Calibration(12.0, 12.0, 0.5))
@@ -212,7 +192,10 @@ def test_an_embedding_or_a_reference_that_is_not_finite_gives_no_beliefs(value: 
 
 def test_a_gallery_comes_back_as_it_was_saved(tmp_path: Path) -> None:
     encoder = load_encoder()
-    gallery = replace(small(encoder.name), references=unit(1, 6, encoder.dimension))
+    flat = replace(small().calibration, flat=0.25)
+    gallery = replace(
+        small(encoder.name), references=unit(1, 6, encoder.dimension), calibration=flat
+    )
     save_gallery(gallery, tmp_path / "one.npz")
     save_gallery(gallery, tmp_path / "two.npz")
     back = load_gallery(tmp_path / "one.npz", encoder=encoder)

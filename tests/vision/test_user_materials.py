@@ -264,11 +264,6 @@ def test_a_stated_material_is_felt_with_its_own_facts(table: dict[str, Any]) -> 
     assert next(a.command.material for a in actions if isinstance(a, PlayVibration)) == "obsidian"
 
 
-def test_a_named_object_is_decided_by_the_words(table: dict[str, Any]) -> None:
-    decision = decision_of(session_with(table, name="obsidian_shard")[1])
-    assert (decision.material, decision.source) == ("obsidian", "name")
-
-
 def test_an_unknown_material_is_an_error_naming_the_nearest_own_one(table: dict[str, Any]) -> None:
     with pytest.raises(Exception, match="nearest is `obsidian`") as caught:
         session_with(table, material="obsidan")
@@ -296,13 +291,6 @@ def test_an_own_material_sounds_like_itself_and_without_facts_like_its_class(
         assert np.abs(waves[name]).max() > 0.01
     assert np.array_equal(waves["burr"], waves["wood"])
     assert not np.allclose(waves["obsidian"], waves["glass"], atol=0.01)
-
-
-def test_a_voice_of_a_table_without_it_stays_silent() -> None:
-    voices = Voices()
-    voices.apply(command("obsidian", onset=True))
-    voices.apply(command("obsidian", onset=False))
-    assert not played(voices).any()
 
 
 def test_the_ring_counts_materials_by_the_table_it_was_made_with(table: dict[str, Any]) -> None:
