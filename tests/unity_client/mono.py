@@ -5,10 +5,12 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 
-import pytest
+from toolchains import give_up
 
 HERE = Path(__file__).parent
 PACKAGE = HERE.parents[1] / "unity_client"
@@ -25,12 +27,8 @@ def require() -> None:
     """Skip, or fail where CI is set, when Mono or NUnit is missing."""
     missing = [name for name in NEEDED if not shutil.which(name)]
     missing += [] if NUNIT.exists() else ["nunit.framework.dll"]
-    if not missing:
-        return
-    reason = f"no {', '.join(missing)}: run .ci/toolchains as root"
-    if os.environ.get("CI"):
-        pytest.fail(reason)
-    pytest.skip(reason)
+    if missing:
+        give_up(f"no {', '.join(missing)}: run .ci/toolchains as root")
 
 
 def sources(*folders: Path) -> list[Path]:
@@ -65,7 +63,7 @@ class Build:
         *arguments: str,
         text: str = "",
         timeout: float = 300.0,
-        pictures: Path | None = None,
+        variables: Mapping[str, str] = MappingProxyType({}),
     ) -> str:
         """Run one of the test programs and return what it printed."""
         done = subprocess.run(
@@ -74,7 +72,7 @@ class Build:
             capture_output=True,
             text=True,
             timeout=timeout,
-            env=os.environ | RESOURCES | ({"PICTURES": str(pictures)} if pictures else {}),
+            env=os.environ | RESOURCES | dict(variables),
             check=False,
         )
         assert done.returncode == 0, done.stdout + done.stderr

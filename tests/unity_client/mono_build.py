@@ -37,7 +37,8 @@ def play(build: mono.Build, request, tmp_path, side):
 
     def run(program: str, *arguments: str, **options) -> str:
         given = arguments or (request.getfixturevalue("service").url,)
-        output = build.run("components.exe", program, *given, pictures=tmp_path, **options)
+        variables = {"PICTURES": str(tmp_path)}
+        output = build.run("components.exe", program, *given, variables=variables, **options)
         assert "threads left 0" in output, output
         return output
 

@@ -1,6 +1,5 @@
 """The package's connection on Mono over wss, with an authority that Mono trusts."""
 
-import os
 import subprocess
 
 import pytest
@@ -23,7 +22,7 @@ def trusted(authority, folder):
     roots = folder / ".mono" / "new-certs" / "Trust"
     roots.mkdir(parents=True)
     (roots / f"{done.stdout.strip()}.0").write_bytes(authority.ca.read_bytes())
-    return {**os.environ, "XDG_CONFIG_HOME": str(folder)}
+    return {"XDG_CONFIG_HOME": str(folder)}
 
 
 @pytest.fixture(scope="module")
@@ -37,27 +36,15 @@ def url(service):
     return service.url.replace("127.0.0.1", "localhost")  # Mono verifies names, not addresses
 
 
-def run(build, environment, *arguments):
-    return subprocess.run(
-        ["mono", str(build.folder / "programs.exe"), *arguments],
-        capture_output=True,
-        text=True,
-        env=environment,
-        timeout=240.0,
-        check=False,
-    )
-
-
 def test_a_touch_is_felt_over_wss_by_name(build, url, authority, tmp_path):
-    done = run(build, trusted(authority, tmp_path), "round-trips", url, "20")
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert "material wood" in done.stdout
+    variables = trusted(authority, tmp_path)
+    output = build.run("programs.exe", "round-trips", url, "20", variables=variables)
+    assert "material wood" in output
 
 
 def test_an_authority_that_mono_does_not_know_is_not_trusted(build, service, url, tmp_path):
     (tmp_path / ".mono").mkdir()
     before = len(service.printed)
-    done = run(build, {**os.environ, "XDG_CONFIG_HOME": str(tmp_path)}, "refused", url)
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert done.stdout.startswith("Waiting: no service answers")  # one that it trusts
+    output = build.run("programs.exe", "refused", url, variables={"XDG_CONFIG_HOME": str(tmp_path)})
+    assert output.startswith("Waiting: no service answers")  # one that it trusts
     assert not any("owner" in line for line in service.printed[before:])

@@ -136,13 +136,6 @@ def test_our_own_code_allocates_nothing_per_frame(build):
     assert output == {"frames": 3000, "decided": 3000, "allocated": 0}
 
 
-def test_a_refused_hello_says_why_and_the_connection_keeps_trying(build):
-    with running(["--token", "secret"]) as service:
-        output = build.run("programs.exe", "refused", service.url)
-    assert "token" in output
-    assert "Waiting" in output
-
-
 def test_a_mute_peer_holds_nobody_up(build):
     with socket.socket() as mute:
         mute.bind(("127.0.0.1", 0))

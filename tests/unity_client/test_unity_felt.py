@@ -15,7 +15,7 @@ from hapticvlm.client.local_service import running
 
 pytest_plugins = ("mono_build",)
 NOBODY = "ws://127.0.0.1:9/"
-CHANGES = 10
+CHANGES = 24  # a strike falls at every fifth millisecond around one
 MOST_GAP_MS = 50.0
 
 
@@ -24,27 +24,15 @@ def switched(build: mono.Build) -> str:
     return build.run("components.exe", "FeltSwitch.Run", str(CHANGES))
 
 
-def check_changes(output: str) -> None:
-    gaps = re.findall(r"^(?:stroke \w+|by hand) gap_ms ([\d.]+)", output, re.MULTILINE)
+def test_a_stroke_has_no_gap_and_no_strike_is_lost_while_the_service_dies_and_freezes(switched):
+    gaps = re.findall(r"^(?:stroke \w+|by hand) gap_ms ([\d.]+)", switched, re.MULTILINE)
     assert len(gaps) == 3
     assert max(map(float, gaps)) <= MOST_GAP_MS
-    assert re.findall(r"^strikes (\w+) lost (\d+) unheard (\d+)", output, re.MULTILINE) == [
+    assert re.findall(r"^strikes (\w+) lost (\d+) unheard (\d+)", switched, re.MULTILINE) == [
         ("Dead", "0", "0"),
         ("Frozen", "0", "0"),
     ]
-    assert output.count("by Baked Service") == 2  # each was felt
-
-
-def test_a_stroke_has_no_gap_and_no_strike_is_lost_while_the_service_dies_and_freezes(switched):
-    check_changes(switched)
-
-
-@pytest.mark.nightly
-def test_a_stroke_has_no_gap_and_no_strike_is_lost_in_100_changes_of_each_kind(build, capsys):
-    output = build.run("components.exe", "FeltSwitch.Run", "100")
-    with capsys.disabled():
-        print("\n" + output.strip())
-    check_changes(output)
+    assert switched.count("by Baked Service") == 2  # each was felt
 
 
 def test_a_strike_that_a_frozen_service_swallowed_is_played_within_100_ms(switched):
