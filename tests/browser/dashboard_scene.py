@@ -6,7 +6,6 @@ import asyncio
 import io
 import os
 import pty
-import shutil
 import threading
 import time
 import tty
@@ -20,12 +19,11 @@ from typing import Any
 import numpy as np
 from pace import PACE
 from PIL import Image
-from playwright.sync_api import Browser, Page, ViewportSize, expect, sync_playwright
+from playwright.sync_api import Browser, Page, ViewportSize, expect
 
 from hapticvlm.client import Client, Refused, connect
 from hapticvlm.devices.simulated.simulated_board import SimulatedBoard
 
-CHROMIUM = "chromium"
 AXE = Path(__file__).parent / "node_modules" / "axe-core" / "axe.min.js"
 OBJECTS: list[dict[str, Any]] = [
     {"object_id": "table", "name": "Oak_Table_02"},
@@ -47,19 +45,6 @@ addEventListener("securitypolicyviolation", (event) => violations.push(event.vio
 
 Begin = Callable[[Client], Awaitable[None]]
 Perform = Callable[[Client, threading.Event, threading.Event], Awaitable[None]]
-
-
-@contextmanager
-def chromium(*flags: str) -> Iterator[Browser]:
-    """Run a headless Chromium, with these flags of its own beside."""
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(
-            executable_path=shutil.which(CHROMIUM), args=["--no-sandbox", *flags]
-        )
-        try:
-            yield browser
-        finally:
-            browser.close()
 
 
 @contextmanager

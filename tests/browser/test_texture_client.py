@@ -12,8 +12,8 @@ import msgpack
 import numpy as np
 import pytest
 from drawn_textures import planks, weave
-from playwright.sync_api import Page, sync_playwright
-from webxr_scene import CHROMIUM, EXAMPLES, PATIENCE_MS, SLOW_MS
+from playwright.sync_api import Browser, Page
+from webxr_scene import EXAMPLES, PATIENCE_MS, SLOW_MS
 
 from hapticvlm.client.local_service import running
 from hapticvlm.vision.pictures import Pixels
@@ -68,7 +68,7 @@ def rgba(pixels: Pixels) -> list[Any]:
 
 
 @pytest.fixture
-def page(tmp_path: Path) -> Iterator[Page]:
+def page(tmp_path: Path, browser: Browser) -> Iterator[Page]:
     """Open a page of a scene folder with the web client in it, served by the service."""
     # Copied, since the service serves no link that leads out of a folder. Chromium lets only a page
     # that comes from this machine connect to it, so the page is a file as well.
@@ -76,15 +76,12 @@ def page(tmp_path: Path) -> Iterator[Page]:
     codec = Path("node_modules/@msgpack/msgpack/dist.esm")
     shutil.copytree(EXAMPLES / "webxr" / codec, tmp_path / codec)
     (tmp_path / "index.html").write_text(PAGE)
-    with running(["--scene", str(tmp_path)]) as service, sync_playwright() as playwright:
-        browser = playwright.chromium.launch(
-            executable_path=shutil.which(CHROMIUM), args=["--no-sandbox"]
-        )
+    with running(["--scene", str(tmp_path)]) as service:
         page = browser.new_page()
         page.set_default_timeout(SLOW_MS)
         page.goto(f"{service.page}scene/index.html")
         yield page
-        browser.close()
+        page.close()
 
 
 def test_maps_that_neither_name_nor_shader_tells_are_sent_once_and_decide(page: Page) -> None:

