@@ -1,7 +1,6 @@
 """The Python client and the example, against the real service."""
 
 import asyncio
-import json
 import subprocess
 import sys
 from contextlib import suppress
@@ -134,48 +133,3 @@ def test_the_scripted_example_runs_in_under_80_lines(service):
     assert done.returncode == 0, done.stdout + done.stderr
     for expected in ("table: wood", "window: glass", "curtain: fabric", "kettle: metal"):
         assert expected in done.stdout
-
-
-def streamed(service, *arguments):
-    return subprocess.run(
-        [sys.executable, "-m", "hapticvlm", "stream", *arguments, "--url", service.url],
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-    )
-
-
-def test_streaming_a_capture_prints_decisions_and_answers_everything(service, tmp_path):
-    from scene_client import picture
-
-    lines = [
-        {"t_s": 0.0, "type": "scene", "objects": [{"object_id": "a", "name": "Oak"}]},
-        {"t_s": 0.1, "type": "touch", "phase": "contact", "object_id": "a", "hand": "left"},
-        {"t_s": 0.2, "type": "frame", "object_id": "b", "file": "f.jpg", "truth": "wood"},
-    ]
-    lines[0]["replace"] = True
-    lines[1] |= {"speed_mps": 0.1, "force_n": 1.0, "captured_at": 0.1}
-    lines[2] |= {"format": "jpeg", "width": 64, "height": 64, "origin": "top", "captured_at": 0.2}
-    (tmp_path / "capture.jsonl").write_text("\n".join(json.dumps(line) for line in lines))
-    (tmp_path / "f.jpg").write_bytes(picture())
-    done = streamed(service, str(tmp_path), "--json")
-    decisions = [json.loads(line) for line in done.stdout.splitlines()]
-    assert [decision["truth"] for decision in decisions] == ["wood"]
-    assert "unanswered: 0" in " ".join(done.stderr.split())
-    told = streamed(service, str(tmp_path))
-    assert "unanswered: 0" in " ".join(told.stdout.split())
-
-
-def test_streaming_without_a_service_says_how_to_start_one(tmp_path):
-    (tmp_path / "capture.jsonl").write_text("")
-    done = subprocess.run(
-        [sys.executable, "-m", "hapticvlm", "stream", str(tmp_path), "--url", "ws://127.0.0.1:9/"],
-        capture_output=True,
-        text=True,
-        timeout=60 * PACE,
-        check=False,
-    )
-    assert done.returncode == 2
-    assert "hapticvlm serve" in done.stderr
-    assert "Traceback" not in done.stderr

@@ -1,4 +1,4 @@
-"""`hapticvlm stream` of a headset's screen recording, against the real service."""
+"""`hapticvlm stream` of a capture and of a headset's screen recording, to the real service."""
 
 import asyncio
 import json
@@ -12,6 +12,7 @@ import cv2
 import tiny_video
 from conftest import peer
 from pace import PACE
+from scene_client import picture
 
 from hapticvlm import captures
 from hapticvlm.client import connect
@@ -20,6 +21,7 @@ from hapticvlm.demo import CAPTURE
 
 FRAMES = CAPTURE / "frames"
 PATIENCE_S = 300.0 * PACE
+NOBODY = types.SimpleNamespace(url="ws://127.0.0.1:9/")
 
 
 def recording(path, count=20):
@@ -103,10 +105,36 @@ async def test_touches_are_renewed_however_slowly_a_video_is_decoded(service, tm
     assert outcome.late_s > 1.0
 
 
+def test_streaming_a_capture_prints_decisions_and_answers_everything(service, tmp_path):
+    lines = [
+        {"t_s": 0.0, "type": "scene", "objects": [{"object_id": "a", "name": "Oak"}]},
+        {"t_s": 0.1, "type": "touch", "phase": "contact", "object_id": "a", "hand": "left"},
+        {"t_s": 0.2, "type": "frame", "object_id": "b", "file": "f.jpg", "truth": "wood"},
+    ]
+    lines[0]["replace"] = True
+    lines[1] |= {"speed_mps": 0.1, "force_n": 1.0, "captured_at": 0.1}
+    lines[2] |= {"format": "jpeg", "width": 64, "height": 64, "origin": "top", "captured_at": 0.2}
+    (tmp_path / "capture.jsonl").write_text("\n".join(json.dumps(line) for line in lines))
+    (tmp_path / "f.jpg").write_bytes(picture())
+    done = streamed(tmp_path, service, "--json")
+    decisions = [json.loads(line) for line in done.stdout.splitlines()]
+    assert [decision["truth"] for decision in decisions] == ["wood"]
+    assert "unanswered: 0" in " ".join(done.stderr.split())
+    told = streamed(tmp_path, service)
+    assert "unanswered: 0" in " ".join(told.stdout.split())
+
+
+def test_streaming_without_a_service_says_how_to_start_one(tmp_path):
+    (tmp_path / "capture.jsonl").write_text("")
+    done = streamed(tmp_path, NOBODY)
+    assert done.returncode == 2
+    assert "hapticvlm serve" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
 def test_a_share_that_is_none_is_refused(tmp_path):
-    address = types.SimpleNamespace(url="ws://127.0.0.1:9/")
     for share in ("0", "1.5", "-1"):
-        done = streamed(tmp_path, address, f"--centre={share}")
+        done = streamed(tmp_path, NOBODY, f"--centre={share}")
         assert done.returncode == 2
         assert "a share of the picture" in done.stderr
 
@@ -114,7 +142,7 @@ def test_a_share_that_is_none_is_refused(tmp_path):
 def test_a_video_without_frames_is_refused_in_one_line(tmp_path):
     path = tiny_video.write(tmp_path / "quest.mp4", tiny_video.shades(3))
     tiny_video.blank(path)
-    done = streamed(path, types.SimpleNamespace(url="ws://127.0.0.1:9/"))
+    done = streamed(path, NOBODY)
     assert done.returncode == 2
     assert done.stderr.strip().splitlines() == [
         f"hapticvlm stream: {path}: no frame can be decoded; is the file complete?"
