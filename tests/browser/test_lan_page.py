@@ -9,7 +9,7 @@ from contextlib import suppress
 
 import pytest
 from certificates import NAMES, Authority
-from dashboard_scene import PATIENCE_MS
+from dashboard_scene import PATIENCE_MS, WATCH_POLICY
 from lan_address import TOKEN, own_address
 from playwright.sync_api import Error, expect
 
@@ -17,11 +17,6 @@ from hapticvlm.client.local_service import Service, running
 from hapticvlm.server.web.lan import phone_link
 
 pytestmark = pytest.mark.browser
-
-WATCH_POLICY = """
-window.violations = [];
-addEventListener("securitypolicyviolation", (event) => violations.push(event.violatedDirective));
-"""
 
 
 @pytest.fixture(scope="module")

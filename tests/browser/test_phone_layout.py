@@ -25,12 +25,6 @@ APART = """() => {
 }"""
 
 
-@pytest.fixture(scope="module")
-def service() -> Iterator[Service]:
-    with running() as found:
-        yield found
-
-
 @contextmanager
 def phone(browser: Browser, address: str) -> Iterator[Page]:
     context = browser.new_context(

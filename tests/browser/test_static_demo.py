@@ -13,11 +13,11 @@ from typing import Any
 import pytest
 from dashboard_scene import AXE, PATIENCE_MS
 from pace import PACE
-from phone import PHONE, complaints
+from phone import LISTEN, PHONE, complaints
 from playwright.sync_api import Browser, Page, expect
 from static_server import served
 from try_page import at, sample
-from webxr_scene import EXAMPLES, SLOW_MS
+from webxr_scene import AIM, EXAMPLES, SLOW_MS
 
 from hapticvlm.demo import static_site
 
@@ -35,23 +35,6 @@ MOTORS = """
   navigator.getGamepads = () => [{id: 'pad', vibrationActuator: {playEffect, reset() {}}}];
   navigator.vibrate = (ms) => Boolean(pulse('phone', ms)) || true;
 """
-# Measures what leaves the page behind a fourth-order Butterworth high-pass at 350 Hz.
-LISTEN = """async () => {
-  const {sound} = await import(new URL('hear.js', document.baseURI));
-  await sound.start();
-  const {context} = sound.output;
-  const q = [0.5412, 1.3066].map((factor) => 20 * Math.log10(factor));
-  const pass = q.map((Q) => new BiquadFilterNode(context, {type: 'highpass', frequency: 350, Q}));
-  const meter = context.createScriptProcessor(2048, 1, 1); // 43 to 46 ms
-  window.loudest = 0;
-  meter.onaudioprocess = ({inputBuffer}) => {
-    const samples = inputBuffer.getChannelData(0);
-    const power = samples.reduce((sum, sample) => sum + sample * sample, 0) / samples.length;
-    loudest = Math.max(loudest, power);
-  };
-  sound.output.connect(pass[0]).connect(pass[1]).connect(meter).connect(context.destination);
-  window.meter = meter;
-}"""
 FORGET = "() => { loudest = pulses.gamepad.length = pulses.phone.length = 0; }"
 IS_PLAYED = """(least) => 10 * Math.log10(loudest + 1e-20) > least
   && Math.max(0, ...pulses.gamepad.map(({strength}) => strength)) > 0.1
@@ -214,18 +197,9 @@ def test_nothing_is_offered_that_needs_a_service(page: Page) -> None:
 
 
 # Presses an object of the room; the pictures until the phone's motor, and what the page says.
-PRESS = """async ([key, patience]) => {
-  const main = await import(new URL('main.js', document.baseURI));
-  const three = await import('three');
-  const {root} = main.objects.find((one) => one.key === key);
-  const at = new three.Box3().setFromObject(root).getCenter(new three.Vector3());
-  at.project(main.camera);
-  const canvas = document.getElementById('view');
-  const where = {
-    clientX: (at.x + 1) / 2 * canvas.clientWidth, clientY: (1 - at.y) / 2 * canvas.clientHeight,
-  };
-  const send = (type) =>
-    canvas.dispatchEvent(new PointerEvent(type, {...where, pointerId: 1, bubbles: true}));
+PRESS = (
+    f"""async ([key, patience]) => {{{AIM}"""
+    """
   send('pointermove');
   await new Promise((done) => setTimeout(done, 300));
   pulses.phone.length = 0;
@@ -239,6 +213,7 @@ PRESS = """async ([key, patience]) => {
   send('pointerup');
   return {frames: pulses.phone[0]?.frame - begun, said};
 }"""
+)
 
 
 # Opens the room at each of its objects and surfaces; those that the camera does not see.

@@ -19,6 +19,7 @@ import pytest
 from pace import PACE
 from playwright.sync_api import Browser, Page
 from ports import free_port
+from quick_patterns import NAMES, quick_patterns
 
 pytestmark = [pytest.mark.browser, pytest.mark.realtime]
 
@@ -40,22 +41,6 @@ rest_s = 0.0
 settle_c = 20
 masking_noise = true
 """
-QUICK = """
-[[pattern]]
-name = "{name}-{temperature}"
-vibration = "{name}"
-temperature = "{temperature}"
-material = "{material}"
-interaction = "{interaction}"
-setpoint_c = {setpoint_c}
-seconds = 0.3
-"""
-VIBRATIONS = (
-    ("tapping", "glass", "tap"),
-    ("rubbing", "fabric", "slide"),
-)
-
-
 # Keeps every AudioContext that the page makes.
 CONTEXTS = """
 window.contexts = [];
@@ -103,19 +88,7 @@ def page(browser: Browser) -> Page:
 @pytest.fixture(scope="module")
 def patterns(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("patterns") / "patterns.toml"
-    path.write_text(
-        "".join(
-            QUICK.format(
-                name=name,
-                temperature=temperature,
-                material=material,
-                interaction=interaction,
-                setpoint_c=setpoint_c,
-            )
-            for temperature, setpoint_c in (("hot", 33.0), ("cold", 31.0))
-            for name, material, interaction in VIBRATIONS
-        )
-    )
+    path.write_text(quick_patterns(0.3))
     return path
 
 
@@ -309,7 +282,7 @@ def test_the_page_never_learns_the_pattern_of_a_trial(sat: Sat) -> None:
     shown = [view for view in told if view.get("phase") in ("asking", "playing")]
     assert len(shown) >= TRIALS
     assert all(view["feeling"] is None for view in shown)
-    assert not any(name in json.dumps(_without_pattern_list(v)) for v in shown for name in _NAMES)
+    assert not any(name in json.dumps(_without_pattern_list(v)) for v in shown for name in NAMES)
 
 
 def test_masking_noise_ends_with_the_last_trial_and_when_the_page_is_left(sat: Sat) -> None:
@@ -345,4 +318,3 @@ _PUBLIC = {
     "to_rate",
     "seconds_left",
 }
-_NAMES = [name for name, *_ in VIBRATIONS]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,7 @@ from saved_zip import unpacked
 from scipy.signal import resample_poly
 from try_page import at, sample, visit
 
-from hapticvlm.client.local_service import Service, running
+from hapticvlm.client.local_service import Service
 from hapticvlm.touches import ahap, haptic
 from hapticvlm.touches.felt import feel
 
@@ -22,12 +21,6 @@ WRITE = """async (moment) => {
   const { ahap, haptic } = await import("./felt.formats.js");
   return [haptic(moment), ahap(moment)];
 }"""
-
-
-@pytest.fixture(scope="module")
-def service() -> Iterator[Service]:
-    with running() as found:
-        yield found
 
 
 def envelope(document: dict[str, Any], name: str) -> np.ndarray:

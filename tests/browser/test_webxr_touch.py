@@ -8,7 +8,7 @@ import pytest
 from dashboard_scene import AXE
 from playwright.sync_api import Page
 from tiers import nightly_except
-from webxr_scene import PATIENCE_MS, SIZE, served
+from webxr_scene import AIM, PATIENCE_MS, SIZE, served
 
 pytestmark = [pytest.mark.browser, pytest.mark.needs_toolchain("chromium", "three")]
 
@@ -16,17 +16,10 @@ SEEN_MS = 50.0
 MOST_DRAWN = 0.4  # of the canvas, for a touch of one object; it is 0.1 to 0.2
 MOST_ODD = 0.002  # of the pixels, on edges that a part rounds to another one
 # Presses on an object; what differs in the first picture drawn then, and when it was drawn.
-PRESS = """async ([key, hold]) => {
-  const main = await import('./main.js');
-  const three = await import('three');
-  const canvas = document.getElementById('view');
+PRESS = (
+    f"""async ([key, hold]) => {{{AIM}"""
+    """
   const gl = canvas.getContext('webgl2');
-  const {root} = main.objects.find((one) => one.key === key);
-  const box = new three.Box3().setFromObject(root);
-  const at = box.getCenter(new three.Vector3()).project(main.camera);
-  const [x, y] = [(at.x + 1) / 2, (1 - at.y) / 2];
-  const where = {clientX: x * canvas.clientWidth, clientY: y * canvas.clientHeight, pointerId: 1};
-  const send = (type) => canvas.dispatchEvent(new PointerEvent(type, {...where, bubbles: true}));
   const wait = (ms) => new Promise((done) => setTimeout(done, ms));
   const side = 24;
   const [left, low] = [x * canvas.width - side / 2, (1 - y) * canvas.height - side / 2];
@@ -65,6 +58,7 @@ PRESS = """async ([key, hold]) => {
   await wait(300);
   return {seen, bare, finished, share, differs, card, said};
 }"""
+)
 
 
 @pytest.fixture(scope="module")
@@ -95,16 +89,10 @@ def test_the_first_picture_after_a_touch_shows_it_and_comes_as_fast_as_a_picture
 
 
 # Touches an object and lets go; of each picture, how much of the canvas a whole one would change.
-PARTS = """async (key) => {
-  const main = await import('./main.js');
-  const three = await import('three');
-  const canvas = document.getElementById('view');
+PARTS = (
+    f"""async (key) => {{{AIM}"""
+    """
   const gl = canvas.getContext('webgl2');
-  const {root} = main.objects.find((one) => one.key === key);
-  const at = new three.Box3().setFromObject(root).getCenter(new three.Vector3());
-  at.project(main.camera);
-  const [x, y] = [(at.x + 1) / 2, (1 - at.y) / 2];
-  const where = {clientX: x * canvas.clientWidth, clientY: y * canvas.clientHeight, pointerId: 1};
   const read = () => {
     const pixels = new Uint8Array(4 * canvas.width * canvas.height);
     gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
@@ -112,7 +100,7 @@ PARTS = """async (key) => {
   };
   const pictures = [];
   for (const type of ['pointermove', 'pointerdown', 'pointerup']) {
-    canvas.dispatchEvent(new PointerEvent(type, {...where, bubbles: true}));
+    send(type);
     for (let more = 6; more; more--) {
       const {count} = main.drawn;
       const until = performance.now() + 1000;
@@ -129,6 +117,7 @@ PARTS = """async (key) => {
   }
   return pictures;
 }"""
+)
 
 
 @pytest.mark.realtime
