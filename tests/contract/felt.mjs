@@ -1,7 +1,6 @@
 /**
- * A hand strokes for seconds while the service behind it dies, freezes and comes back, on a clock of our own. `Haptics`,
- * `Felt` and `Pulses` are real; the socket is ours, with a player behind it that answers as a service does.
- * Prints, as JSON, what the motor was told: gaps, strikes, and what came after a stop.
+ * Plays the scripts of tests/support/switch_cases.py, JSON on its input, on a clock of our own. `Haptics`, `Felt` and
+ * `Pulses` are real; the socket is ours, with a player behind it that answers as a service does. Prints what they say.
  */
 import {readFileSync} from 'node:fs';
 
@@ -18,7 +17,7 @@ Math.random = () => 0.5;
 const {Haptics, Pulses, Felt, FeelPlayer, openFeel} = await import('../../examples/webxr/client/index.js');
 const {decode, encode} = await import('@msgpack/msgpack');
 const feel = openFeel(JSON.parse(readFileSync(new URL('../../examples/webxr/client/feel.true.json', import.meta.url))));
-const CHANGES = Number(process.argv[2] ?? 20);
+const STRIKE = 0.2; // the vibration of a struck glass is above it
 const STEP_MS = 1;
 const PICTURE_MS = 11;
 const TOUCH_MS = 16;
@@ -127,110 +126,44 @@ function longestGap({told}, since) {
 
 const strongest = ({told}, since) => Math.max(...told.filter(({at}) => at >= since).map(({amplitude}) => amplitude));
 
-/** Strokes through `count` deaths or freezes of the service. */
-function stroke(mode, state, count) {
-  const one = scene(mode);
-  pass(one, 200);
-  touch(one, 'contact', 'rubber');
-  pass(one, 300, () => touch(one, 'slide', 'rubber'));
-  const since = now;
-  const by = new Set();
-  for (let change_ = 0; change_ < count; change_++) {
-    change(state);
-    pass(one, 300 + 7 * (change_ % 9), () => touch(one, 'slide', 'rubber'));
-    by.add(one.felt.by);
-    change('alive');
-    pass(one, 700, () => touch(one, 'slide', 'rubber'));
-    by.add(one.felt.by);
+/** Follows a script of tests/support/switch_cases.py; returns what it says, by name. */
+function play(steps) {
+  const said = {};
+  let one = null;
+  let since = now;
+  const soon = () => one.told.find(({at, amplitude}) => at >= since && amplitude >= STRIKE)?.at - since;
+  const seen = {
+    felt: () => strongest(one, since), gap: () => longestGap(one, since), soon,
+    by: () => one.felt.by, silence: () => one.felt.silence, because: () => one.felt.bakedBecause,
+  };
+  const act = {
+    begin(mode, how) {
+      service.isOurs = how !== 'beside';
+      one = scene(mode, how !== 'alone');
+    },
+    pass: (ms, phase, id) => pass(one, Number(ms), phase && (() => touch(one, phase, id))),
+    touch: (phase, id) => touch(one, phase, id),
+    service: change,
+    stop(who) {
+      if (!who) one.felt.stop();
+      for (const socket of service.sockets) {
+        if (who === 'another') socket.stop();
+        if (who === 'left') socket.onmessage({data: encode({type: 'vibration', id: 0, hand: 'left', period_ms: 12.5, amplitude: [], stopped: true})});
+      }
+    },
+    mode: (mode) => (one.felt.mode = mode),
+    own() {
+      service.isOurs = true;
+      for (const socket of service.sockets) socket.onmessage({data: encode({type: 'ownership', id: 0, owner: true, free: false})});
+    },
+    mark: () => (since = now),
+    say: (name, what) => seen[what] && (said[name] = seen[what]()),
+  };
+  for (const step of steps) {
+    const [what, ...words] = step.split(' ');
+    act[what](...words);
   }
-  return {gap_ms: longestGap(one, since), by: [...by].sort()};
-}
-
-/** Strikes glass just after the service froze, and while it is gone. */
-function strike(state, afterMs) {
-  const one = scene('auto');
-  pass(one, 1500);
-  change(state);
-  pass(one, afterMs);
-  const since = now;
-  touch(one, 'contact', 'glass');
-  pass(one, 140, () => touch(one, 'contact', 'glass'));
-  return strongest(one, since);
-}
-
-/** Stops in the middle of a stroke that goes on; with a service and without. */
-function stopped(hasService) {
-  const one = scene('auto', hasService);
-  pass(one, 1500);
-  touch(one, 'contact', 'stone');
-  pass(one, 300, () => touch(one, 'slide', 'stone'));
-  one.felt.stop();
-  pass(one, 30);
-  const since = now;
-  change(hasService ? 'dead' : 'alive'); // the other one takes over, and has to hold, too
-  pass(one, 6000, () => touch(one, 'slide', 'stone')); // longer than until the next attempt to connect
-  const isBack = one.felt.by === 'service';
-  const held = strongest(one, since);
-  const silences = [one.felt.silence];
-  touch(one, 'release', undefined);
-  pass(one, 50);
-  const again = now;
-  touch(one, 'contact', 'stone');
-  pass(one, 100);
-  return {held, isBack, again: strongest(one, again), silences: [...silences, one.felt.silence]};
-}
-
-/** An operator stops the service in the middle of a stroke, and then the service dies. */
-function stoppedByAnother() {
-  const one = scene('auto');
-  pass(one, 1500);
-  touch(one, 'contact', 'stone');
-  pass(one, 300, () => touch(one, 'slide', 'stone'));
-  for (const socket of service.sockets) socket.stop();
-  pass(one, 30);
-  const since = now;
-  change('dead');
-  pass(one, 900, () => touch(one, 'slide', 'stone'));
-  return {held: strongest(one, since)};
-}
-
-/** The service swallows a strike, tells that the other hand was stopped, and dies. */
-function stoppedMeanwhile() {
-  const one = scene('auto');
-  pass(one, 1500);
-  change('frozen');
-  const since = now;
-  touch(one, 'contact', 'glass');
-  const stop = {type: 'vibration', id: 0, hand: 'left', period_ms: 12.5, amplitude: [], stopped: true};
-  for (const socket of service.sockets) socket.onmessage({data: encode(stop)});
-  change('dead');
-  pass(one, 140);
-  return {held: strongest(one, since)};
-}
-
-/** Is felt for a while in this mode, and says by what. */
-function mode(name, hasService) {
-  const one = scene(name, hasService);
-  pass(one, 1500);
-  const since = now;
-  touch(one, 'contact', 'stone');
-  pass(one, 300, () => touch(one, 'slide', 'stone'));
-  return {felt: strongest(one, since) > 0, by: one.felt.by, silence: one.felt.silence};
-}
-
-/** Another page owns the outputs; then it leaves them, and the service tells so. */
-function secondPage() {
-  service.isOurs = false;
-  const one = scene('auto');
-  pass(one, 1500);
-  touch(one, 'contact', 'stone');
-  pass(one, 1000, () => touch(one, 'slide', 'stone'));
-  const [since, by, because] = [now, one.felt.by, one.felt.bakedBecause];
-  const beside = strongest(one, since - 900);
-  service.isOurs = true;
-  for (const socket of service.sockets) socket.onmessage({data: encode({type: 'ownership', id: 0, owner: true, free: false})});
-  pass(one, 500, () => touch(one, 'slide', 'stone'));
-  return {felt: beside > 0, by, because, then: [one.felt.by, one.felt.bakedBecause], gap_ms: longestGap(one, since)};
+  return said;
 }
 
 /** A stroked object leaves the scene, and the page goes on stroking it; then another hand touches it anew. */
@@ -247,20 +180,5 @@ function gone() {
   return {after, other: strongest(one, now - 50)};
 }
 
-console.log(JSON.stringify({
-  'a second page': secondPage(),
-  'an object that is gone': gone(),
-  deaths: stroke('auto', 'dead', CHANGES),
-  freezes: stroke('auto', 'frozen', CHANGES),
-  'strike after a freeze': strike('frozen', 5),
-  'strike after a death': strike('dead', 5),
-  'strike long after': strike('dead', 2000),
-  'stop with a service': stopped(true),
-  'stop without one': stopped(false),
-  'stop by another': stoppedByAnother(),
-  'stop of a missed strike': stoppedMeanwhile(),
-  'auto, service': mode('auto', true),
-  'auto, none': mode('auto', false),
-  'baked, service': mode('baked', true),
-  'service, none': mode('service', false),
-}));
+const scripts = Object.entries(JSON.parse(readFileSync(0, 'utf8')));
+console.log(JSON.stringify({gone: gone(), said: Object.fromEntries(scripts.map(([name, steps]) => [name, play(steps)]))}));

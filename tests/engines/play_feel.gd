@@ -6,7 +6,6 @@ const Switch := preload("res://switch_feel.gd")
 const Hear := preload("res://hear_feel.gd")
 const Damage := preload("res://damage_feel.gd")
 const FeelFile := preload("res://addons/hapticvlm/feel_file.gd")
-const CHANGES := 20
 const SOUND_HZ := 12000.0
 const BLOCK := 120
 const CHANGED := 30
@@ -30,8 +29,10 @@ func _ready() -> void:
 	_feel = FeelPlayer.open(text)
 	_opened_us = Time.get_ticks_usec() - began
 	_cases = _parsed("res://cases.json")
-	_switch = Switch.new(_feel, CHANGES)
+	_switch = Switch.new(_feel)
 	_switches = _switch.cases()
+	for name: String in _cases.scripts:
+		_switches[name] = _switch.play.bind(_cases.scripts[name])
 
 
 func _process(_delta: float) -> void:

@@ -1,8 +1,8 @@
 extends RefCounted
-## A hand touches while the service behind it dies, freezes and comes back, on a clock of our own, in ms.
+## Plays the scripts of tests/support/switch_cases.py, and cases of its own, on a clock of our own, in ms.
 ##
 ## The switch, the player and the plan of the motor are the addon's; the service is a player that answers as a service
-## does. `next` returns what the motor was told in one case: gaps, strikes, and what came after a stop.
+## does.
 
 const Felt := preload("res://addons/hapticvlm/felt.gd")
 const PICTURE_MS := 11
@@ -10,13 +10,14 @@ const TOUCH_MS := 16
 const PLAN_MS := 40
 const ANSWER_MS := 2
 const RECONNECT_MS := 260
+const STRIKE := 0.2  # the vibration of a struck glass is above it
 
 var _feel: Dictionary
-var _changes: int
 var _now := 1000
 var _service: FeelPlayer
 var _state := "alive"  # frozen: the connection is open and says nothing; dead
 var _is_open := false
+var _is_ours := true
 var _reconnect_at := 0
 var _served := {}  # hand -> true
 var _planned_at := 0
@@ -26,26 +27,13 @@ var _motor: HapticPulses.Plan
 var _told: Array[Vector2] = []  # time and amplitude
 
 
-func _init(feel: Dictionary, changes: int) -> void:
+func _init(feel: Dictionary) -> void:
 	_feel = feel
-	_changes = changes
 
 
 ## Returns the accounts by their names, to be called one a frame.
 func cases() -> Dictionary[String, Callable]:
 	return {
-		"deaths": _stroke.bind("dead"),
-		"freezes": _stroke.bind("frozen"),
-		"modes": _stroke.bind("modes"),
-		"strike after a freeze": _strike.bind("frozen", 5),
-		"strike after a death": _strike.bind("dead", 5),
-		"strike long after": _strike.bind("dead", 2000),
-		"stop with a service": _stop.bind(true),
-		"stop without one": _stop.bind(false),
-		"auto, service": _mode.bind("auto", true),
-		"auto, none": _mode.bind("auto", false),
-		"baked, service": _mode.bind("baked", true),
-		"service, none": _mode.bind("service", false),
 		"heard with a service": _heard.bind("alive", false),
 		"heard after a freeze": _heard.bind("frozen", false),
 		"heard of a stop": _heard.bind("frozen", true),
@@ -56,8 +44,10 @@ func cases() -> Dictionary[String, Callable]:
 	}
 
 
-func _begin(mode: String, has_service := true) -> void:
-	_state = "alive" if has_service else "dead"
+## `how`: alone, without a service, or beside another scene, which owns the outputs.
+func _begin(mode: String, how := "") -> void:
+	_state = "dead" if how == "alone" else "alive"
+	_is_ours = how != "beside"
 	_is_open = false
 	_reconnect_at = _now
 	_served.clear()
@@ -97,7 +87,7 @@ func _draw() -> void:
 		_service = FeelPlayer.new(_feel, func(touch: Dictionary) -> Dictionary: return {"material": touch["object_id"]})
 		_felt.hear(now)
 		_felt.connection_changed(true, now)
-		_felt.is_owner = true
+		_felt.is_owner = _is_ours
 	while not _answers.is_empty() and _answers[0]["at"] <= _now:
 		var answer: Dictionary = _answers.pop_front()
 		_felt.hear(now)
@@ -124,7 +114,7 @@ func _answer_plan(hand: String) -> void:
 
 func _touch(phase: String, id: String) -> void:
 	var fields := {"phase": phase, "hand": "right", "object_id": id, "speed_mps": 0.5, "force_n": 2.0}
-	if not _felt.touch(fields, 0.001 * _now) or not _is_open or _state != "alive":
+	if not _felt.touch(fields, 0.001 * _now) or not _is_open or not _is_ours or _state != "alive":
 		return
 	_served["right"] = true
 	if _service.touch(fields, 0.001 * _now):
@@ -132,78 +122,68 @@ func _touch(phase: String, id: String) -> void:
 	_answers.append({"at": _now + ANSWER_MS})
 
 
-func _halt() -> void:
-	_felt.stop()
-	if not _is_open or _state != "alive":
+## Follows a script of tests/support/switch_cases.py; returns what it says, by name.
+func play(steps: Array) -> Dictionary:
+	var said := {}
+	var since := _now
+	for step: String in steps:
+		var words := step.split(" ")
+		match words[0]:
+			"begin":
+				_begin(words[1], words[-1])
+			"pass" when words.size() > 2:
+				_pass(int(words[1]), _touch.bind(words[2], words[3]))
+			"pass":
+				_pass(int(words[1]))
+			"touch":
+				_touch(words[1], words[2])
+			"service":
+				_state = words[1]
+			"stop":
+				_stop(words[-1])
+			"mode":
+				_felt.select(words[1], 0.001 * _now)
+			"own":
+				_is_ours = true
+				_felt.is_owner = true
+			"mark":
+				since = _now
+			"say":
+				var told: Variant = _seen(words[2], since)
+				if told != null:
+					said[words[1]] = told
+	return said
+
+
+func _seen(what: String, since: int) -> Variant:
+	match what:
+		"felt":
+			return _strongest(since)
+		"gap":
+			return _longest_gap(since)
+		"soon":
+			for told in _told:
+				if told.x >= since and told.y >= STRIKE:
+					return told.x - since
+			return 1e9
+		"by":
+			return _felt.by()
+		"silence":
+			return _felt.silence()
+	return null
+
+
+## A stop by this scene, by another client, or of the left hand, of which the service tells.
+func _stop(who: String) -> void:
+	if who == "left":
+		_felt.serve({"hand": "left", "amplitude": [], "stopped": true})
+	if who == "stop":
+		_felt.stop()
+	if who == "left" or not _is_open or _state != "alive":
 		return
 	_service.stop()
 	var stopped := {"period_ms": 12.5, "amplitude": [], "stopped": true, "hand": "right"}
 	_answers.append(stopped.merged({"at": _now + ANSWER_MS}))
-
-
-## Strokes through deaths or freezes of the service, or through changes of the mode.
-func _stroke(way: String) -> Dictionary:
-	var slide := _touch.bind("slide", "rubber")
-	_begin("auto")
-	_pass(200)
-	_touch("contact", "rubber")
-	_pass(300, slide)
-	var since := _now
-	var by := {}
-	for i in _changes:
-		if way == "modes":
-			_felt.select("baked", 0.001 * _now)
-		else:
-			_state = way
-		_pass(300 + 7 * (i % 9), slide)
-		by[_felt.by()] = true
-		_state = "alive"
-		_felt.select("auto" if way != "modes" or i % 2 == 0 else "service", 0.001 * _now)
-		_pass(700, slide)
-		by[_felt.by()] = true
-	return {"gap_ms": _longest_gap(since), "by": by.keys()}
-
-
-## Strikes glass after the service has frozen or died.
-func _strike(state: String, after_ms: int) -> float:
-	_begin("auto")
-	_pass(1500)
-	_state = state
-	_pass(after_ms)
-	var since := _now
-	_touch("contact", "glass")
-	_pass(140, _touch.bind("contact", "glass"))
-	return _strongest(since)
-
-
-## Stops in the middle of a stroke that goes on, with a service that dies then, or without one that comes then.
-func _stop(has_service: bool) -> Dictionary:
-	_begin("auto", has_service)
-	_pass(1500)
-	_touch("contact", "stone")
-	_pass(300, _touch.bind("slide", "stone"))
-	_halt()
-	_pass(30)
-	var since := _now
-	_state = "dead" if has_service else "alive"
-	_pass(900, _touch.bind("slide", "stone"))
-	var held := _strongest(since)
-	var silence := _felt.silence()
-	_touch("release", "stone")
-	_pass(50)
-	var again := _now
-	_touch("contact", "stone")
-	_pass(100)
-	return {"held": held, "silence": silence, "again": _strongest(again)}
-
-
-func _mode(mode: String, has_service: bool) -> Dictionary:
-	_begin(mode, has_service)
-	_pass(1500)
-	var since := _now
-	_touch("contact", "stone")
-	_pass(300, _touch.bind("slide", "stone"))
-	return {"felt": _strongest(since) > 0.0, "by": _felt.by()}
 
 
 ## Strikes glass once, and says what a speaker is told. `is_stopped`: the service stopped the other hand meanwhile.
@@ -222,7 +202,7 @@ func _heard(state: String, is_stopped: bool) -> Array[String]:
 
 
 func _unknown() -> String:
-	_begin("baked", false)
+	_begin("baked", "alone")
 	for wrong: Dictionary in [{}, {"hand": "none"}, {"phase": null}, {"object_id": null, "surface": null}]:
 		_felt.touch({"phase": "contact", "hand": "right"}.merged(wrong, true), 0.001 * _now)
 	_touch("contact", "thing")
@@ -231,7 +211,7 @@ func _unknown() -> String:
 
 ## Says why nothing is felt with a `materials.json` that ends too soon.
 func _damaged() -> String:
-	_begin("baked", false)
+	_begin("baked", "alone")
 	_felt.open(_feel, HapticBake.new(null))
 	_touch("contact", "thing")
 	return _felt.silence()
@@ -239,7 +219,7 @@ func _damaged() -> String:
 
 ## Says the materials of the surfaces of a bake, the second of which the service decided otherwise before.
 func _materials() -> Array:
-	_begin("baked", false)
+	_begin("baked", "alone")
 	var surface := {"belief": 1.0, "by": "name", "surface_c": 20.0, "surface_by": "room"}
 	var surfaces := ["wood", "glass"].map(func(felt: String) -> Dictionary: return surface.merged({"material": felt}))
 	_felt.open(_feel, HapticBake.new({"version": 2, "not_baked": [], "objects": {"thing": {"surfaces": surfaces}}}))

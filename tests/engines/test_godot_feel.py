@@ -18,6 +18,7 @@ from typing import Any
 import identity
 import numpy as np
 import pytest
+import switch_cases
 from godot_pack import TEMPLATE, project_files, write_game
 from godot_scene import PATIENCE_S, PROJECT
 from headless import LLVMPIPE, chromium
@@ -29,7 +30,6 @@ from hapticvlm.rendering.vibration.vibration import INTERACTIONS
 
 pytestmark = [
     pytest.mark.nightly,
-    pytest.mark.realtime,
     pytest.mark.browser,
     pytest.mark.needs_toolchain("chromium", "godot"),
 ]
@@ -123,6 +123,7 @@ def test_a_wrong_file_is_refused_with_its_field(gdscript: Played) -> None:
     assert [(case, said) for case, said in pairs if not said.startswith(f"{case['field']}: ")] == []
 
 
+@pytest.mark.realtime
 def test_a_plan_of_any_gesture_takes_a_tenth_of_a_frame(
     gdscript: Played, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -136,31 +137,9 @@ def test_a_plan_of_any_gesture_takes_a_tenth_of_a_frame(
     assert max(quickest.values()) <= LONGEST_PLAN_MS, quickest
 
 
-def test_a_stroke_goes_on_while_the_service_dies_and_comes_back(gdscript: Played) -> None:
-    for way in ("deaths", "freezes", "modes"):
-        assert gdscript.switched[way]["gap_ms"] <= 50, way
-        assert sorted(gdscript.switched[way]["by"]) == ["baked", "service"]
-
-
-def test_a_strike_is_played_whatever_the_service_does(gdscript: Played) -> None:
-    strikes = ("strike after a freeze", "strike after a death", "strike long after")
-    amplitudes = [gdscript.switched[strike] for strike in strikes]
-    assert amplitudes == [pytest.approx(amplitudes[2], rel=0.05)] * 3
-    assert amplitudes[2] > 0.5
-
-
-def test_nothing_is_felt_after_a_stop_though_the_other_one_takes_over(gdscript: Played) -> None:
-    for case in ("stop with a service", "stop without one"):
-        assert gdscript.switched[case]["held"] == 0
-        assert gdscript.switched[case]["silence"] == "stopped: release and touch again"
-        assert gdscript.switched[case]["again"] > 0.5
-
-
-def test_the_mode_says_which_of_the_two_is_felt(gdscript: Played) -> None:
-    assert gdscript.switched["auto, service"] == {"felt": True, "by": "service"}
-    assert gdscript.switched["auto, none"] == {"felt": True, "by": "baked"}
-    assert gdscript.switched["baked, service"] == {"felt": True, "by": "baked"}
-    assert gdscript.switched["service, none"] == {"felt": False, "by": "service"}
+def test_the_switch_between_service_and_bake_does_as_the_scripts_say(gdscript: Played) -> None:
+    told = {name: gdscript.switched[name] for name in switch_cases.CASES}
+    assert switch_cases.problems(told, "sound", "because") == []
 
 
 @pytest.mark.parametrize("change", ["stop", "mute", "release"])
@@ -190,6 +169,7 @@ def test_a_speaker_is_heard_while_the_bake_is_felt_and_says_why_else(gdscript: P
         assert gdscript.speaker[phase]["silence"].startswith(reason), phase
 
 
+@pytest.mark.realtime
 def test_a_speaker_plays_a_stroke_without_gaps(gdscript: Played) -> None:
     gaps = [
         gdscript.speaker[phase]["gap_ms"] for phase in ("stroke", "baked again", "touched again")
@@ -197,6 +177,7 @@ def test_a_speaker_plays_a_stroke_without_gaps(gdscript: Played) -> None:
     assert min(gaps) == 0, gaps  # longer ones say how busy the machine is
 
 
+@pytest.mark.realtime
 def test_the_sound_of_any_gesture_takes_a_tenth_of_its_time(
     gdscript: Played, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -306,6 +287,6 @@ def exported(folder: Path) -> Path:
     (project / "play.tscn").write_text(SCENE)
     files = project_files(project)
     files["identity_cases.json"] = identity.FILE.read_bytes()
-    files["cases.json"] = json.dumps(CASES).encode()
+    files["cases.json"] = json.dumps({**CASES, "scripts": switch_cases.CASES}).encode()
     write_game(folder, files)
     return folder

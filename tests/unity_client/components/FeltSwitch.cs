@@ -1,4 +1,4 @@
-// A hand strokes and strikes for minutes while the service behind it dies, freezes and comes back, on a clock of our own.
+// A hand touches while the service behind it dies, freezes and comes back, on a clock of our own.
 // Felt and the controller's plan are the package's; the service is a player that answers as a service does.
 using System;
 using System.Collections.Generic;
@@ -16,11 +16,12 @@ public sealed class FeltSwitch
 
     const double Step = 0.001, FrameS = 1.0 / 72.0, AnswerS = 0.002, PlanEveryS = 0.04, TelemetryEveryS = 0.1, ReconnectS = 0.25;
     const int HeardHz = 8000;
+    const double Strike = 0.2; // the vibration of a struck glass is above it
     const int FramesPerTouch = 2; // as the hand renews at 40 Hz where 72 frames are drawn a second
 
     static Feel feel;
 
-    double now = 1.0, frameAt, plannedAt, toldAt, revivedAt;
+    double now = 1.0, since, frameAt, plannedAt, toldAt, revivedAt;
     int frames;
     State state = State.Alive;
     FeltLink link = new FeltLink { IsConnected = true, IsOwner = true };
@@ -34,7 +35,8 @@ public sealed class FeltSwitch
     readonly float[] wave = new float[(int)(HeardHz * FrameS)];
     readonly List<KeyValuePair<double, double>> sounds = new List<KeyValuePair<double, double>>();
 
-    FeltSwitch(FeltMode mode, bool hasService = true)
+    // `how`: alone, without a service, or beside another scene, which owns the outputs.
+    FeltSwitch(FeltMode mode, string how)
     {
         felt = new Felt(() => link, hand => FeelForm.Amplitude);
         felt.Open(feel);
@@ -50,172 +52,72 @@ public sealed class FeltSwitch
             heard.Touch(touch, now);
         };
         felt.Stopped += heard.Stop;
-        if (!hasService) Change(State.Dead);
+        if (how == "alone") Change(State.Dead);
+        link.IsOwner = how != "beside";
     }
 
-    public static void Run(int changes)
+    // Follows the scripts of tests/support/switch_cases.py on standard input, and says what they ask for.
+    public static void Run()
     {
         feel = Feel.Open(Resources.Load<TextAsset>("HapticVLM/feel.true").text);
-        foreach (State to in new[] { State.Dead, State.Frozen })
+        FeltSwitch one = null;
+        string name = null;
+        for (string line = Console.In.ReadLine(); line != null; line = Console.In.ReadLine())
         {
-            Stroke(to, changes);
-            Strikes(to, changes);
+            string[] words = line.Split(' ');
+            if (words[0] == "case") name = line.Substring(5);
+            else if (words[0] == "begin") one = new FeltSwitch(Named<FeltMode>(words[1]), words.Last());
+            else if (words[0] == "say" && words[2] == "because") continue; // the switch itself does not tell it
+            else if (words[0] == "say") Components.Say("said\t" + name + "\t" + words[1] + "\t" + one.Seen(words[2]));
+            else one.Do(words);
         }
-        Stopped(true);
-        Stopped(false);
-        StoppedByAnother();
-        StoppedMeanwhile();
-        Mode(FeltMode.Auto, true);
-        Mode(FeltMode.Auto, false);
-        Mode(FeltMode.Baked, true);
-        Mode(FeltMode.Service, false);
-        BesideAnother();
-        SwitchByHand(changes);
     }
 
-    // Strokes through many changes.
-    static void Stroke(State to, int changes)
+    void Do(string[] words)
     {
-        var one = new FeltSwitch(FeltMode.Auto);
-        one.Begin("rubber");
-        double since = one.now;
-        var by = new HashSet<string>();
-        for (int i = 0; i < changes; i++)
+        switch (words[0])
         {
-            one.Change(to);
-            one.Pass(0.3 + 0.007 * (i % 9), () => one.Touch(Phase.Slide, "rubber"));
-            by.Add(one.felt.By(one.now).ToString());
-            one.Change(State.Alive);
-            one.Pass(0.75, () => one.Touch(Phase.Slide, "rubber"));
-            by.Add(one.felt.By(one.now).ToString());
+            case "pass": Pass(0.001 * int.Parse(words[1]), words.Length < 3 ? (Action)null : () => Touch(Named<Phase>(words[2]), words[3])); break;
+            case "touch": Touch(Named<Phase>(words[1]), words[2]); break;
+            case "service": Change(Named<State>(words[1])); break;
+            case "stop": StopBy(words.Last()); break;
+            case "mode": felt.Switch(Named<FeltMode>(words[1]), now); break;
+            case "own": link.IsOwner = true; break;
+            case "mark": since = now; break;
+            default: throw new ArgumentException(words[0]);
         }
-        Components.Say("stroke " + to + " gap_ms " + Text(1e3 * one.LongestGap(since)) + " by " + string.Join(" ", by.OrderBy(each => each).ToArray()));
     }
 
-    // Strikes at every moment around a change: from 60 ms before to 60 ms after it.
-    static void Strikes(State to, int changes)
+    string Seen(string what)
     {
-        int lost = 0, unheard = 0;
-        double weakest = 1.0, latest = 0.0;
-        for (int i = 0; i < changes; i++)
+        switch (what)
         {
-            var one = new FeltSwitch(FeltMode.Auto);
-            one.Begin("glass");
-            one.Touch(Phase.Release, null);
-            one.Pass(0.3, null);
-            double offset = -0.06 + 0.12 * i / changes;
-            if (offset < 0.0) one.Change(to);
-            one.Pass(Math.Abs(offset < 0.0 ? offset : 0.0), null);
-            double since = one.now;
-            one.Touch(Phase.Contact, "glass");
-            one.Pass(Math.Max(0.0, offset), () => one.Touch(Phase.Contact, "glass"));
-            if (offset >= 0.0) one.Change(to);
-            one.Pass(0.16, () => one.Touch(Phase.Contact, "glass"));
-            double strongest = one.Strongest(since);
-            if (strongest < 0.2) lost++;
-            if (offset < 0.0 && Loudest(one.sounds, since) < 0.3) unheard++;
-            weakest = Math.Min(weakest, strongest);
-            latest = Math.Max(latest, one.played.First(each => each.Key >= since && (each.Value >= 0.2 || strongest < 0.2)).Key - since);
+            case "felt": return Text(Loudest(played, since));
+            case "heard": return Text(Loudest(sounds, since));
+            case "gap": return Text(1e3 * LongestGap());
+            case "soon": return Text(1e3 * (played.First(each => each.Key >= since && each.Value >= Strike).Key - since));
+            case "by": return felt.By(now).ToString().ToLowerInvariant();
+            default: return felt.IsStopped ? "stopped: release and touch again" : "";
         }
-        Components.Say("strikes " + to + " lost " + lost + " unheard " + unheard + " weakest " + Text(weakest) + " latest_ms " + Text(1e3 * latest));
     }
 
-    // A stop in the middle of a stroke that goes on; then the other one takes over, and has to hold as well. A service that
-    // begins after the stop does not know of it.
-    static void Stopped(bool hasService)
+    static T Named<T>(string word)
     {
-        var one = new FeltSwitch(FeltMode.Auto, hasService);
-        one.Begin("stone");
-        one.felt.Stop(one.now);
-        if (one.state == State.Alive) one.StopService();
-        one.motor.Silence(); // as Controller Haptics does at a stop
-        one.Pass(0.03, null);
-        double since = one.now;
-        one.Change(hasService ? State.Dead : State.Alive);
-        one.Pass(2.0, () => one.Touch(Phase.Slide, "stone"));
-        double held = one.Strongest(since), sound = Loudest(one.sounds, since);
-        one.Touch(Phase.Release, null);
-        one.Pass(0.05, null);
-        double again = one.now;
-        one.Touch(Phase.Contact, "stone");
-        one.Pass(0.2, () => one.Touch(Phase.Slide, "stone"));
-        Components.Say("stop " + (hasService ? "with" : "without") + " a service held " + Text(held) + " heard " + Text(sound) + " again " + (one.Strongest(again) > 0.0));
+        return (T)Enum.Parse(typeof(T), word, true);
     }
 
-    // An operator stops the service, which dies while the hand strokes on.
-    static void StoppedByAnother()
+    // A stop by the scene, by another client, or of the left hand, of which the service tells.
+    void StopBy(string who)
     {
-        var one = new FeltSwitch(FeltMode.Auto);
-        one.Begin("stone");
-        one.StopService();
-        one.Pass(0.05, () => one.Touch(Phase.Slide, "stone"));
-        double since = one.now;
-        one.Change(State.Dead);
-        one.Pass(0.9, () => one.Touch(Phase.Slide, "stone"));
-        Components.Say("stopped by another held " + Text(one.Strongest(since)) + " heard " + Text(Loudest(one.sounds, since)));
-    }
-
-    // The service swallows a strike, tells that the other hand was stopped, and dies.
-    static void StoppedMeanwhile()
-    {
-        var one = new FeltSwitch(FeltMode.Auto);
-        one.Begin("glass");
-        one.Touch(Phase.Release, null);
-        one.Pass(0.3, null);
-        one.Change(State.Frozen);
-        double since = one.now;
-        one.Touch(Phase.Contact, "glass");
-        one.felt.Serve(new Vibration { Hand = HandName.Left, PeriodMs = 12.5, Stopped = true });
-        one.Change(State.Dead);
-        one.Pass(0.14, null);
-        Components.Say("stop of a missed strike held " + Text(one.Strongest(since)) + " heard " + Text(Loudest(one.sounds, since)) + " stopped " + one.felt.IsStopped);
-        one.Touch(Phase.Release, null);
-        one.Touch(Phase.Contact, "glass");
-        Components.Say("touched again stopped " + one.felt.IsStopped);
-    }
-
-    static void Mode(FeltMode mode, bool hasService)
-    {
-        var one = new FeltSwitch(mode, hasService);
-        one.Begin("stone");
-        double since = one.now;
-        one.Pass(0.3, () => one.Touch(Phase.Slide, "stone"));
-        Components.Say("mode " + mode + (hasService ? " with" : " without") + " a service felt " + (one.Strongest(since) > 0.0) + " heard " + (Loudest(one.sounds, since) > 0.0) + " by " + one.felt.By(one.now));
-    }
-
-    // The service serves another scene, then this one.
-    static void BesideAnother()
-    {
-        var one = new FeltSwitch(FeltMode.Auto);
-        one.link.IsOwner = false;
-        one.Begin("stone");
-        double since = one.now;
-        one.Pass(1.5, () => one.Touch(Phase.Slide, "stone"));
-        string beside = "felt " + (one.Strongest(since) > 0.0) + " by " + one.felt.By(one.now);
-        one.link.IsOwner = true;
-        one.Pass(0.5, () => one.Touch(Phase.Slide, "stone"));
-        Components.Say("beside another " + beside + " then by " + one.felt.By(one.now) + " gap_ms " + Text(1e3 * one.LongestGap(since)));
-    }
-
-    // A person turns the switch while stroking.
-    static void SwitchByHand(int changes)
-    {
-        var one = new FeltSwitch(FeltMode.Service);
-        one.Begin("rubber");
-        double since = one.now;
-        for (int i = 0; i < changes; i++)
+        if (who == "left") felt.Serve(new Vibration { Hand = HandName.Left, PeriodMs = 12.5, Stopped = true });
+        if (who == "stop")
         {
-            one.felt.Switch(i % 2 == 0 ? FeltMode.Baked : i % 4 == 1 ? FeltMode.Service : FeltMode.Auto, one.now);
-            one.Pass(0.2 + 0.003 * (i % 7), () => one.Touch(Phase.Slide, "rubber"));
+            felt.Stop(now);
+            motor.Silence(); // as Controller Haptics does at a stop
         }
-        Components.Say("by hand gap_ms " + Text(1e3 * one.LongestGap(since)));
-    }
-
-    void Begin(string material)
-    {
-        Pass(1.5, null);
-        Touch(Phase.Contact, material);
-        Pass(0.3, () => Touch(Phase.Slide, material));
+        if (who == "left" || state != State.Alive) return;
+        service.Stop();
+        Answer(new Vibration { Hand = HandName.Right, PeriodMs = 12.5, Stopped = true });
     }
 
     void Change(State to)
@@ -229,12 +131,6 @@ public sealed class FeltSwitch
         if (to != State.Dead) return;
         link = new FeltLink { ReceivedAt = double.NegativeInfinity };
         underWay.Clear();
-    }
-
-    void StopService()
-    {
-        service.Stop();
-        Answer(new Vibration { Hand = HandName.Right, PeriodMs = 12.5, Stopped = true });
     }
 
     void Touch(Phase phase, string material)
@@ -308,18 +204,13 @@ public sealed class FeltSwitch
         heard.Mute("right", !felt.IsBaked(HandName.Right, now));
     }
 
-    double Strongest(double since)
-    {
-        return Loudest(played, since);
-    }
-
     static double Loudest(List<KeyValuePair<double, double>> values, double since)
     {
         return values.Where(each => each.Key >= since).Select(each => each.Value).DefaultIfEmpty().Max();
     }
 
-    // The longest time without vibration after `since`, from the end of the last frame that had some.
-    double LongestGap(double since)
+    // The longest time without vibration since the mark, from the end of the last frame that had some.
+    double LongestGap()
     {
         double gap = 0.0, last = since;
         foreach (KeyValuePair<double, double> each in played.Where(each => each.Key >= since))
