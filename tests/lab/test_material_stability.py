@@ -14,12 +14,13 @@ from hapticvlm.vision.loading import load_encoder
 from hapticvlm.vision.pictures import crop
 from hapticvlm_lab.bench.material import stability
 from hapticvlm_lab.bench.material.data import FOUR, Source, Where
-from hapticvlm_lab.bench.material.perturb import SHAKES, Shake, apply
+from hapticvlm_lab.bench.material.perturb import SHAKES, Shake, apply, darken
 from hapticvlm_lab.bench.material.picture import (
     OBJECT_PX,
     Picture,
     as_frame,
     length_of,
+    linear,
     window,
 )
 from hapticvlm_lab.bench.material.reading import read_capture
@@ -34,7 +35,7 @@ from hapticvlm_lab.bench.material.stability import (
 
 IDS = [shake.name for shake in SHAKES]
 BY_NAME = {shake.name: shake for shake in SHAKES}
-OF_LEVELS = ("blur", "noise", "JPEG", "stylised")
+OF_LIGHT = ("blur", "noise", "dark", "bright", "JPEG", "stylised", "night")
 
 
 @pytest.fixture(scope="module")
@@ -48,8 +49,8 @@ def default() -> Default:
     return Default(encoder, load_gallery(encoder=encoder))
 
 
-def picture() -> Picture:
-    return Picture(*drawn("wood", 1, 1))
+def picture(truth: str = "wood") -> Picture:
+    return Picture(*drawn(truth, 1, 1), drawn("fabric", 2, 0)[0])
 
 
 def at_worst(shake: Shake, shown: Picture, seed: int = 3) -> Picture:
@@ -92,12 +93,19 @@ def test_worse_is_farther_from_the_clean_picture(shake: Shake) -> None:
     assert all(one <= other * 1.05 for one, other in pairwise(away)), away
 
 
-@each(name=OF_LEVELS)
-def test_levels_change_no_mask_and_no_size(name: str) -> None:
+@each(name=OF_LIGHT)
+def test_light_changes_no_mask_and_no_size(name: str) -> None:
     shown = picture()
     changed = at_worst(BY_NAME[name], shown)
     assert changed.image.shape == shown.image.shape
     assert np.array_equal(changed.mask, shown.mask)  # type: ignore[arg-type]
+
+
+def test_a_stop_under_halves_the_light() -> None:
+    shown = Picture(np.full((8, 8, 3), 200, np.uint8), None)
+    darker = darken(shown, 1.0, np.random.default_rng(0))
+    ratio = linear(darker.image).mean() / linear(shown.image).mean()
+    assert ratio == pytest.approx(0.5, abs=0.01)
 
 
 def test_a_halving_halves_picture_and_mask() -> None:
@@ -122,6 +130,23 @@ def test_an_occluder_covers_the_share_it_says(share: float) -> None:
     assert changed == pytest.approx(share, abs=0.03)
 
 
+@pytest.mark.parametrize("name", ["clutter", "reflections"])
+def test_what_shows_in_the_object_leaves_its_surroundings_alone(name: str) -> None:
+    shown = picture("glass")
+    changed = at_worst(BY_NAME[name], shown)
+    assert shown.mask is not None
+    outside = shown.mask == 0
+    assert np.array_equal(changed.image[outside], shown.image[outside])
+
+
+def test_mirrors_round_an_object_leave_the_object_alone() -> None:
+    shown = picture()
+    changed = at_worst(BY_NAME["mirrors"], shown)
+    assert shown.mask is not None
+    inside = shown.mask > 0
+    assert np.array_equal(changed.image[inside], shown.image[inside])
+
+
 def test_a_window_shows_the_object_and_its_surroundings(source: Source) -> None:
     view = source.views[0]
     shown = window(view)
@@ -136,13 +161,15 @@ def test_a_window_shows_the_object_and_its_surroundings(source: Source) -> None:
 @pytest.mark.nightly
 def test_the_clean_step_is_the_clean_answer(source: Source, default: Default) -> None:
     clean = predict_clean(source, default)
-    curve = shaken(clean, BY_NAME["blur"], default)
-    assert curve.n == len(source.views)
-    first = curve.steps[0]
-    assert (first.severity, first.flips) == (0, 0.0)
+    curves = [shaken(clean, BY_NAME[name], default) for name in ("blur", "clutter")]
+    assert curves[0].n == len(source.views)
+    assert curves[1].n == (source.truth == "glass").sum()
+    for curve in curves:
+        first = curve.steps[0]
+        assert (first.severity, first.flips) == (0, 0.0)
     right = clean.predictions.forced == clean.truth
     shares = [right[clean.truth == name].mean() for name in FOUR]
-    assert first.accuracy == pytest.approx(np.mean(shares))
+    assert curves[0].steps[0].accuracy == pytest.approx(np.mean(shares))
 
 
 @pytest.mark.nightly

@@ -2,8 +2,9 @@
 
 Each perturbation takes a `Picture`, a severity in the unit that its `Shake` names, and a random
 generator, and returns a new picture. Severity 0 changes nothing; the same generator state gives the
-same picture again. Lengths are px of a picture whose object is about OBJECT_PX long. Light and
-weather, and what a headset or a player does to a whole picture, are in `conventions`.
+same picture again. Lengths are px of a picture whose object is about OBJECT_PX long. Levels are
+those of a display (gamma 2.2). Light is linear: it adds up, and a stop of exposure halves it, which
+levels do not do. So exposure, reflections and see-through are computed in light.
 """
 
 from __future__ import annotations
@@ -18,10 +19,18 @@ from hapticvlm_lab.bench.material.picture import (
     OBJECT_PX,
     Picture,
     as_float,
+    display,
+    exposed,
+    linear,
     scaled,
+    seen_behind,
+    shifted,
     where_object,
 )
 
+LAMP = (1.0, 0.70, 0.38)  # linear gain of 2700 K light beside daylight, its red kept
+NIGHT_STOPS = 4.0  # that night is darker than day
+NIGHT_NOISE = 10.0  # grey levels, of a frame lit that little
 HAND = (172.0, 128.0, 104.0)  # a hand covers an object most often
 EDGE = 30.0  # grey levels of gradient drawn as a full line
 
@@ -37,6 +46,7 @@ class Shake:
     change: Change
     severities: tuple[float, ...]
     unit: str
+    only: str | None = None  # for this class alone
 
 
 def apply(shake: Shake, picture: Picture, severity: float, seed: int) -> Picture:
@@ -56,6 +66,16 @@ def blur(picture: Picture, sigma: float, _: np.random.Generator) -> Picture:
 def noise(picture: Picture, deviation: float, rng: np.random.Generator) -> Picture:
     """Add independent sensor noise of this standard deviation, grey levels."""
     return picture.over(as_float(picture) + rng.normal(0.0, deviation, picture.image.shape))
+
+
+def darken(picture: Picture, stops: float, _: np.random.Generator) -> Picture:
+    """Underexpose by so many stops of light."""
+    return picture.over(exposed(picture, 2.0**-stops))
+
+
+def brighten(picture: Picture, stops: float, _: np.random.Generator) -> Picture:
+    """Overexpose by so many stops of light; levels above white clip."""
+    return picture.over(exposed(picture, 2.0**stops))
 
 
 def jpeg(picture: Picture, lost: float, _: np.random.Generator) -> Picture:
@@ -86,6 +106,54 @@ def occlude(picture: Picture, share: float, rng: np.random.Generator) -> Picture
     return picture.over(np.where(covered[..., None], np.array(HAND) * shade, picture.image))
 
 
+def move(picture: Picture, length: float, rng: np.random.Generator) -> Picture:
+    """Turn the head: blur along a line of so many px, and a mask of a frame as much earlier."""
+    from scipy.ndimage import convolve
+
+    angle = rng.uniform(0.0, 2.0 * np.pi)
+    # Motion blur is the mean of the picture over a line. The mask belongs to the frame before, so
+    # it lags by the length of that line.
+    side = 2 * int(np.ceil(length / 2)) + 1
+    line = np.zeros((side, side))
+    steps = np.linspace(-length / 2, length / 2, 4 * side)
+    at = (side // 2 + np.outer((np.sin(angle), np.cos(angle)), steps)).round().astype(int)
+    line[np.clip(at[0], 0, side - 1), np.clip(at[1], 0, side - 1)] = 1.0
+    smeared = convolve(as_float(picture), (line / line.sum())[..., None], mode="nearest")
+    if picture.mask is None:
+        return picture.over(smeared)
+    lag = (-np.sin(angle) * length, -np.cos(angle) * length)
+    return picture.over(smeared, shifted(picture.mask, *lag))
+
+
+def clutter(picture: Picture, share: float, _: np.random.Generator) -> Picture:
+    """Show another picture through the object, as that share of its light."""
+    behind = linear(seen_behind(picture))
+    mixed = (1.0 - share) * linear(picture.image) + share * behind
+    return picture.over(np.where(where_object(picture)[..., None], display(mixed), picture.image))
+
+
+def mirror(picture: Picture, share: float, _: np.random.Generator) -> Picture:
+    """Put the object among mirrors: that share of its surroundings is its own reflection."""
+    flipped = linear(picture.image[:, ::-1])
+    mixed = (1.0 - share) * linear(picture.image) + share * flipped
+    return picture.over(np.where(where_object(picture)[..., None], picture.image, display(mixed)))
+
+
+def reflect(picture: Picture, share: float, _: np.random.Generator) -> Picture:
+    """Polish the object: that share of its light is a mirror image of other surroundings."""
+    other = linear(seen_behind(picture)[:, ::-1])
+    mixed = (1.0 - share) * linear(picture.image) + share * other
+    return picture.over(np.where(where_object(picture)[..., None], display(mixed), picture.image))
+
+
+def nightfall(picture: Picture, share: float, rng: np.random.Generator) -> Picture:
+    """Go from day (0) to a lamp at night (1): darker, warmer, noisier."""
+    # A camera in little light amplifies its sensor, and its noise with it.
+    warm = np.array(LAMP) ** share
+    lit = display(linear(picture.image) * warm * 2.0 ** (-NIGHT_STOPS * share))
+    return picture.over(lit + rng.normal(0.0, NIGHT_NOISE * share, picture.image.shape))
+
+
 def stylise(picture: Picture, share: float, _: np.random.Generator) -> Picture:
     """Shade like a drawing, with few levels and dark outlines, blended in by that share."""
     from scipy.ndimage import gaussian_filter, sobel
@@ -100,8 +168,17 @@ def stylise(picture: Picture, share: float, _: np.random.Generator) -> Picture:
 SHAKES = (
     Shake("blur", blur, (0, 1, 2, 4, 8), "sigma, px"),
     Shake("noise", noise, (0, 8, 16, 32, 64), "s.d., grey levels"),
+    Shake("dark", darken, (0, 1, 2, 3, 5), "stops under"),
+    Shake("bright", brighten, (0, 1, 2, 3, 4), "stops over"),
     Shake("JPEG", jpeg, (0, 50, 75, 90, 97), "100 - quality"),
     Shake("size", shrink, (0, 1, 2, 3, 4), f"halvings of {OBJECT_PX} px"),
     Shake("occlusion", occlude, (0, 0.2, 0.4, 0.6, 0.8), "share covered"),
+    Shake("motion", move, (0, 4, 8, 16, 32), "px between frames"),
+    Shake("clutter", clutter, (0, 0.25, 0.5, 0.75, 0.9), "of the light, glass alone", only="glass"),
+    Shake("mirrors", mirror, (0, 0.25, 0.5, 0.75, 1.0), "of the surroundings"),
+    Shake(
+        "reflections", reflect, (0, 0.25, 0.5, 0.75, 0.9), "of the light, metal alone", only="metal"
+    ),
+    Shake("night", nightfall, (0, 0.25, 0.5, 0.75, 1.0), "day 0 to lamp light 1"),
     Shake("stylised", stylise, (0, 0.25, 0.5, 0.75, 1.0), "of it drawn"),
 )

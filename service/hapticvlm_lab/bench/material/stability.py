@@ -50,7 +50,7 @@ Floats = NDArray[np.float32]
 Flags = NDArray[np.bool_]
 WIDTH_IN = 12.0
 PANEL_IN = 2.5
-COLUMNS = 3
+COLUMNS = 4
 LINES = (  # field, label, colour, line and marker
     ("accuracy", "right of 4", BLUE, "-o"),
     ("flips", "answer changed", GREEN, "--^"),
@@ -82,12 +82,14 @@ class Predictions:
 
 @dataclass(frozen=True, slots=True)
 class Clean:
-    """The unchanged pictures of a source, and their predictions."""
+    """The unchanged pictures of a source, their embeddings and predictions."""
 
     pictures: tuple[Picture, ...]
     truth: Words
     objects: Words
     seeds: tuple[int, ...]
+    embeddings: Floats
+    flat: Flags
     predictions: Predictions
 
 
@@ -151,28 +153,38 @@ def run(where: Where, out: Path, *, as_json: bool) -> int:
 def shake_source(source: Source, default: Default) -> list[Curve]:
     """Apply every perturbation at all severities."""
     clean = predict_clean(source, default)
-    return [shaken(clean, shake, default) for shake in SHAKES]
+    return [shaken(clean, shake, default) for shake in SHAKES if _concerned(clean, shake).any()]
 
 
 def predict_clean(source: Source, default: Default) -> Clean:
     """Decode a source's pictures and predict their materials as they are."""
-    shown = tuple(window(view) for view in source.views)
+    pictures = [window(view) for view in source.views]
+    shown = tuple(
+        replace(picture, behind=_another(pictures, source.truth, at).image)
+        for at, picture in enumerate(pictures)
+    )
     seeds = tuple(crc32(f"{view.object_id}/{at}".encode()) for at, view in enumerate(source.views))
-    predictions = _ask(*default.embed(shown), default.gallery)
-    return Clean(shown, source.truth, source.objects, seeds, predictions)
+    embeddings, flat = default.embed(shown)
+    predictions = _ask(embeddings, flat, default.gallery)
+    return Clean(shown, source.truth, source.objects, seeds, embeddings, flat, predictions)
 
 
 def shaken(clean: Clean, shake: Shake, default: Default) -> Curve:
     """Apply one perturbation at all severities; severity 0 is the clean prediction."""
+    rows = np.flatnonzero(_concerned(clean, shake))
     steps = []
     for severity in shake.severities:
         predictions = clean.predictions
         if severity:
-            pairs = zip(clean.pictures, clean.seeds, strict=True)
-            changed = [apply(shake, picture, severity, seed) for picture, seed in pairs]
-            predictions = _ask(*default.embed(changed), default.gallery)
-        steps.append(_step(severity, predictions, clean))
-    return Curve(shake.name, shake.unit, len(clean.truth), tuple(steps))
+            changed = list(clean.pictures)
+            for row in rows:
+                changed[row] = apply(shake, clean.pictures[row], severity, clean.seeds[row])
+            embeddings = clean.embeddings.copy()
+            flat = clean.flat.copy()
+            embeddings[rows], flat[rows] = default.embed([changed[row] for row in rows])
+            predictions = _ask(embeddings, flat, default.gallery)
+        steps.append(_step(severity, predictions, clean, rows))
+    return Curve(shake.name, shake.unit, len(rows), tuple(steps))
 
 
 def _ask(embeddings: Floats, flat: Flags, gallery: Gallery) -> Predictions:
@@ -183,16 +195,18 @@ def _ask(embeddings: Floats, flat: Flags, gallery: Gallery) -> Predictions:
     return Predictions(names[among.argmax(axis=1)], likeliest, beliefs.max(axis=1))
 
 
-def _step(severity: float, predictions: Predictions, clean: Clean) -> Step:
-    graded = score(predictions.forced, clean.truth, clean.objects, FOUR)
+def _step(severity: float, predictions: Predictions, clean: Clean, rows: NDArray[np.intp]) -> Step:
+    truth = clean.truth[rows]
+    objects = clean.objects[rows]
+    graded = score(predictions.forced[rows], truth, objects, FOUR)
     assert graded is not None
-    wrong = (predictions.likeliest != clean.truth) & (predictions.confidence >= SURE)
+    wrong = (predictions.likeliest[rows] != truth) & (predictions.confidence[rows] >= SURE)
     return Step(
         severity=severity,
         accuracy=graded.accuracy,
         low=graded.low,
         high=graded.high,
-        flips=float((predictions.forced != clean.predictions.forced).mean()),
+        flips=float((predictions.forced[rows] != clean.predictions.forced[rows]).mean()),
         wrong_and_sure=float(wrong.mean()),
     )
 
@@ -200,6 +214,18 @@ def _step(severity: float, predictions: Predictions, clean: Clean) -> Step:
 def _thinned(source: Source, limit: int) -> Source:
     objects = len(set(source.objects.tolist())) or 1
     return thin(source, limit, max(VIEWS, limit // objects))
+
+
+def _concerned(clean: Clean, shake: Shake) -> NDArray[np.bool_]:
+    if shake.only is None:
+        return np.ones(len(clean.truth), np.bool_)
+    return np.asarray(clean.truth == shake.only)
+
+
+def _another(pictures: Sequence[Picture], truth: Words, at: int) -> Picture:
+    """Find a picture of the source that shows another class, if there is one."""
+    others = np.flatnonzero(truth != truth[at])
+    return pictures[others[(7 * at + 3) % len(others)] if len(others) else at]
 
 
 def _report(
