@@ -9,36 +9,25 @@ import time
 from pathlib import Path
 
 import pytest
+from each_case import each_row
 from in_process import hapticvlm
 from pace import PACE
 from ports import free_port
 from tiers import nightly_except
+from word_tables import words
 
 ROOT = Path(__file__).parents[2]
 NOWHERE = "ws://127.0.0.1:1/"
-REFUSED = {
-    "stop": ("stop", "--url", NOWHERE),
-    "replay": ("replay", "no-session"),
-    "recognise": ("recognise", "no-picture.jpg"),
-    "scan": ("scan", "no-scene.glb"),
-    "gallery list": ("gallery", "list", "no-gallery"),
-    "gallery list of pictures": ("gallery", "list", "no-gallery", "no-pictures"),
-    "plate status": ("plate", "status", "--peltier", "no-port"),
-    "stream": ("stream", "no-capture"),
-    "demo": ("demo", "--browser", "--static", "site"),
-    "feel": ("feel", "gold"),
-    "study run": ("study", "run", "no-study"),
-    "study report": ("study", "report", "no-study"),
-}
+REFUSED = words(Path(__file__).with_name("wrong_files.csv"), "json")
 
 
-@pytest.mark.parametrize("name", REFUSED)
-def test_a_refusal_is_one_line_for_people_and_one_object_for_programs(name, tmp_path):
-    said = hapticvlm(*REFUSED[name], cwd=tmp_path)
+@each_row(("command",), REFUSED)
+def test_a_refusal_is_one_line_for_people_and_one_object_for_programs(command, tmp_path):
+    said = hapticvlm(*command.split(), cwd=tmp_path)
     assert said.code == 2
     assert said.out in ("", "hapticvlm demo: loading\n")
     (line,) = said.err.splitlines()
-    told = hapticvlm(*REFUSED[name], "--json", cwd=tmp_path)
+    told = hapticvlm(*command.split(), "--json", cwd=tmp_path)
     assert (told.code, told.err) == (2, "")
     error = json.loads(told.out)["error"]
     assert line.endswith(error)

@@ -6,9 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from each_case import each_row
 from grounds import drawn
 from PIL import Image
 from tiny_encoders import Graph, write_onnx
+from word_tables import words
 
 from hapticvlm.commands.main import main
 from hapticvlm.vision.galleries.calibration import find_confusable_pairs, leave_one_out
@@ -32,6 +34,7 @@ COLOURS = {
     "fabric": (190, 30, 60),
 }
 VIEWS = 2 + len(CLOSER)
+WRONG = Path(__file__).with_name("wrong_files.csv")
 
 
 def photograph(path: Path, colour: tuple[int, int, int], seed: int) -> Path:
@@ -327,31 +330,18 @@ def test_like_its_class_to_the_last_pixel_is_warned_of(
     assert "3 of 3" in warned
 
 
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (["Slate", "--like", "stone"], "name: `Slate`"),
-        (["wood", "--like", "stone"], "name: `wood`"),
-        (["slate", "--like", "rock"], "`rock`"),
-        (["slate", "--like", "stone", "--set", "thermal.conductivity=-1"], "0.005..2500"),
-        (["slate", "--like", "stone", "--set", "conductivity=1"], "conductivity=1"),
-        (["slate", "--like", "stone", "--set", "thermal.colour=1"], "thermal.colour"),
-        (["slate", "--like", "stone", "--set", "thermal"], "thermal"),
-        (["slate", "--like", "stone", "--words", "Slate"], "words: `Slate`"),
-        (["slate", "--like", "stone", "--words", "slate,,tile"], "words: ``"),
-        (["slate", "--like", "stone", "--out", "my.npz"], "my.npz"),
-    ],
-)
+@each_row(("arguments", "said"), words(WRONG, "gallery add"))
 def test_a_material_that_cannot_be_is_refused_before_anything_is_written(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
-    arguments: list[str],
+    arguments: str,
     said: str,
 ) -> None:
     monkeypatch.chdir(tmp_path)
     shot = photograph(tmp_path / "a.jpg", COLOURS["metal"], 1)
-    assert said in complaint(capsys, "add", arguments[0], shot, *arguments[1:])
+    name, *more = arguments.split()
+    assert said in complaint(capsys, "add", name, shot, *more)
     assert list(tmp_path.iterdir()) == [shot]
 
 

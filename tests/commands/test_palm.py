@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 
 import pytest
+from each_case import each_row
+from word_tables import words
 
 from hapticvlm.server.options import plate_resistance
+
+WRONG = Path(__file__).with_name("wrong_files.csv")
 
 
 def test_a_number_is_itself():
@@ -14,21 +19,7 @@ def test_a_number_is_itself():
     assert plate_resistance("0") == 0.0
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "",
-        "{",
-        "[]",
-        "[" * 60_000,
-        " " * 100_000 + "{}",
-        '{"calibrate": "speaker", "plate_resistance": 1e-3}',
-        '{"calibrate": "plate"}',
-        '{"calibrate": "plate", "plate_resistance": true}',
-        '{"calibrate": "plate", "plate_resistance": "1e-3"}',
-    ],
-    ids=range(9),
-)
+@each_row(("text",), [*words(WRONG, "palm"), ("[" * 60_000,), (" " * 100_000 + "{}",)])
 def test_another_file_is_refused_with_what_to_give(tmp_path, text):
     path = tmp_path / "palm.json"
     path.write_text(text)

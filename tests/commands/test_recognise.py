@@ -9,11 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 from drawn_textures import planks, weave
+from each_case import each_row
 from grounds import drawn
 from in_process import Outcome, hapticvlm
 from numpy.typing import NDArray
 from PIL import Image
 from tiny_encoders import write_classifier
+from word_tables import words
 
 from hapticvlm import materials, messages
 from hapticvlm.commands.main import main
@@ -24,6 +26,7 @@ from hapticvlm.vision.galleries.storage import load_gallery
 from hapticvlm.vision.loading import load_encoder
 
 SIDE = 160
+WRONG = Path(__file__).with_name("wrong_files.csv")
 COMMAND = [sys.executable, "-m", "hapticvlm", "recognise"]
 
 
@@ -217,26 +220,11 @@ def test_a_broken_picture_is_said_and_the_others_are_done(folder: Path, tmp_path
     assert "8 x 8 px" in outcome.rows[0]["error"]
 
 
-@pytest.mark.parametrize(
-    ("arguments", "complaint"),
-    [
-        ("empty", "contains no picture"),
-        ("nowhere", "no such file"),
-        ("a.png --mask nowhere", "no such file or folder"),
-        ("a.png --gallery nowhere.npz", "not a gallery"),
-        ("a.png --encoder /nowhere/encoder", "encoder"),
-        ("a.png --region 0,0,1,1", "--texture"),
-        ("a.png --metallic 1", "--texture"),
-        ("a.png --texture --no-outline", "--no-outline"),
-        ("a.png --texture --region 0,0,1", "X,Y,W,H"),
-        ("a.png --texture --region 0.5,0,0.6,1", "0..1"),
-        ("a.png --texture --roughness 2", "0..1"),
-    ],
-)
+@each_row(("arguments", "complaint"), words(WRONG, "recognise"))
 def test_what_cannot_be_looked_at_so_is_said_in_a_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: str, complaint: str
 ) -> None:
-    (tmp_path / "empty" / "below").mkdir(parents=True)
+    (tmp_path / "empty" / "below").mkdir(parents=True, exist_ok=True)
     (tmp_path / "empty" / "notes.txt").write_text("no picture")
     save(tmp_path / "a.png", grain(1))
     monkeypatch.chdir(tmp_path)

@@ -11,6 +11,13 @@ import hapticvlm
 
 # Each takes half a second of a processor or more, in every process that loads it.
 SLOW = ("scipy", "statsmodels", "matplotlib")
+HEAVY = (*SLOW, "torch", "transformers", "numpy", "websockets", "msgspec")
+HELP = """
+import contextlib
+from hapticvlm.commands.main import main
+with contextlib.suppress(SystemExit):
+    main(["--help"])
+"""
 PUT_TOGETHER = """
 from hapticvlm.commands import run_service
 from hapticvlm.server import assemble
@@ -29,11 +36,15 @@ for material in MATERIALS.values():
 """
 
 
-def loaded(code: str) -> set[str]:
-    """Run code in a Python of its own; return which of SLOW it has loaded."""
-    code += f"\nimport sys\nprint(*({set(SLOW)!r} & set(sys.modules)))"
+def loaded(code: str, named: tuple[str, ...] = SLOW) -> set[str]:
+    """Run code in a Python of its own; return which of these modules it has loaded."""
+    code += f"\nimport sys\nprint('', *({set(named)!r} & set(sys.modules)))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    return set(done.stdout.split())
+    return set(done.stdout.splitlines()[-1].split())
+
+
+def test_importing_the_package_or_asking_for_help_loads_nothing_heavy() -> None:
+    assert loaded("import hapticvlm", HEAVY) == loaded(HELP, HEAVY) == set()
 
 
 def test_the_gateway_of_built_in_materials_loads_nothing_slow() -> None:
