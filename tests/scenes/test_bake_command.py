@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import io
 import json
 from pathlib import Path
 
-import numpy as np
 import pytest
+from drawn_textures import planks, png
 from gltf_room import SURFACES, glb, write_room
 from in_process import hapticvlm
-from PIL import Image
 from recorded_session import record
 
 from hapticvlm.commands.main import main
@@ -40,16 +38,6 @@ def cache(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     folder = tmp_path / "cache"
     monkeypatch.setattr(texture_reader, "cache_folder", lambda: folder)
     return folder
-
-
-def planks() -> bytes:
-    """Draw a map of long grain."""
-    rng = np.random.default_rng(3)
-    rows = 25 * np.sin(np.arange(96) / 3.0) + rng.normal(0, 8, (96, 96))
-    pixels = np.array((150, 100, 60)) + rows[:, :, None]
-    picture = io.BytesIO()
-    Image.fromarray(pixels.clip(0, 255).astype(np.uint8)).save(picture, "PNG")
-    return picture.getvalue()
 
 
 def write_mute_scene(path: Path, data: bytes) -> Path:
@@ -187,7 +175,7 @@ def test_a_gltf_room_is_baked_as_the_scan_decides_and_again_to_the_same_bytes(
 def test_the_texture_of_a_surface_that_says_nothing_enters_the_bake(
     tmp_path: Path,
 ) -> None:
-    path = write_mute_scene(tmp_path / "mute.glb", planks())
+    path = write_mute_scene(tmp_path / "mute.glb", png(planks()))
     (node,) = read_scene(path).objects
     assert node.surfaces[0].texture is not None
     evidence = TextureReader()(node.surfaces[0].texture)

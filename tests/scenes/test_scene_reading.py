@@ -15,6 +15,7 @@ from typing import Any
 import pytest
 from gltf_room import OBJECT, SURFACES, glb, write_room
 from PIL import Image
+from word_tables import cases
 
 from hapticvlm.scenes import files, gltf, reading
 from hapticvlm.scenes.reading import read_scene
@@ -22,6 +23,7 @@ from hapticvlm.scenes.scene import Scene, SceneError
 from hapticvlm.session import scene_objects
 
 Document = dict[str, Any]
+TABLES = Path(__file__).with_name("scene_files.json")
 ENDINGS = (".glb", ".gltf")
 MANY = (10_000, pytest.param(100_000, marks=pytest.mark.nightly))
 
@@ -284,20 +286,7 @@ def test_geometry_beyond_the_budget_is_not_read(
     assert "limit" in note
 
 
-@pytest.mark.parametrize(
-    "uri",
-    [
-        "../secret.png",
-        "..%2Fsecret.png",
-        "textures/../../secret.png",
-        "..\\secret.png",
-        "/etc/passwd",
-        "file:///etc/passwd",
-        "https://example.com/wood.png",
-        "C:\\secret.png",
-        "link/secret.png",
-    ],
-)
+@pytest.mark.parametrize("uri", cases(TABLES, "elsewhere"))
 def test_a_picture_elsewhere_is_never_read(uri: str, tmp_path: Path) -> None:
     (tmp_path / "secret.png").write_bytes(b"\x89PNG secret")
     folder = tmp_path / "scene"
@@ -321,19 +310,7 @@ def test_a_folder_that_is_scanned_may_have_its_pictures_in_another_sub_folder(
     assert (texture.name, texture.read()) == ("old oak.png", b"\x89PNG")
 
 
-@pytest.mark.parametrize(
-    ("image", "texture", "word"),
-    [
-        ({"uri": "gone.png"}, None, "gone.png"),
-        ({"mimeType": "image/ktx2", "bufferView": 9}, None, "KTX2"),
-        ({"uri": "a.ktx2"}, {"extensions": {"KHR_texture_basisu": {"source": 0}}}, "KTX2"),
-        ({"uri": "data:image/png;base64,!!!"}, None, "base64"),
-        ({"uri": "data:image/png,plain"}, None, "base64"),
-        ({"uri": "large.png"}, None, "32 MiB"),
-        ({"uri": "a\0b.png"}, None, "not the name of a file"),
-        ({}, None, "no picture"),
-    ],
-)
+@pytest.mark.parametrize(("image", "texture", "word"), cases(TABLES, "unreadable"))
 def test_a_picture_that_cannot_be_read_says_why(
     image: Document, texture: Document | None, word: str, tmp_path: Path
 ) -> None:
@@ -358,23 +335,11 @@ def whole() -> bytes:
 
 
 BROKEN: dict[str, tuple[bytes, str]] = {
-    "empty": (b"", "not a glTF file"),
-    "text": (b"hello", "not a glTF file"),
-    "another format": (b"Kaydara FBX Binary  \0", "not a glTF file"),
-    "a pointer": (b"version https://git-lfs.github.com/spec/v1\noid", "git lfs pull"),
-    "half a header": (b"glTF\2\0", "header"),
+    **{name: (text.encode("latin-1"), word) for name, text, word in cases(TABLES, "broken")},
     "an older .glb": (b"glTF\1\0\0\0" + bytes(12), "version 1"),
     "cut in its JSON": (whole()[:40], "too early"),
     "cut in its data": (whole()[:-4], "too early"),
     "data first": (b"glTF\2\0\0\0\0\0\0\0" + b"\4\0\0\0BIN\0abcd", "begin with JSON"),
-    "glTF 1": (b'{"asset": {"version": "1.0"}, "nodes": {}}', "glTF 2.0"),
-    "no version": (b'{"asset": {}}', "glTF 2.0"),
-    "a wrong type": (b'{"asset": {"version": "2.0"}, "nodes": [{"mesh": "a"}]}', "nodes"),
-    "no such mesh": (b'{"asset": {"version": "2.0"}, "nodes": [{"mesh": 3}]}', "mesh 3"),
-    "no such node": (
-        b'{"asset": {"version": "2.0"}, "nodes": [], "scenes": [{"nodes": [7]}]}',
-        "node 7",
-    ),
     "nested deep": (b'{"asset": {"version": "2.0"}, "extras": ' + b"[" * 9000, "glTF file"),
 }
 

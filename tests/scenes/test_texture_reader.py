@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import io
 from pathlib import Path
 
-import numpy as np
 import pytest
-from PIL import Image
+from drawn_textures import planks, png
 
 from hapticvlm.scenes import texture_reader
 from hapticvlm.scenes.scan import scan
@@ -18,12 +16,10 @@ from hapticvlm.vision.frame_recogniser import FrameRecogniser
 from hapticvlm.vision.galleries.storage import load_gallery
 from hapticvlm.vision.loading import load_encoder
 
-SIDE = 96
-
 
 @pytest.fixture(autouse=True)
 def cache(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
-    """A cache folder of the test's own."""
+    """A folder of the test's own for what texture maps showed."""
     folder = tmp_path / "cache"
     monkeypatch.setattr(texture_reader, "cache_folder", lambda: folder)
     return folder
@@ -31,13 +27,7 @@ def cache(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
 
 @pytest.fixture
 def picture() -> bytes:
-    """A map of long grain, something like planks."""
-    rng = np.random.default_rng(3)
-    rows = 25 * np.sin(np.arange(SIDE) / 3.0) + rng.normal(0, 8, (SIDE, SIDE))
-    pixels = np.array((150, 100, 60)) + rows[:, :, None]
-    out = io.BytesIO()
-    Image.fromarray(pixels.clip(0, 255).astype(np.uint8)).save(out, "PNG")
-    return out.getvalue()
+    return png(planks())
 
 
 def test_a_texture_shows_what_the_service_sees_in_it_and_is_read_once(

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import io
+
 import numpy as np
+from PIL import Image
 
 from hapticvlm.messages import Frame, Region
 from hapticvlm.vision.pictures import Pixels
@@ -33,6 +36,12 @@ def weave(side: int = SIDE) -> Pixels:
     level = 60.0 * np.sin(np.pi * (across + 0.5) / thread) + dice.normal(0.0, 6.0, (side, side))
     colours = np.array([70.0, 80.0, 120.0]) + level[..., None]
     return np.asarray(np.clip(colours, 0, 255), np.uint8)
+
+
+def png(pixels: Pixels) -> bytes:
+    file = io.BytesIO()
+    Image.fromarray(pixels).save(file, "PNG")
+    return file.getvalue()
 
 
 def frame_of(pixels: Pixels, region: Region | None = None) -> Frame:

@@ -8,6 +8,7 @@ import zlib
 import numpy as np
 import pytest
 import simplejpeg
+from drawn_textures import png
 from each_case import each, each_row
 from numpy.typing import NDArray
 from PIL import Image
@@ -53,12 +54,6 @@ def weave(seed: int = 0, side: int = 448) -> Pixels:
 def jpeg(pixels: Pixels, quality: int = 90) -> bytes:
     data: bytes = simplejpeg.encode_jpeg(np.ascontiguousarray(pixels), quality=quality)
     return data
-
-
-def png(pixels: Pixels) -> bytes:
-    out = io.BytesIO()
-    Image.fromarray(pixels).save(out, "PNG")
-    return out.getvalue()
 
 
 def frame(
