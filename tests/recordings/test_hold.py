@@ -47,19 +47,6 @@ def test_a_session_begun_under_a_stop_replays_the_same(tmp_path):
     assert not outcome.sounds
 
 
-def test_a_hold_that_another_session_lifts_is_in_the_record(tmp_path):
-    hold = Hold()
-    recorder, session = recording(tmp_path, hold)
-    hold.stop("all")
-    session.write_stop("all")
-    hold.update(touch("release", 1))
-    hold.update(touch("contact", 2))  # of another session
-    session.receive(touch("contact", 3), 2.0)
-    outcome = replayed(tmp_path, recorder)
-    assert outcome.is_same, outcome.first_difference
-    assert outcome.sounds
-
-
 def test_a_hold_that_another_session_lifts_just_before_a_stop_is_in_the_record(tmp_path):
     hold = Hold()
     recorder, session = recording(tmp_path, hold)

@@ -1,11 +1,13 @@
 """A recorded session as a timeline."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
 from each_case import each_row
 from recorded_session import record, record_messages, touch
+from word_tables import words
 
 from hapticvlm.materials import MATERIALS
 from hapticvlm.recordings import timeline
@@ -62,24 +64,9 @@ def test_names_decisions_and_plate_are_found_at_their_times(session):
     assert what.touch_at(0.2) is None
 
 
-@each_row(
-    ("name", "words"),
-    [
-        ("TeaMug_01", "Tea mug"),
-        ("M_BrushedSteel_Kettle", "Brushed steel kettle"),
-        ("Hall, M_OakFloor.001", "Hall, Oak floor"),
-        ("Mug (1)", "Mug"),
-        ("room/PCTower2", "Room/PC tower"),
-        ("Hall, surface 12", "Hall, surface 12"),
-        ("Grandma's Old Kettle", "Grandma's Old Kettle"),
-        ("Schüssel", "Schüssel"),
-        ("湯のみ_2", "湯のみ"),
-        ("_", "_"),
-        ("42", "42"),
-    ],
-)
-def test_a_title_is_the_name_in_plain_words(name, words):
-    assert in_plain_words(name) == words
+@each_row(("name", "title"), words(Path(__file__).with_name("titles.csv"), "title"))
+def test_a_title_is_the_name_in_plain_words(name, title):
+    assert in_plain_words(name) == title
 
 
 def test_two_names_with_the_same_words_keep_their_numbers(tmp_path):
