@@ -5,8 +5,12 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import pytest
+from each_case import each
+from word_tables import cases
 
 from hapticvlm.materials import MATERIALS
 from hapticvlm.rendering.heat.contact import strength
@@ -55,16 +59,6 @@ def test_what_is_no_temperature_becomes_neutral(setpoint_c: float) -> None:
     assert limit(25.0, setpoint_c, 0.02, CALM).setpoint_c == pytest.approx(31.76)
 
 
-def test_nothing_limits_a_wish_that_is_already_there() -> None:
-    assert limit(25.0, 25.0, 0.02, CALM).limited_by is None
-
-
-def test_the_setpoint_band_is_named() -> None:
-    limited = limit(59.0, 40.0, 0.02, CALM)
-
-    assert (limited.setpoint_c, limited.limited_by, limited.unlimited_c) == (40.0, "setpoint", 59.0)
-
-
 @pytest.mark.parametrize(("wish_c", "after_half_s_c"), [(18.0, 26.0), (39.0, 38.0)])
 def test_the_setpoint_moves_by_twelve_degrees_a_second(
     wish_c: float, after_half_s_c: float
@@ -77,26 +71,6 @@ def test_the_setpoint_moves_by_twelve_degrees_a_second(
 
     assert setpoint_c == pytest.approx(after_half_s_c)
     assert names == {"slew"}
-
-
-@pytest.mark.parametrize("elapsed_s", [60.0, math.inf])
-def test_a_stalled_caller_earns_no_leap(elapsed_s: float) -> None:
-    assert limit(20.0, 32.0, elapsed_s, CALM).setpoint_c == pytest.approx(30.8)
-
-
-@pytest.mark.parametrize("elapsed_s", [0.0, -5.0, math.nan])
-def test_no_time_no_movement(elapsed_s: float) -> None:
-    assert limit(20.0, 32.0, elapsed_s, CALM).setpoint_c == 32.0
-
-
-@pytest.mark.parametrize(
-    "tired",
-    [replace(CALM, dose_cem43=2.0), replace(CALM, heated_s=900.0)],
-)
-def test_used_up_heat_allows_neutral_and_cold_only(tired: PlateReading) -> None:
-    assert limit(38.0, 32.0, 0.02, tired).limited_by == "dose"
-    assert limit(38.0, 32.0, 0.02, tired).setpoint_c == 32.0
-    assert limit(25.0, 25.0, 0.02, tired).limited_by is None
 
 
 def test_a_hot_sink_takes_the_cold_away_by_degrees() -> None:
@@ -114,45 +88,13 @@ def test_a_hot_sink_takes_the_cold_away_by_degrees() -> None:
     assert limit(18.0, 25.0, 0.02, replace(CALM, sink_c=41.0)).limited_by == "sink"
 
 
-def test_a_hot_sink_does_not_forbid_heat() -> None:
-    assert limit(38.0, 38.0, 0.02, replace(CALM, sink_c=43.0)).limited_by is None
-
-
-def test_a_plate_at_its_current_limit_is_named_when_nothing_else_is() -> None:
-    weak = replace(CALM, current_limited=True)
-
-    assert limit(20.0, 20.0, 0.02, weak).limited_by == "current"
-    assert limit(20.0, 20.0, 0.02, weak).setpoint_c == 20.0
-    assert limit(20.0, 32.0, 0.02, weak).limited_by == "slew"
-
-
-@pytest.mark.parametrize(
-    ("plate_c", "at_full_current", "named"),
-    [
-        (27.0, True, "current"),
-        (25.5, True, "current"),
-        (25.3, True, "slew"),  # it follows
-        (27.0, False, "slew"),
-        (23.0, True, "slew"),  # it is ahead
-        (None, True, "slew"),
-    ],
-)
-def test_a_plate_that_full_current_leaves_behind_is_limited_by_the_current(
-    plate_c: float | None, at_full_current: bool, named: str
-) -> None:
-    falling = replace(CALM, plate_c=plate_c, setpoint_c=25.0, current_limited=at_full_current)
-
-    limited = limit(18.0, 25.0, 0.02, falling)
-
+@each(case=cases(Path(__file__).with_name("plate_limits.json"), "limits"))
+def test_each_wish_is_limited_as_the_table_says_and_the_limit_is_named(case: list[Any]) -> None:
+    _, wish_c, setpoint_c, elapsed_s, reading, limited_c, named = case
+    limited = limit(wish_c, setpoint_c, elapsed_s, replace(CALM, **reading))
+    assert limited.setpoint_c == pytest.approx(limited_c)
     assert limited.limited_by == named
-    assert limited.setpoint_c == pytest.approx(24.76)
-
-
-def test_a_plate_that_full_current_leaves_behind_on_its_way_up_is_limited_by_the_current() -> None:
-    rising = replace(CALM, plate_c=33.0, setpoint_c=35.0, current_limited=True)
-
-    assert limit(38.0, 35.0, 0.02, rising).limited_by == "current"
-    assert limit(20.0, 35.0, 0.02, rising).limited_by == "slew"
+    assert limited.unlimited_c == wish_c
 
 
 STRENGTHS = [strength(MATERIALS[name].thermal) for name in ("fabric", "wood", "glass", "metal")]

@@ -1,11 +1,12 @@
 """What a hand feels of its speaker, found by asking: a curve that the service corrects."""
 
+import io
 import json
-import subprocess
 import sys
 
 import numpy as np
 import pytest
+from in_process import hapticvlm
 
 from hapticvlm.devices.speaker.speaker_files import read_response
 from hapticvlm.perception import drive_threshold_db
@@ -30,18 +31,16 @@ def estimated(answerer, trials=threshold.TRIALS, seed=0):
     return hand.estimates()
 
 
-WITH_TRIALS = """
-import sys
-from hapticvlm.commands.main import main
-from hapticvlm_studio.calibration import hand_threshold
-hand_threshold.TRIALS = int(sys.argv[1])
-sys.exit(main(["calibrate", "speaker", "--by-hand", *sys.argv[2:]]))
-"""
+@pytest.fixture
+def calibrate(monkeypatch):
+    """Run the calibration with these answers and so many trials of each frequency."""
 
+    def run(*arguments, answers="", trials=threshold.TRIALS):
+        monkeypatch.setattr(threshold, "TRIALS", trials)
+        monkeypatch.setattr(sys, "stdin", io.StringIO(answers))
+        return hapticvlm("calibrate", "speaker", "--by-hand", *arguments)
 
-def calibrate(*arguments, answers="", trials=threshold.TRIALS):
-    command = [sys.executable, "-c", WITH_TRIALS, str(trials), *arguments]
-    return subprocess.run(command, input=answers, capture_output=True, text=True, check=False)
+    return run
 
 
 @pytest.mark.parametrize(("guess_rate", "most_db"), [(0.0, 1.6), (0.5, 2.3), (1.0, 3.6)])
@@ -89,10 +88,10 @@ def test_no_level_is_asked_above_half_of_full_scale():
     assert threshold.LEVELS_DB.max() <= -6.0
 
 
-def test_what_a_hand_feels_less_of_is_driven_harder(tmp_path):
+def test_what_a_hand_feels_less_of_is_driven_harder(calibrate, tmp_path):
     said = calibrate("--simulate", "--json", "--out", str(tmp_path / "hand.toml"), trials=30)
-    assert said.returncode == 0, said.stderr
-    told = json.loads(said.stdout)
+    assert said.code == 0, said.err
+    told = json.loads(said.out)
     assert told["simulated"] is True
     found = read_response(tmp_path / "hand.toml")
     assert found.simulated
@@ -105,22 +104,22 @@ def test_what_a_hand_feels_less_of_is_driven_harder(tmp_path):
         assert 20.0 * np.log10(gains.gain(hertz)) == pytest.approx(np.clip(db, -12, 12), abs=3.0)
 
 
-def test_a_person_is_led_through_the_trials_and_told_where_more_are_needed():
+def test_a_person_is_led_through_the_trials_and_told_where_more_are_needed(calibrate):
     said = calibrate("--speaker", "simulated", answers="\n1\nwhat\n2\n0\n1\n", trials=1)
-    assert said.returncode == 0, said.stderr
-    assert "trial 4 of 4" in said.stderr
-    assert said.stdout.count("\n") == 7
-    assert "a rehearsal" in said.stdout
-    assert "measure it again" in said.stdout
+    assert said.code == 0, said.err
+    assert "trial 4 of 4" in said.err
+    assert said.out.count("\n") == 7
+    assert "a rehearsal" in said.out
+    assert "measure it again" in said.out
 
 
 @pytest.mark.parametrize(
     ("answers", "complaint"),
     [("\n1\nq\n", "each frequency needs at least one"), ("\n1\n", "no more answers")],
 )
-def test_a_calibration_that_was_left_writes_no_curve(tmp_path, answers, complaint):
+def test_a_calibration_that_was_left_writes_no_curve(calibrate, tmp_path, answers, complaint):
     out = tmp_path / "hand.toml"
     said = calibrate("--speaker", "simulated", "--out", str(out), answers=answers)
-    assert said.returncode == 2
-    assert complaint in said.stderr
+    assert said.code == 2
+    assert complaint in said.err
     assert not out.exists()

@@ -9,9 +9,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from each_case import each_row
 from in_process import hapticvlm
 from PIL import Image
 from serving import endpoint, says, sends
+from word_tables import words
 
 from hapticvlm.vlm.contract import VlmSettings
 from hapticvlm.vlm.remote import RemoteVlm
@@ -193,7 +195,7 @@ def test_a_method_that_answers_nothing_ends_with_the_reason(
 
 def test_an_endpoint_that_fails_once_is_waited_for(labelled: Path) -> None:
     broken = sends("", "503 Service Unavailable")
-    with endpoint([says("9"), says("9"), broken, broken, says("11")]) as served:
+    with endpoint([says("9"), says("9"), broken, says("11")]) as served:
         settings = VlmSettings(url=served.url, model="some/vlm")
         ask = by_vlm(RemoteVlm(settings))
         picture = read_picture(read_pictures(labelled)[0])
@@ -218,27 +220,11 @@ def test_a_model_a_csv_or_a_picture_that_is_none_is_named(labelled: Path, tmp_pa
         assert named in said.err
 
 
-@pytest.mark.parametrize(
-    ("lines", "why"),
-    [
-        ([], "row 1: no column `image`, found nothing"),
-        (["picture,temperature_c"], "row 1: no column `image`, found picture, temperature_c"),
-        (["image,celsius"], "row 1: no column `temperature_c`"),
-        (["image,temperature_c"], "no rows"),
-        (["image,temperature_c", ",20"], "row 2, column image: empty"),
-        (["image,temperature_c", "none.png,20"], "row 2, column image: no file `none.png`"),
-        (["image,temperature_c", "a.png,20", "a.png,warm"], "row 3, column temperature_c: `warm`"),
-        (["image,temperature_c", "a.png,"], "row 2, column temperature_c: `` is not a number"),
-        (["image,temperature_c", "a.png"], "row 2, column temperature_c"),
-        (["image,temperature_c", "a.png,nan"], "row 2, column temperature_c: nan"),
-        (["image,temperature_c", "a.png,295"], "row 2, column temperature_c: 295 degC is not"),
-        (["image,temperature_c", '"a.png,20'], "truth.csv: "),
-    ],
-)
+@each_row(("text", "why"), words(Path(__file__).with_name("wrong.csv"), "temperatures"))
 def test_a_csv_that_cannot_be_used_names_row_and_column(
-    tmp_path: Path, lines: Sequence[str], why: str
+    tmp_path: Path, text: str, why: str
 ) -> None:
     Image.new("RGB", (8, 8)).save(tmp_path / "a.png")
     with pytest.raises(LabelledPictureError) as caught:
-        read_pictures(write(tmp_path, lines) if lines else write(tmp_path, [""]))
+        read_pictures(write(tmp_path, [text]))
     assert why in str(caught.value)

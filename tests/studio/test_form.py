@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any, get_args
 
 import pytest
-from websockets.asyncio.client import connect
+from each_case import each_row
+from word_tables import words
 
 from hapticvlm.commands.main import main
 from hapticvlm_studio.design import design as designs
@@ -19,8 +20,7 @@ from hapticvlm_studio.design.layout import layout
 from hapticvlm_studio.design.patterns import ours, twenty
 from hapticvlm_studio.design.stimuli import StudyError
 from hapticvlm_studio.trials import page_server
-from hapticvlm_studio.trials import page_server as pages
-from hapticvlm_studio.trials.conductor import Conductor, Phase
+from hapticvlm_studio.trials.conductor import Phase
 from hapticvlm_studio.trials.progress import ParticipantProgress
 
 PAGES = page_server.PAGES[0]
@@ -99,32 +99,13 @@ def test_every_text_that_the_participants_page_asks_for_is_in_the_language() -> 
 
 def test_in_a_pilot_by_ear_no_text_speaks_of_a_palm_a_device_or_of_feeling() -> None:
     unfit = {"en": r"\bpalm|\bdevice|\bfe(?:el|lt)|\bplate", "de": r"Hand|Gerät|[Ss]pür|Platte"}
-    for language, words in unfit.items():
+    for language, pattern in unfit.items():
         texts = languages.texts(language, Path("nowhere"))
         assert texts["heard"].keys() <= texts["phases"].keys()
         shown = {**texts["phases"], **texts["heard"]}
         # The consent says that the study's own text is for a device; trouble is the experimenter's.
-        named = {name for name, text in shown.items() if re.search(words, " ".join(text))}
+        named = {name for name, text in shown.items() if re.search(pattern, " ".join(text))}
         assert named <= {"consent", "trouble"}, language
-
-
-class Nobody(Conductor):
-    """A study without devices, of which nothing can be asked."""
-
-    def __init__(self) -> None:
-        pass
-
-    def view(self) -> dict[str, Any]:
-        return {"phase": "choosing"}
-
-
-async def test_what_is_no_request_is_refused_in_words_and_the_page_stays() -> None:
-    room = pages.StudyServer(Nobody(), {})
-    async with pages._listening(room, 0) as port, connect(f"ws://127.0.0.1:{port}/") as socket:
-        assert [json.loads(await socket.recv()) for _ in range(2)] == [{}, {"phase": "choosing"}]
-        for data in ("[" * 4000, "[" * 30_000, "7", "{", b"\xff"):
-            await socket.send(data)
-            assert json.loads(await socket.recv())["refused"]
 
 
 def test_german_names_every_shipped_pattern() -> None:
@@ -144,22 +125,7 @@ def test_a_language_of_one_s_own_lies_beside_the_study_and_is_whole(tmp_path: Pa
         languages.texts("it", tmp_path)
 
 
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        ('questions = 3', "unknown field `questions`"),
-        ('repeats = "many"', "Expected `int"),
-        ('languages = ["en", "fr"]', "no language 'fr'"),
-        ('languages = []', "at least one"),
-        ('languages = ["../en"]', "needs a code"),
-        ('title.en = ""', "title: no text"),
-        ('[[question]]\nname = "a"\nkind = "choice"\ntext.en = "?"', "2 to 20 choices"),
-        ('[[question]]\nname = "a b"\nkind = "text"\ntext.en = "?"', "letters, digits"),
-        ('[[question]]\nname = "a"\nkind = "file"\ntext.en = "?"', "Invalid enum"),
-        ('[[rating]]\nname = "a"\ntext.en = "?"\nlow.en = "-"\nhigh.de = "+"', "no text in 'en'"),
-        ("[[rating", "not|Invalid|Expected"),
-    ],
-)  # fmt: skip
+@each_row(("change", "said"), words(Path(__file__).with_name("wrong.csv"), "study file"))
 def test_a_study_file_that_is_wrong_says_what(change: str, said: str, tmp_path: Path) -> None:
     (tmp_path / "study.toml").write_text(change)
     with pytest.raises(StudyError, match=said) as caught:

@@ -104,3 +104,16 @@ async def test_a_page_that_reads_nothing_is_closed_and_fills_no_memory():
             while server._pages:  # noqa: ASYNC110 - nothing says when
                 await asyncio.sleep(0.02)
         asleep.transport.abort()
+
+
+async def test_what_is_no_request_is_refused_in_words_and_the_page_stays():
+    server = StudyServer(Obedient(), {})
+    async with (
+        page_server._listening(server, 0) as port,
+        connect(f"ws://127.0.0.1:{port}/") as page,
+    ):
+        for _ in range(2):
+            await page.recv()
+        for data in ("[" * 4000, "[" * 30_000, "7", "{", b"\xff"):
+            await page.send(data)
+            assert json.loads(await page.recv())["refused"]

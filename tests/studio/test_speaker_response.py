@@ -17,8 +17,10 @@ from typing import cast
 import numpy as np
 import pytest
 import soundfile
+from each_case import each_row
 from numpy.typing import NDArray
 from pace import PACE
+from word_tables import words
 
 from hapticvlm.commands.main import main
 from hapticvlm.devices.speaker.speaker_files import SpeakerResponse, read_response, write_response
@@ -94,23 +96,7 @@ def test_the_file_says_what_was_measured(tmp_path: Path) -> None:
     assert read_response(path) == of_a_hand
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("frequency_hz = [", "not TOML"),
-        ("hz = [1]", "no such field"),
-        ("frequency_hz = [20, 300]", "response_db: needs a list"),
-        ("frequency_hz = [20, 300]\nresponse_db = [0, 1, 2]", "2 frequencies but 3"),
-        ("frequency_hz = [300, 20]\nresponse_db = [0, 1]", "must rise"),
-        ("frequency_hz = [20, 200]\nresponse_db = [0, 1]", "must include 250 Hz"),
-        ("frequency_hz = [20, 300]\nresponse_db = [0, nan]", "is not in"),
-        ("frequency_hz = [20, 300]\nresponse_db = [0, 'x']", "is not a number"),
-        (
-            "frequency_hz = [20, 300]\nresponse_db = [0, 1]\nfull_scale_db = 200",
-            "full_scale_db: 200 is not in",
-        ),
-    ],
-)
+@each_row(("text", "said"), words(Path(__file__).with_name("wrong.csv"), "speaker"))
 def test_a_wrong_file_is_refused_with_the_field(tmp_path: Path, text: str, said: str) -> None:
     path = tmp_path / "speaker.toml"
     path.write_text(text)

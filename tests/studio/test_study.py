@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from each_case import each_row
+from word_tables import cases, words
 
 from hapticvlm.materials import MATERIALS
 from hapticvlm.perception import NEUTRAL_C
@@ -152,36 +153,13 @@ def test_an_object_brings_skin_to_the_setpoint_when_its_pattern_ends() -> None:
         assert NEUTRAL_C + change_c == pytest.approx(stimulus.setpoint_c, abs=1e-6)
 
 
-@each_row(
-    ("change", "said"),
-    [
-        ({"material": "cheese"}, "material"),
-        ({"interaction": "lick"}, "interaction"),
-        ({"setpoint_c": 45.0}, "setpoint_c"),
-        ({"setpoint_c": float("nan")}, "setpoint_c"),
-        ({"seconds": 0.0}, "seconds"),
-        ({"repeats": 0}, "repeats"),
-        ({"lead_s": 0.0}, "lead_s"),
-        ({"name": "../x"}, "name"),
-        ({"material": "fabric", "setpoint_c": 18.0}, "cannot carry"),
-    ],
-)
+@each_row(("change", "said"), cases(Path(__file__).with_name("patterns.json"), "unplayable"))
 def test_a_pattern_that_cannot_be_played_is_refused(change: dict[str, object], said: str) -> None:
     with pytest.raises(StudyError, match=said):
         replace(paper_like()[0], **change)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("", r"\[\[pattern\]\]"),
-        ("pattern = 3", r"\[\[pattern\]\]"),
-        ("[[pattern]]\nname = 'a'", "missing"),
-        ("[[pattern]]\nnoise = 'a'", "no field `noise`"),
-        ("[[pattern]]\nname = 7", "name is not a text"),
-        ("[[pattern", "not TOML"),
-    ],
-)
+@each_row(("text", "said"), words(Path(__file__).with_name("wrong.csv"), "patterns"))
 def test_a_file_of_patterns_that_is_wrong_says_where(text: str, said: str, tmp_path: Path) -> None:
     path = tmp_path / "p.toml"
     path.write_text(text)
