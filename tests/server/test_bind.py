@@ -1,13 +1,16 @@
 """A host name with several addresses is listened on at all of them that exist, at one port."""
 
 import asyncio
+import contextlib
 import errno
 import socket
 import sys
 from collections import Counter
 
 import pytest
+from lan_address import own_address
 
+from hapticvlm.server.counters import Count
 from hapticvlm.server.edge.limiter import SocketLimiter
 from hapticvlm.server.edge.limits import Rate
 from hapticvlm.server.edge.listener import Listener, bind
@@ -130,3 +133,17 @@ async def test_this_machine_has_one_rate_of_connects_at_all_its_addresses(resolv
         for host in hosts:
             with pytest.raises(TimeoutError):
                 await asyncio.wait_for(get(host, port), 0.3)
+
+
+async def test_connects_above_the_rate_of_another_machine_are_closed_at_once_and_counted(
+    monkeypatch,
+):
+    monkeypatch.setattr("hapticvlm.server.edge.listener.CONNECTS", Rate(per_s=0.001, burst=4))
+    counts: Counter[Count] = Counter()
+    async with Listener(SocketLimiter(counts), page, page, 1000).listen("0.0.0.0", 0) as port:
+        for _ in range(4):
+            assert (await get(own_address(), port)).endswith(b"here")
+        for _ in range(3):
+            with contextlib.suppress(ConnectionResetError):
+                assert await get(own_address(), port) == b""
+    assert counts == {Count.REFUSED_CONNECTS: 3}

@@ -91,6 +91,16 @@ def test_a_socket_that_has_sent_its_request_is_spared_for_a_moment_and_then_make
     assert not third.transport.is_aborted
 
 
+def test_newcomers_find_a_place_until_the_last_is_taken_by_sockets_that_are_spared():
+    limiter: SocketLimiter[Socket] = SocketLimiter(Counter(), most=5)
+    for _ in range(5):
+        assert limiter.has_room(0.0)
+        each = socket()
+        limiter.add(each, 0.0)
+        limiter.mark_requested(each, 0.0)
+    assert not limiter.has_room(0.0)
+
+
 def test_connects_have_a_budget_for_each_address_and_one_for_this_machine():
     budgets = ConnectRates()
     burst = int(CONNECTS.burst)

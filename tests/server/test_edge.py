@@ -180,15 +180,27 @@ async def test_what_is_left_is_forgotten_before_its_close_is_answered():
         assert service.log == ["left"]
 
 
+class Ending(Service):
+    """Says when a socket is served no longer."""
+
+    async def serve(self, edge):
+        await super().serve(edge)
+        self.log.append("ended")
+
+
 async def test_a_client_that_vanishes_has_what_it_sent_carried_out_and_leaves_once():
-    service = Service()
+    # It does not read, so that its messages still wait when it goes.
+    service = Ending(lambda _: bytes(100 * WRITE_BYTES))
+    sent = [b"stop", *[b"and more"] * 5]
     async with listening(service) as port, connect(f"ws://127.0.0.1:{port}") as client:
-        client.transport.write(frames(b"stop", b"and more"))
-        await until(lambda: service.said)
+        client.transport.pause_reading()
+        client.transport.write(frames(*sent))
+        await until(lambda: service.said and not service.sockets[0].is_writable)
+        assert len(service.said) < len(sent) - 1
         client.transport.abort()
-        await until(lambda: service.log)
-    assert service.said == [b"stop", b"and more"]
-    assert service.log == ["left"]
+        await until(lambda: len(service.log) == 2)
+    assert service.said == sent
+    assert service.log == ["left", "ended"]
 
 
 async def test_a_bug_closes_the_connection_with_1011_and_no_other(caplog):

@@ -6,24 +6,40 @@ import time
 from collections import Counter
 from dataclasses import replace
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import pytest
-from gateways import Peer, join, new_gateway
+from gateways import Peer, join, look, new_gateway
+from msgspec import structs
 
 from hapticvlm.evidence.ladder import Evidence
-from hapticvlm.messages import Error, Frame, MessageError, Ownership, Scene, SceneObject, Set, Touch
+from hapticvlm.messages import (
+    Error,
+    MessageError,
+    Ownership,
+    Scene,
+    SceneObject,
+    Set,
+    Skipped,
+    Touch,
+)
 from hapticvlm.processes.model_worker import WorkerReply
 from hapticvlm.server import recognition_queue
 from hapticvlm.server.connection import Connection
+from hapticvlm.server.counters import Count
 from hapticvlm.server.edge.scheduling import yield_to_io
 from hapticvlm.server.recognition_queue import RecognitionQueue
 from hapticvlm.session.session import SceneSession
 from hapticvlm.session.settings import SessionSettings
-from hapticvlm.session.targets import RecognitionRequest, RequestId, TextureTarget, of_object
+from hapticvlm.session.targets import (
+    HandRegion,
+    RequestId,
+    Surroundings,
+    TextureTarget,
+)
 from hapticvlm.vision.pictures import Thumbnail
 from hapticvlm.vision.recognition import Recognition
-from hapticvlm.vision.worker import RecogniserResult
+from hapticvlm.vision.worker import RecogniserResult, RecogniserWorker
 
 IDLE_OWNER_S = 30.0
 
@@ -74,8 +90,12 @@ def test_who_joins_does_not_make_an_idle_owner_a_busy_one(gateway):
 def test_an_idle_owner_gives_the_outputs_to_the_scene_that_asks(gateway):
     first, second = join(gateway), join(gateway)
     now = gateway.ownership.leased_at + IDLE_OWNER_S + 0.001  # a sum is rounded
+    first.session.receive(touch(), now)
     gateway.ownership.change(second, asking("take"), now)
     assert gateway.owner is second
+    assert first.session.leases == 0
+    told = [each.message.code for each in first._waiting if isinstance(each.message, Error)]
+    assert told == ["not_owner"]
     assert not first.session.owner
     with pytest.raises(MessageError):
         first.session.receive(touch(), now)
@@ -145,6 +165,14 @@ def test_free_outputs_are_offered_to_every_scene_and_go_to_the_first_that_asks(g
         gateway.ownership.change(third, asking("take"), gateway.ownership.leased_at)
 
 
+def test_a_scene_that_waits_is_told_that_a_newcomer_owns_the_free_outputs(gateway):
+    first, second = join(gateway), join(gateway)
+    gateway.leave(first)
+    newcomer = join(gateway)
+    assert ownership_notes(second) == [(False, True), (False, False)]
+    assert ownership_notes(newcomer) == []
+
+
 def test_an_owner_that_gives_the_outputs_up_stays_and_may_take_them_again(gateway):
     first, second = join(gateway), join(gateway)
     now = gateway.ownership.leased_at
@@ -204,16 +232,15 @@ class Idle:
     def __init__(self):
         self.subjects: list[str] = []
         self.worker = SimpleNamespace(is_busy=True)
+        self.asked: dict[str, Any] = {}
+        self.remote: Any = None
 
-    def recognise(self, _frame, subject, _now, **_):
+    def recognise(self, _frame, subject, _now, **asked):
         self.subjects.append(subject)
+        self.asked = asked
 
-
-def look(key, purpose="live", size=10, id=1):
-    image = bytes(size)
-    given: dict[str, Any] = {"format": "rgb8", "width": 1, "height": 1, "origin": "top"}
-    frame = Frame(id=id, image=image, purpose=purpose, object_id=key, captured_at=0.0, **given)
-    return RecognitionRequest(of_object(key), frame, RequestId(id))
+    def note(self, remote):
+        self.remote = remote
 
 
 def scene(name, *, owner=False):
@@ -253,32 +280,105 @@ def test_a_frame_is_answered_when_the_recogniser_does_not_come_back():
         look("x", id=2),
         look("x", "enrol", id=3),
         replace(texture("x"), reply_to=RequestId(4)),
+        replace(look("x", id=5), target=HandRegion("left")),
+        replace(look("x", id=6), target=Surroundings()),
     ]
     for request in kinds:
         queue.put(client, request)
     queue.answer_without(100.0)
-    queue.answer_without(104.0)
+    queue.answer_without(104.9)
     peer.read()
     assert peer.sent == []
     queue.answer_without(105.1)
     queue.answer_without(106.0)
     peer.read()
     answers = sorted((each["id"], each["code"]) for each in peer.sent)
-    assert answers == [(number, "model") for number in (2, 3, 4)]
+    assert answers == [(number, "model") for number in (2, 3, 4, 5, 6)]
 
 
-def test_the_frame_under_way_is_answered_once_when_the_recogniser_is_restarted():
-    recogniser, peer = Idle(), Peer()
-    queue = RecognitionQueue(recogniser, Counter(), lambda *_: None)  # type: ignore[arg-type]
-    client = join(new_gateway(), peer=peer)
-    queue.join(client)
-    queue.put(client, look("x", id=2))
-    recogniser.worker.is_busy = False
-    queue.feed()
+class Looks:
+    """A queue before a recogniser that is idle, with an owner that looks at things."""
+
+    def __init__(self):
+        self.recogniser, self.counts = Idle(), Counter[Count]()
+        self.recogniser.worker = SimpleNamespace(is_busy=False, accept=lambda *_: True)
+        self.delivered: list[Any] = []
+        self.queue = RecognitionQueue(
+            cast("RecogniserWorker", self.recogniser),
+            self.counts,
+            lambda _, actions: self.delivered.extend(actions),
+        )
+        self.peer = Peer()
+        self.owner = join(new_gateway(), peer=self.peer)
+        self.queue.join(self.owner)
+
+    async def answer(self, result):
+        self.queue.accept(WorkerReply(1, result))
+        for _ in range(2):
+            await yield_to_io()
+
+
+async def test_live_frames_and_those_to_enrol_take_turns():
+    looks = Looks()
+    for request in (look("a", "enrol"), look("b", "enrol"), look("x")):
+        looks.queue.put(looks.owner, request)
+    for _ in range(4):
+        looks.queue.feed()
+        looks.queue.put(looks.owner, look("x"))
+    things = [subject.rpartition(" ")[2] for subject in looks.recogniser.subjects]
+    assert things == ["x", "a", "x", "b"]
+
+
+async def test_the_frame_under_way_is_answered_once_when_the_recogniser_is_restarted():
+    looks = Looks()
+    looks.queue.put(looks.owner, look("x", id=2))
+    looks.queue.feed()
     for _ in range(2):
-        queue.fail("it was restarted")
-    peer.read()
-    assert [(each["id"], each["code"]) for each in peer.sent] == [(2, "model")]
+        looks.queue.fail("it was restarted")
+    looks.peer.read()
+    assert [(each["id"], each["code"]) for each in looks.peer.sent] == [(2, "model")]
+    looks.recogniser.worker.accept = lambda *_: False
+    await looks.answer(RecogniserResult(Recognition(None, {})))
+    assert (looks.counts, looks.delivered) == ({Count.LATE_ANSWERS: 1}, [])
+
+
+@pytest.mark.parametrize("reply_to", [RequestId(2), None])
+async def test_a_frame_that_is_not_recognised_is_counted_and_answered_with_why_if_somebody_waits(
+    reply_to, monkeypatch
+):
+    looks, request = Looks(), replace(look("x", id=2), reply_to=reply_to)
+    monkeypatch.setattr(looks.owner.session, "is_stale", lambda *_: True)
+    said = [*looks.queue.put(looks.owner, request), *looks.queue.put(looks.owner, request)]
+    assert looks.counts == {Count.FRAMES_SUPERSEDED: 1}
+    looks.queue.feed()
+    looks.peer.read()
+    assert looks.counts == {Count.FRAMES_SUPERSEDED: 1, Count.FRAMES_STALE: 1}
+    told = [(each.id, each.reason) for each in said if isinstance(each, Skipped)]
+    told += [(each["id"], each["reason"]) for each in looks.peer.sent]
+    assert told == ([(2, "superseded"), (2, "stale")] if reply_to else [])
+    assert looks.recogniser.subjects == []
+
+
+@pytest.mark.parametrize(
+    ("error", "told", "count"),
+    [
+        ({}, ("message", "$.image"), Count.REFUSED_MESSAGE),
+        ({"error_path": "$.mask"}, ("message", "$.mask"), Count.REFUSED_MESSAGE),
+        ({"is_our_fault": True}, ("model", "$.image"), Count.REFUSED_MODEL),
+    ],
+)
+@pytest.mark.parametrize("reply_to", [RequestId(2), None])
+async def test_a_picture_that_cannot_be_recognised_is_refused_with_its_field_and_counted(
+    error, told, count, reply_to
+):
+    looks = Looks()
+    looks.queue.put(looks.owner, replace(look("x", id=2), reply_to=reply_to))
+    looks.queue.feed()
+    await looks.answer(RecogniserResult(Recognition(None, {}, error="no picture", **error)))
+    answers = [each.message for each in looks.delivered]
+    wanted = [(2, *told, "no picture")] if reply_to else []
+    assert [(each.id, each.code, each.path, each.text) for each in answers] == wanted
+    assert looks.counts == {count: 1}
 
 
 def texture(name):
@@ -307,21 +407,63 @@ def test_texture_maps_wait_until_no_frame_of_any_connection_is_due():
     ]
 
 
-def test_too_many_texture_maps_of_one_connection_are_refused_until_some_are_read():
-    queue = RecognitionQueue(Idle(), Counter(), lambda *_: None)  # type: ignore[arg-type]
-    client = scene("owner", owner=True)
-    queue.join(client)
-    assert all(queue.put(client, texture(str(number))) == [] for number in range(16))
-    (refused,) = queue.put(client, texture("one more"))
+@pytest.mark.parametrize(
+    ("kind", "most"), [(lambda _: look("same", "enrol"), 8), (lambda name: texture(name), 16)]
+)
+def test_too_many_of_one_kind_that_wait_are_refused_and_counted(kind, most):
+    looks = Looks()
+    looks.recogniser.worker.is_busy = True
+    assert all(looks.queue.put(looks.owner, kind(str(number))) == [] for number in range(most))
+    (refused,) = looks.queue.put(looks.owner, kind("one more"))
     assert isinstance(refused, Error)
     assert (refused.code, refused.path) == ("overload", "$.purpose")
+    assert looks.queue.put(looks.owner, replace(kind("unasked"), reply_to=None)) == []
+    assert looks.counts == {Count.REFUSED_OVERLOAD: 2}
+    assert looks.queue.put(looks.owner, look("another", "enrol")) == []
+
+
+SHOWN_BYTES = 256 * 1024
+
+
+@pytest.mark.parametrize(
+    ("change", "is_small"),
+    [
+        ({}, True),
+        ({"format": "png", "width": 640, "height": 640}, True),
+        ({"width": 641}, False),
+        ({"height": 641}, False),
+        ({"image": bytes(SHOWN_BYTES - 1), "mask": b"m"}, True),
+        ({"image": bytes(SHOWN_BYTES), "mask": b"m"}, False),
+        ({"format": "rgb8"}, False),
+    ],
+)
+async def test_observers_are_shown_a_small_picture_as_it_came_and_a_thumbnail_of_another(
+    change, is_small
+):
+    looks, observer, state = Looks(), scene("observer"), cast("Any", object())
+    observer.watches = frozenset({"frames"})
+    looks.queue.join(observer)
+    given: dict[str, Any] = {"format": "jpeg", "image": b"j", "mask": None, "origin": "bottom"}
+    request = look("cup")
+    picture = structs.replace(request.picture, **{**given, **change})
+    looks.queue.put(looks.owner, replace(request, picture=picture))
+    looks.queue.feed()
+    assert looks.recogniser.asked["shrink"] != is_small
+    thumbnail = None if is_small else Thumbnail(b"small", b"outline")
+    await looks.answer(RecogniserResult(Recognition(None, {}), thumbnail, state))
+    assert looks.recogniser.remote is state
+    assert looks.counts == {Count.RECOGNITIONS: 1}
+    view: Any = observer._waiting[0].message
+    as_it_came = (picture.format, picture.image, picture.mask, "bottom")
+    shown = as_it_came if is_small else ("jpeg", b"small", b"outline", "top")
+    assert (view.format, view.image, view.mask, view.origin) == shown
+    assert (view.kind, view.object_id) == ("frames", "cup")
 
 
 async def looking(log):
     """Hand over a frame of an owner; `log` says when its answer is given."""
     recogniser = Idle()
     recogniser.worker.accept = lambda *_: True
-    recogniser.note = lambda _: None  # type: ignore[attr-defined]
     queue = RecognitionQueue(recogniser, Counter(), lambda *_: log.append("answered"))  # type: ignore[arg-type]
     client = scene("owner", owner=True)
     queue.join(client)
@@ -414,5 +556,6 @@ def test_what_waits_to_be_enrolled_has_one_budget_for_all_connections():
     queue.leave(clients[0])
     maps = replace(look("c", "texture", half), target=TextureTarget("c"))
     assert queue.put(clients[2], maps) == []
+    assert isinstance(queue.put(clients[2], look("c", "enrol", 1))[0], Error)
     assert queue._mailboxes[clients[2]].take_texture() is maps
     assert queue.put(clients[2], look("c", "enrol", half)) == []

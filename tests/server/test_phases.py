@@ -32,6 +32,7 @@ from hapticvlm.server.edge.limits import PHASES, Phase
 from hapticvlm.server.edge.listener import Listener
 from hapticvlm.server.edge.socket import ClientSocket, FileResponse
 from hapticvlm.server.web import certificate
+from hapticvlm.server.web.http import response
 from hapticvlm.server.websocket import StopOnlySlots
 
 HELLO_FRAMES = 4
@@ -214,6 +215,22 @@ async def test_a_socket_that_says_nothing_is_cut_off(phase, monkeypatch):
             await until(lambda: service.sockets[0].phase is Phase.CLOSED)
         else:
             assert await rest_of(reader) == b""
+
+
+async def test_who_was_cut_off_before_its_answer_came_is_not_served(monkeypatch):
+    monkeypatch.setitem(PHASES, Phase.ASKING, replace(PHASES[Phase.ASKING], seconds=0.1))
+    may_answer = asyncio.Event()
+    service = Service()
+
+    async def answer(*_):
+        await may_answer.wait()
+
+    async with listening(service, answer=answer) as port, raw(port) as (reader, writer):
+        writer.write(KEY)
+        assert await rest_of(reader) == b""
+        may_answer.set()
+        await until(lambda: not answering())
+    assert service.sockets == []
 
 
 async def test_a_request_that_is_too_long_is_refused_before_it_ends():
@@ -424,21 +441,32 @@ def a_file(path, size):
     return FileResponse(200, "OK", head, path=path, size=size)
 
 
-def always(response):
+def always(page):
     async def answer(*_):
-        return response
+        return page
 
     return answer
+
+
+@pytest.mark.parametrize(("method", "body"), [(b"GET", b"here"), (b"HEAD", b"")])
+async def test_the_first_request_is_answered_once_and_head_is_the_head_of_its_answer(method, body):
+    asks = method + b" / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n"
+    answer = always(response(200, "here"))
+    async with listening(Service(), answer=answer) as port, raw(port) as (reader, writer):
+        writer.write(asks * 2)
+        head, _, rest = (await rest_of(reader)).partition(b"\r\n\r\n")
+    assert rest == body
+    assert {b"HTTP/1.1 200 OK", b"Content-Length: 4", b"Connection: close"} <= {*head.splitlines()}
 
 
 @pytest.mark.parametrize("kind", ["page", "file"])
 async def test_a_reader_that_reads_nothing_of_a_long_answer_is_cut_off(kind, monkeypatch, tmp_path):
     monkeypatch.setitem(PHASES, Phase.ASKING, replace(PHASES[Phase.ASKING], seconds=0.2))
-    response = a_file(tmp_path / "program.wasm", LONG)
+    page = a_file(tmp_path / "program.wasm", LONG)
     if kind == "page":
-        response = Response(200, "OK", response.headers, bytes(LONG))
+        page = Response(200, "OK", page.headers, bytes(LONG))
     limiter: SocketLimiter[ClientSocket] = SocketLimiter(Counter())
-    async with listening(Service(), limiter, always(response)) as port:
+    async with listening(Service(), limiter, always(page)) as port:
         silent = socket.create_connection(("127.0.0.1", port))
         silent.sendall(KEY)
         await until(lambda: limiter.sockets)

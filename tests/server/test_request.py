@@ -1,8 +1,6 @@
 """The request of a connection: what it means, and what is refused in words."""
 
 import asyncio
-import contextlib
-import socket
 
 import pytest
 from asked import asked
@@ -13,7 +11,6 @@ from hypothesis import strategies as st
 from pace import PACE
 from websockets.asyncio.client import connect
 
-from hapticvlm.client.local_service import running
 from hapticvlm.server.edge.request import RequestError, RequestReader
 
 MAX_REQUEST_BYTES = 32 * 1024
@@ -123,58 +120,6 @@ def test_a_websocket_is_asked_for_by_both_headers(headers, is_upgrade):
 def test_a_target_that_names_a_host_takes_the_place_of_the_host_header():
     request = asked("http://evil.example:80/x?y")
     assert (request.host, request.path) == ("evil.example:80", "/x")
-
-
-@pytest.fixture(scope="module")
-def service():
-    with running() as found:
-        yield found
-
-
-def exchange(service, data):
-    with socket.create_connection(
-        ("127.0.0.1", int(service.page.rstrip("/").rpartition(":")[2]))
-    ) as peer:
-        peer.settimeout(10 * PACE)
-        peer.sendall(data)
-        answer = b""
-        with contextlib.suppress(ConnectionResetError):
-            while piece := peer.recv(65_536):
-                answer += piece
-    head, _, body = answer.partition(b"\r\n\r\n")
-    return int(head.split(b" ")[1]), head.lower(), body
-
-
-@pytest.mark.process
-@pytest.mark.parametrize(
-    ("data", "status"),
-    [
-        (get(b"//["), 400),
-        (get(b"/", b"Sec-Fetch-Site: none\r\n" * 2), 400),
-        (b"GET / HTTP/1.1\nHost: 127.0.0.1\n\n", 400),
-        (get(method=b"POST"), 405),
-        (get(b"/", b"Cookie: " + b"c" * MAX_REQUEST_BYTES + b"\r\n"), 431),
-        (get(b"/", b"Connection: keep-alive\r\n", b"Connection: x\r\n"), 200),
-        (get(b"/readyz"), 200),
-        (get() + get(), 200),  # a second request behind the first is not answered
-    ],
-)
-def test_the_service_answers_each_request_once_and_closes(service, data, status):
-    code, head, body = exchange(service, data)
-    assert code == status
-    assert b"connection: close" in head
-    assert body
-    assert b"Traceback" not in body
-    assert body.count(b"HTTP/1.1 ") == (1 if code == 400 and b"HTTP/1.1" in body else 0)
-
-
-@pytest.mark.process
-def test_head_is_the_head_of_the_same_answer(service):
-    _, whole, body = exchange(service, get(b"/try"))
-    code, head, nothing = exchange(service, get(b"/try", method=b"HEAD"))
-    assert (code, nothing) == (200, b"")
-    assert head == whole
-    assert f"content-length: {len(body)}".encode() in head
 
 
 async def test_a_websocket_with_two_connection_lines_opens():

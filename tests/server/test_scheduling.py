@@ -1,13 +1,13 @@
 """The loop's own work goes between touches, on a loop whose time only passes while it waits."""
 
 import asyncio
-import selectors
 from typing import cast
 
 import msgpack
 import numpy as np
 import pytest
 from gateways import Peer, join, new_gateway
+from timeless import TimelessLoop
 
 from hapticvlm.server.edge.scheduling import IdleScheduler
 from hapticvlm.server.edge.socket import ClientSocket
@@ -16,27 +16,6 @@ from hapticvlm.server.websocket import MessageHandler
 TICK_S = 0.02
 
 WORK_S = 0.0005  # more than a tick takes
-
-
-class Waits(selectors.SelectSelector):
-    """Waits for nothing: it lets the loop's time pass."""
-
-    now = 0.0
-
-    def select(self, timeout=None):
-        self.now += timeout or 0.0
-        return []
-
-
-class TimelessLoop(asyncio.SelectorEventLoop):
-    """An event loop whose time passes only while it waits."""
-
-    def __init__(self):
-        self.waits = Waits()
-        super().__init__(self.waits)
-
-    def time(self):
-        return self.waits.now
 
 
 @pytest.fixture

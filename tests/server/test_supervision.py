@@ -4,21 +4,30 @@ import asyncio
 import socket
 import time
 import weakref
+from collections import Counter
+from operator import attrgetter
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 from collecting import no_collection
-from gateways import Peer, join, new_gateway
+from gateways import Peer, join, look, new_gateway
 from pace import PACE
+from timeless import TimelessLoop
 
 from hapticvlm.devices.simulated.simulated import SimulatedPlate
 from hapticvlm.devices.speaker.ring import EngineStatus
 from hapticvlm.messages import Set, Touch
+from hapticvlm.server import supervision
 from hapticvlm.server.counters import Count
 from hapticvlm.server.supervision import Supervision
+from hapticvlm.server.vlm_queue import VlmQueue
 from hapticvlm.session.session import SceneSession
 from hapticvlm.session.settings import SessionSettings
+from hapticvlm.vision.remote.settings import RemoteState
+from hapticvlm.vlm.contract import VlmSettings
+from hapticvlm.vlm.worker import VlmWorker
 
 LOSSES_S = 10.0
 TICK_S = 0.02
@@ -190,3 +199,136 @@ async def test_lines_missing_from_the_record_are_reported_and_not_again_at_once(
         ("overload", "the record misses 3 lines"),
         ("overload", "the record misses 9 lines"),
     ]
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    at = SimpleNamespace(now=time.monotonic())
+    monkeypatch.setattr(supervision, "time", SimpleNamespace(monotonic=lambda: at.now))
+    return at
+
+
+class Supervised:
+    """A gateway with a vision-language model that is checked once; an owner and an observer."""
+
+    def __init__(self):
+        self.gateway = new_gateway()
+        counts, deliver = self.gateway.counts, self.gateway.deliver
+        self.gateway.vlm = self.vlm = VlmQueue(VlmWorker(VlmSettings()), counts, deliver)
+        self.clients = [Client(self.gateway), Client(self.gateway, observer=True)]
+        self._supervision = Supervision(self.gateway)
+
+    def told(self):
+        """What each check tells everybody: the codes and texts of its errors."""
+        self._supervision._supervise()
+        for client in self.clients:
+            client.peer.read()
+        one, other = ([(e["code"], e["text"]) for e in c.received("error")] for c in self.clients)
+        for client in self.clients:
+            client.peer.sent.clear()
+        assert one == other
+        assert self.gateway.counts.total() == len(one)
+        self.gateway.counts.clear()
+        return one
+
+
+@pytest.mark.parametrize(
+    ("child", "check", "code"),
+    [
+        ("outputs.speaker", "supervise", "device"),
+        ("outputs.speaker", "watch_state", "device"),
+        ("recogniser.worker", "supervise", "model"),
+        ("vlm.worker", "supervise", "model"),
+    ],
+)
+def test_what_befalls_a_child_is_told_to_everybody_in_its_words(child, check, code, monkeypatch):
+    supervised = Supervised()
+    assert supervised.told() == []
+    monkeypatch.setattr(attrgetter(child)(supervised.gateway), check, lambda *_: "it died")
+    gateway, owner = supervised.gateway, supervised.clients[0].connection
+    gateway.carry_out(owner, owner.session.receive(touch(time.monotonic()), time.monotonic()))
+    assert supervised.told() == [(code, "it died")]
+    assert gateway.leases == (0 if (child, check) == ("outputs.speaker", "supervise") else 1)
+
+
+def test_what_is_worn_and_faulty_is_named_once_until_it_is_well():
+    supervised = Supervised()
+    glove: Any = SimpleNamespace(name="left glove", faults=["plate_silent"])
+    supervised.gateway.outputs.worn = [glove]
+    ((code, text),) = supervised.told()
+    assert (code, text.partition(": ")[0]) == ("device", "left glove")
+    assert supervised.told() == []
+    glove.faults = []
+    assert supervised.told() == []
+    glove.faults = ["plate_silent"]
+    assert len(supervised.told()) == 1
+
+
+def test_a_helper_that_fails_is_told_to_everybody_and_one_that_answers_again_to_the_log(
+    clock, caplog
+):
+    supervised = Supervised()
+    asked: dict[str, Any] = {"identity": "", "answered": 0, "failed": 1, "local": 1}
+    untried, away, used = (
+        RemoteState(is_used=is_used, reason=reason, **asked)
+        for is_used, reason in ((False, ""), (False, "it is away"), (True, ""))
+    )
+    told = []
+    for shared in (untried, away, used, away):
+        clock.now += 60.1
+        supervised.gateway.recogniser.remote = shared
+        told.append([text for _, text in supervised.told()])
+    words = "the shared recogniser fails: it is away; pictures are recognised here"
+    assert told == [[], [words], [], [words]]
+    news = supervised.vlm.news
+    news.note("the model", "no memory", clock.now)
+    assert supervised.told() == [("model", "the model fails: no memory")]
+    caplog.clear()
+    news.note("the model", None, clock.now + 60.1)
+    assert supervised.told() == []
+    assert caplog.messages == ["the model answers again"]
+
+
+def test_a_frame_that_waits_for_a_recogniser_that_stays_away_is_answered_by_a_check(clock):
+    supervised = Supervised()
+    (owner, _) = supervised.gateway.connections
+    supervised.gateway.recognition.put(owner, look("cup"))
+    for waited_s, answers in ((0.0, 0), (4.9, 0), (0.2, 1)):
+        clock.now += waited_s
+        supervised._supervision._supervise()
+        supervised.clients[0].peer.read()
+        assert len(supervised.clients[0].received("error")) == answers
+
+
+@pytest.mark.parametrize(
+    ("is_connected", "rates_hz"),
+    [(True, {"wakes": 50, "checks": 10, "telemetry": 10}), (False, {"wakes": 10, "telemetry": 10})],
+)
+def test_the_loops_own_work_has_its_rates(is_connected, rates_hz, monkeypatch):
+    loop = TimelessLoop()
+    monkeypatch.setattr(supervision, "time", SimpleNamespace(monotonic=loop.time))
+    gateway, done = new_gateway(), Counter[str]()
+    outputs: Any = gateway.outputs
+    if is_connected:
+        join(gateway)
+
+    def count(name, part, method):
+        carry_out = getattr(part, method)
+
+        def note(*given):
+            done[name] += 1
+            return carry_out(*given)
+
+        monkeypatch.setattr(part, method, note)
+
+    count("wakes", outputs, "follow")
+    count("checks", outputs.speaker, "supervise")
+    count("telemetry", outputs.speaker, "loudest")
+
+    async def ten_seconds():
+        with pytest.raises(TimeoutError):
+            await asyncio.wait_for(Supervision(gateway).run(), 10.0)
+
+    loop.run_until_complete(ten_seconds())
+    loop.close()
+    assert {name: done[name] / 10 for name in rates_hz} == pytest.approx(rates_hz, rel=0.2)

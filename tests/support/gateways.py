@@ -16,7 +16,7 @@ from hapticvlm.devices.simulated.simulated import SimulatedPlate
 from hapticvlm.devices.speaker.engine import AudioSettings
 from hapticvlm.devices.speaker.speaker import Speaker
 from hapticvlm.materials import MATERIALS
-from hapticvlm.messages import Device, Devices, Models
+from hapticvlm.messages import Device, Devices, Frame, Models
 from hapticvlm.server.access import Address
 from hapticvlm.server.connection import Connection
 from hapticvlm.server.edge.socket import ClientSocket
@@ -25,6 +25,7 @@ from hapticvlm.server.handshake import ServiceInfo
 from hapticvlm.server.websocket import WebSocketServer
 from hapticvlm.session.session import SceneSession
 from hapticvlm.session.settings import SessionSettings
+from hapticvlm.session.targets import RecognitionRequest, RequestId, of_object
 from hapticvlm.vision.worker import RecogniserSettings, RecogniserWorker
 
 SIMULATED = Device(name="simulated", simulated=True)
@@ -94,3 +95,11 @@ def join(gateway: Gateway, *, observer: bool = False, peer: Peer | None = None) 
     connection = Connection(socket, "test", session, as_text=False)
     gateway.join(connection)
     return connection
+
+
+def look(key: str, purpose: Any = "live", size: int = 10, id: int = 1) -> RecognitionRequest:
+    """Make a look at an object that a session wants recognised."""
+    image = bytes(size)
+    given: dict[str, Any] = {"format": "rgb8", "width": 1, "height": 1, "origin": "top"}
+    frame = Frame(id=id, image=image, purpose=purpose, object_id=key, captured_at=0.0, **given)
+    return RecognitionRequest(of_object(key), frame, RequestId(id))

@@ -35,7 +35,6 @@ from hapticvlm.vision.worker import SHOWN_PX, RecogniserResult, RecogniserWorker
 
 MAX_ENROL_PER_OBJECT = 8
 MAX_TEXTURES = 16  # that wait, of one connection
-MAX_ENROL_BYTES = 32 * 1024 * 1024
 SCENE_SLOT = "scene"  # beside those of the hands: the newest view of the surroundings waits there
 VIEW_S = 0.5
 MAX_VIEWED = 256
@@ -66,8 +65,7 @@ class Mailbox(Generic[T]):
         self.texture_bytes = 0
 
     def __bool__(self) -> bool:
-        waiting = self._touched or self._enrol or self._textures
-        return bool(self._live is not None or waiting)
+        return bool(self.waiting())
 
     def put_live(self, item: T) -> T | None:
         """Keep the newest live frame; return the one it supersedes."""
@@ -84,7 +82,7 @@ class Mailbox(Generic[T]):
     def put_enrol(self, item: T, object_id: str | None, size_bytes: int) -> None:
         """Queue a view of an object. Raises QueueFull."""
         same = sum(waiting[1] == object_id for waiting in self._enrol)
-        if same >= MAX_ENROL_PER_OBJECT or self.enrol_bytes + size_bytes > MAX_ENROL_BYTES:
+        if same >= MAX_ENROL_PER_OBJECT:
             raise QueueFull
         self._enrol.append((item, object_id, size_bytes))
         self.enrol_bytes += size_bytes
@@ -165,7 +163,6 @@ class RecognitionQueue:
         self._under_way: _UnderWay | None = None
         self._shown_at: dict[tuple[Connection, str | None], float] = {}  # by object
         self._rates: dict[Connection, TokenBucket] = {}
-        self._is_feed_due = False
         self._away_since: float | None = None
 
     def join(self, connection: Connection) -> None:
@@ -238,14 +235,13 @@ class RecognitionQueue:
         call_after_io(self._answer, under_way, reply.value)
 
     def fail(self, text: str) -> None:
-        """Answer the waiting client that the recogniser was restarted, and go on."""
+        """Answer the waiting client that the recogniser was restarted."""
         under_way = self._under_way
         self._under_way = None
         if under_way is not None and under_way.connection in self._mailboxes:
             reply_to = under_way.request.reply_to
             if reply_to is not None:
                 under_way.connection.post(Error(id=reply_to.value, code="model", text=text))
-        self.feed()
 
     def answer_without(self, now: float) -> None:
         """Answer all that waits by an error, once the recogniser was away for PATIENCE_S."""
@@ -264,13 +260,8 @@ class RecognitionQueue:
 
     def _feed_soon(self) -> None:
         """Give the recogniser the next frame in a turn of its own."""
-        if not (self._is_feed_due or self._recogniser.worker.is_busy):
-            self._is_feed_due = True
-            call_after_io(self._feed_now)
-
-    def _feed_now(self) -> None:
-        self._is_feed_due = False
-        self.feed()
+        if not self._recogniser.worker.is_busy:
+            call_after_io(self.feed)
 
     def _answer(self, under_way: _UnderWay | None, answer: RecogniserResult) -> None:
         now = time.monotonic()  # later than all that the session has heard meanwhile

@@ -25,43 +25,24 @@ class IdleScheduler:
     """Lets one task wait until its work is due, or until a touch lets it begin early."""
 
     def __init__(self) -> None:
-        self._due = 0.0
-        self._waiter: asyncio.Future[None] | None = None
-        self._timer: asyncio.TimerHandle | None = None
+        self._is_due = asyncio.Event()
+        self._timer: asyncio.TimerHandle | None = None  # of the wait, or of the last one
 
     async def wait(self, longest_s: float) -> None:
         """Wait for a touch that lets work begin early, or for so long."""
+        self._is_due.clear()
         loop = asyncio.get_running_loop()
-        self._waiter = loop.create_future()
-        self._wake(loop, loop.time() + longest_s)
-        try:
-            await self._waiter
-        finally:
-            self._waiter = None
-            self._cancel()
+        self._timer = loop.call_later(longest_s, self._is_due.set)
+        await self._is_due.wait()
 
     def touched(self) -> None:
         """Note that a touch was answered."""
-        if self._waiter is None:
+        if self._timer is None:
             return
-        loop = self._waiter.get_loop()
-        now = loop.time()
-        if AFTER_S < self._due - now <= EARLY_S:
-            self._cancel()
-            self._wake(loop, now + AFTER_S)
-
-    def _wake(self, loop: asyncio.AbstractEventLoop, due: float) -> None:
-        self._due = due
-        self._timer = loop.call_at(due, self._end)
-
-    def _end(self) -> None:
-        if self._waiter is not None and not self._waiter.done():
-            self._waiter.set_result(None)
-
-    def _cancel(self) -> None:
-        if self._timer is not None:
+        loop = asyncio.get_running_loop()
+        if AFTER_S < self._timer.when() - loop.time() <= EARLY_S:
             self._timer.cancel()
-            self._timer = None
+            self._timer = loop.call_later(AFTER_S, self._is_due.set)
 
 
 def call_after_io(callback: Callable[..., object], *arguments: object) -> None:

@@ -198,7 +198,7 @@ class ClientSocket(asyncio.BufferedProtocol):
 
     def write(self, data: bytes | str) -> None:
         """Send a message now, also to a slow reader; send nothing if the socket is closing."""
-        if not self._is_websocket or self.protocol.state is not State.OPEN:
+        if self.state is not State.OPEN:
             return
         if isinstance(data, str):
             self.protocol.send_text(data.encode())
@@ -359,13 +359,14 @@ class ClientSocket(asyncio.BufferedProtocol):
         # Parsing a picture's message and carrying it out are a turn each: a touch that has come
         # meanwhile to another socket goes between. A touch of this socket queues behind the
         # picture, and then there is nothing to wait for.
-        if self._is_deferred and len(self._inbox) > 1:
-            self._take_turn()
-        elif self._inbox and len(self._inbox[0]) > READ_BYTES and not self._is_turn_due:
+        if self._is_turn_due:
+            if self._is_deferred and len(self._inbox) > 1:
+                self._take_turn()
+        elif self._inbox and len(self._inbox[0]) > READ_BYTES:
             self._is_turn_due = True
             self._is_deferred = True
             call_after_io(self._take_deferred_turn)
-        elif not self._is_turn_due:
+        else:
             self._take_turn()
 
     def pause_writing(self) -> None:
