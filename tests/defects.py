@@ -37,7 +37,7 @@ ROOMS = {  # of each, its files and its tests
     ),
     "web": (
         f"{SERVICE}/server/web/*.py",
-        "tests/server/test_http.py tests/server/test_*_file*.py tests/server/test_lan*.py",
+        "tests/server/test_http.py tests/server/test_*_file*.py tests/server/test_[lw][as][ns]*.py",
     ),
     "queues": (
         f"{SERVICE}/server/recognition_queue.py {SERVICE}/server/supervision.py",

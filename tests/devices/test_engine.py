@@ -95,6 +95,38 @@ def test_a_gain_set_in_silence_is_in_force_from_the_first_sample(
     assert not any(engine.fill(BLOCK).any() for _ in range(20))
 
 
+@pytest.mark.parametrize(
+    ("rendered", "played", "scrubbed"),
+    [(2.0, 1.0, 0), (-2.0, -1.0, 0), (np.nan, 0.0, 1), (np.inf, 0.0, 1)],
+)
+def test_what_leaves_the_range_is_cut_and_what_is_no_number_is_silence_and_counted(
+    asleep: tuple[Ring, Engine],
+    monkeypatch: pytest.MonkeyPatch,
+    rendered: float,
+    played: float,
+    scrubbed: int,
+) -> None:
+    ring, engine = asleep
+    wave = np.full(BLOCK, rendered, np.float32)
+    monkeypatch.setattr(engine._mixers[0], "render", lambda *_: wave)
+    ring.put(_strike(), time.monotonic())
+    assert set(engine.fill(BLOCK)) == {played}
+    assert ring.status().scrubbed == scrubbed
+
+
+def test_a_state_that_is_being_written_is_applied_in_the_next_block(
+    asleep: tuple[Ring, Engine], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ring, engine = asleep
+    ring.set_persistent(PersistentState(0.5, 0))
+    with monkeypatch.context() as written:
+        written.setattr(ring, "persistent", lambda: None)
+        engine.fill(BLOCK)
+    assert engine._mixers[0].gain == 1.0
+    engine.fill(BLOCK)
+    assert engine._mixers[0].gain == 0.5
+
+
 def test_an_engine_does_not_sleep_over_an_order_to_rest_that_is_still_to_come(
     asleep: tuple[Ring, Engine],
 ) -> None:

@@ -1,15 +1,19 @@
 """Who may ask for pages and open a WebSocket: hosts, origins, and browsers of other sites."""
 
 import base64
+import json
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from asked import asked
+from lan_address import own_address
+from prometheus_client.parser import text_string_to_metric_families
 
 from hapticvlm.messages import SceneObject
 from hapticvlm.server.access import Address
 from hapticvlm.server.web import http
+from hapticvlm.server.web.lan_pages import HERE_ONLY, LanPages, qr_code
 from hapticvlm.server.web.local_pages import LoopbackPages
 from hapticvlm.session.overrides import MaterialOverrides
 from hapticvlm_studio.trials import page_server
@@ -95,6 +99,107 @@ def get(page, folders):
     answer = http.answer(browser, asked(page), policy, None)
     assert answer is not None
     return answer
+
+
+LABEL = 'an "odd"\\\nname'
+STATUS: dict[str, Any] = {
+    "connections": 1,
+    "leases": 2,
+    "speaker": {"level": 0.3, "underruns": 4, "lost_commands": 5, "restarts": 6, "plays": True},
+    "plate": {"plate_c": 7.5, "setpoint_c": 8.5, "dose_cem43": 9.5, "faults": []},
+    "recogniser": {"restarts": 10, "busy_s": 11.5, "ready": True},
+    "vlm": {"answered": 14, "failed": 15},
+    "counts": {LABEL: 16},
+}
+STATUS["speaker"]["faults"] = ["silent"]
+STATUS["recogniser"]["remote"] = {"answered": 12, "failed": 13}
+BAD = {
+    **STATUS,
+    "speaker": {"plays": False},
+    "recogniser": {"ready": False},
+    "plate": {"faults": ["plate_silent"]},
+}
+FIGURES = """
+connections 1.0
+leases 2.0
+speaker_level 0.3
+plate_celsius 7.5
+setpoint_celsius 8.5
+dose_cem43_minutes 9.5
+underruns_total 4.0
+lost_commands_total 5.0
+engine_restarts_total 6.0
+recogniser_restarts_total 10.0
+recogniser_busy_seconds_total 11.5
+shared_recogniser_answered_total 12.0
+shared_recogniser_failed_total 13.0
+vlm_answered_total 14.0
+vlm_failed_total 15.0
+events_total{kind="an \\"odd\\"\\\\\\nname"} 16.0
+fault{name="silent"} 1.0
+"""
+
+
+def reported(path, status, lan_pages=None):
+    """What a program of this machine is answered: the status, the type and the text."""
+    policy = http.AccessPolicy("127.0.0.1", frozenset(), lan_pages=lan_pages)
+    ends: Any = SimpleNamespace(remote_address=("127.0.0.1", 1), local_address=("127.0.0.1", 8790))
+    answer = http.answer(ends, asked(path), policy, lambda: status)
+    assert answer is not None
+    assert answer.headers["Content-Length"] == str(len(answer.body))
+    assert answer.headers["Content-Security-Policy"].startswith("default-src 'self'")
+    return answer.status_code, answer.headers["Content-Type"], answer.body.decode()
+
+
+TEXT = "text/plain; charset=utf-8"
+OBSTACLES = """the audio engine does not play
+the recogniser is not loaded
+fault plate_silent
+"""
+
+
+@pytest.mark.parametrize(
+    ("path", "status", "told"),
+    [
+        ("/healthz", BAD, (200, TEXT, "ok\n")),
+        ("/readyz", STATUS, (200, TEXT, "ok\n")),
+        ("/readyz", BAD, (503, TEXT, OBSTACLES)),
+        ("/token", STATUS, (404, TEXT, "no token was given\n")),
+        ("/connect.svg", STATUS, (404, TEXT, f"{HERE_ONLY}\n")),
+        ("/none.js", STATUS, (404, TEXT, "no such page\n")),
+    ],
+)
+def test_a_report_says_this(path, status, told):
+    assert reported(path, status) == told
+
+
+def test_the_status_and_the_codes_say_where_others_open_the_pages():
+    code, kind, text = reported("/status", STATUS)
+    nowhere = {"page": None, "why": HERE_ONLY}
+    assert (code, kind, json.loads(text)) == (
+        200,
+        "application/json",
+        {**STATUS, "reach": nowhere},
+    )
+    lan_pages = LanPages(TOKEN, frozenset(), "https")
+    page = f"https://{own_address()}:8790/"
+    *_, text = reported("/status", STATUS, lan_pages)
+    assert json.loads(text)["reach"] == {"page": page, "why": None}
+    for path, place in (("/connect.svg", ""), ("/connect-try.svg", "try")):
+        drawn = reported(path, STATUS, lan_pages)
+        assert drawn == (200, "image/svg+xml", qr_code(page + place))
+        assert drawn[2].startswith("<svg ")
+
+
+def test_each_figure_of_the_metrics_is_that_of_the_status():
+    code, kind, text = reported("/metrics", STATUS)
+    assert (code, kind.partition(";")[0]) == (200, "text/plain")
+    lines = [line for line in text.splitlines() if not line.startswith("#")]
+    assert lines == [f"hapticvlm_{line}" for line in FIGURES.strip().splitlines()]
+    assert len([*text_string_to_metric_families(text)]) == len(lines)
+    gone = reported("/metrics", {**STATUS, "vlm": None, "plate": {"faults": []}})[2]
+    assert "hapticvlm_vlm_failed_total 0.0\n" in gone
+    assert "plate_celsius" not in gone
 
 
 @pytest.mark.parametrize(

@@ -126,11 +126,13 @@ async def test_a_compressed_file_says_so_and_without_a_folder_nothing_is_for_the
     (tmp_path / "page.js").write_text("1;")
     ends: Any = SimpleNamespace(remote_address=("127.0.0.1", 1), local_address=("127.0.0.1", 2))
     said = []
-    for folder, name in ((tmp_path, "build.wasm.gz"), (tmp_path, "page.js"), (None, "page.js")):
+    names = ("build.wasm.gz", "page.js", "none.js")
+    for folder, name in (*((tmp_path, name) for name in names), (None, "page.js")):
         policy = http.AccessPolicy("127.0.0.1", frozenset(), scene_folder=folder)
         answer = await scene_pages.answer(ends, asked(f"/scene/{name}"), policy)
-        said.append(answer and answer.headers.get("Content-Encoding", "plain"))
-    assert said == ["gzip", "plain", None]
+        told = answer and (answer.status_code, answer.headers.get("Content-Encoding", "plain"))
+        said.append(told)
+    assert said == [(200, "gzip"), (200, "plain"), (404, "plain"), None]
 
 
 def test_the_service_serves_them_with_a_strict_policy_when_asked_to(folder):

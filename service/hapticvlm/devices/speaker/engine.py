@@ -87,7 +87,7 @@ class Engine:
         self._lost = 0
         self._samples = 0
         self._is_idle = False
-        self._seen_numbers = (-1, -1)
+        self._seen_numbers = ring.numbers
         self._applied_state = 0
         self._silence = np.zeros(0, np.float32)
         self._unreported = 0
