@@ -59,7 +59,7 @@ ROOMS = {  # of each, its files and its tests
     "session": (f"{SERVICE}/session/*.py", "tests/session/test_*.py"),
     "plate": (
         f"{SERVICE}/devices/plate/*.py",
-        "tests/devices/test_plate*.py tests/devices/test_peltier.py tests/devices/test_ports.py",
+        "tests/devices/test_p*.py tests/devices/test_board_clock.py",
     ),
     "core": ("firmware/core/*.cpp firmware/core/limits.h", HOST_TESTS),
     "player_js": ("examples/webxr/client/player.js", "tests/contract/test_feel_player.py"),
@@ -73,7 +73,7 @@ HASH_COMMENT = r"#[^\n]*|@dataclass[^\n]*|if TYPE_CHECKING"
 SLASH_COMMENT = r"^#[^\n]*|//[^\n]*|/\*[\s\S]*?\*/"
 ZERO = r"0(?:\.0*)?[fuUL]*(?![\w.])"
 NUMBER = rf"(?<![\w.])(?!{ZERO})(?:0x[\da-fA-F]+|\d[\d_]*(?:\.\d+)?(?:e[+-]?\d+)?)[fuUL]*\b"
-KEEP = "(?<!frozen=)(?<!slots=)(?<!gc=)"  # of a class: they make it fast or strict
+KEEP = "(?<!frozen=)(?<!slots=)(?<!gc=)(?<!strict=)"  # they make it fast or strict
 ITEM = r"[^()\[\]{};,]*"
 LIST = rf"(?<![\w)\]])(?<!import )(?<!examples=)[(\[{{]({ITEM}(?:,{ITEM}){{2,}})[)\]}}](?! =>)"
 CALL = r"^([ \t]+)(?!return|assert|raise|\w*log\w*\.)(?:await )?[\w.>-]+\([^\n]*\);?$"

@@ -104,6 +104,20 @@ def test_another_major_is_refused_naming_both_and_the_cure(major: int, cure: str
     assert session.reading(0.2).faults == ("plate_version",)
 
 
+def test_a_board_whose_clock_is_wrong_is_named_switched_off_and_driven_no_more() -> None:
+    session, written = greeted(), list[plate_protocol.Message]()
+    for tick in range(3000):
+        now = tick * TURN_S
+        session.command(22.0, 0.25, now)
+        written += said(session, now)
+        tell(session, telemetry(5.0 + 1.1 * now), now)
+    assert session.reading(now).faults == ("plate_clock_wrong",)
+    drives = [message for message in written if isinstance(message, Setpoint | Off)]
+    begun = drives.index(Off())
+    assert begun > 0
+    assert set(drives[begun:]) == {Off()}
+
+
 def test_a_newer_minor_is_accepted() -> None:
     session = PlateSession()
     session.opened(0.0)

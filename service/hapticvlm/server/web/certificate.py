@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 import os
 import ssl
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -96,18 +97,10 @@ def _shake_hands(client: ssl.SSLContext, server: ssl.SSLContext) -> dict[str, An
     theirs = client.wrap_bio(back, there)
     ours = server.wrap_bio(there, back, server_side=True)
     for _ in range(_ROUNDS):
-        waiting = [end for end in (theirs, ours) if not _advance(end)]
-        if not waiting:
-            break
+        for end in (theirs, ours):
+            with suppress(ssl.SSLWantReadError):
+                end.do_handshake()
     return dict(theirs.getpeercert() or {})
-
-
-def _advance(end: ssl.SSLObject) -> bool:
-    try:
-        end.do_handshake()
-    except ssl.SSLWantReadError:
-        return False
-    return True
 
 
 def _reason(error: ssl.SSLError) -> str:

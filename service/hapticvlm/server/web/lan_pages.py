@@ -52,7 +52,7 @@ class LanPages:
         except ValueError:
             return False
         # A page of any site can have its own name point to this machine and then read from it as
-        # from itself (DNS rebinding). Its browser still says that name in `Host`, so a name that is
+        # from itself (DNS rebinding). Its browser still says that name to us, so a name that is
         # not ours is refused. A bare address is safe: nobody can point an address elsewhere.
         return name is not None and (name in self.names or _address(name) is not None)
 
