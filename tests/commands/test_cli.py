@@ -2,6 +2,7 @@
 
 import argparse
 import csv
+import socket
 import subprocess
 import sys
 from pathlib import Path
@@ -62,12 +63,11 @@ def test_each_wrong_use_is_answered_in_one_line_that_names_the_cure(tmp_path, ca
     assert offenders == []
 
 
-def test_a_taken_port_is_said_in_one_line():
-    from hapticvlm.client.local_service import running
-
-    with running() as service:
-        port = service.url.rstrip("/").rsplit(":", 1)[1]
-        done = command("serve", "--port", port)
+@pytest.mark.parametrize("words", [("serve",), ("plate", "simulate")])
+def test_a_taken_port_is_said_in_one_line(words):
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        port = str(other.getsockname()[1])
+        done = command(*words, "--port", port)
     assert done.returncode == 2
     assert f"port {port} is in use" in done.stderr
     assert "--port 0" in done.stderr

@@ -9,6 +9,7 @@ import threading
 from typing import TYPE_CHECKING
 
 from hapticvlm.commands.parsing import number_within
+from hapticvlm.commands.service_address import port_errors
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
@@ -39,7 +40,8 @@ def add(verbs: Commands) -> None:
 def _simulate(options: argparse.Namespace) -> int:
     from hapticvlm.devices.simulated.practise_plate import PractisePlate, serve
 
-    with socket.create_server((LOOPBACK, int(options.port))) as listener:
+    port = int(options.port)
+    with port_errors(port), socket.create_server((LOOPBACK, port)) as listener:
         address = f"socket://{LOOPBACK}:{listener.getsockname()[1]}"
         print(
             f"simulated plate on {address}; in another terminal:\n"
