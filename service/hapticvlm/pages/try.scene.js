@@ -3,8 +3,8 @@
 // A still picture is one object until the user points at it, and stays one if the user then states its
 // material. Once pointed at, it is patches, each a separate object; on a picture that ships, it is the things that we have
 // outlined and labelled. The decision about a patch is stored, so that a returning hand feels it at once, and a slide to the
-// next patch is not felt as an impact. A part of an object carries less information than the whole. So an uncertain patch in
-// a picture with a certain material is also sent with the whole picture, and the service fuses both. A whole picture of a
+// next patch is not felt as an impact. A part of an object carries less information than the whole. So a patch whose best
+// guess is the material of the whole picture is also sent with the whole picture, and the service fuses both. A whole picture of a
 // thing on a plain ground is sent with the thing's outline as a mask, too, and the service averages both. A live picture
 // changes under the hand, so there the hand's region itself is touched, and every newer frame is sent.
 import { Link } from "./link.js";
@@ -200,15 +200,14 @@ export class TryScene {
     const whole = this.#whole();
     if (isPatch && !this.decisions.has(whole.id)) yield* this.#views(whole);
     yield* this.#views(target);
-    if (isPatch && this.#isSure(whole.id) && !this.#isSure(target.id)) yield { ...target, region: WHOLE };
+    const guess = this.decisions.get(target.id);
+    if (isPatch && guess?.material === "unknown" && guess.runner_up === this.decisions.get(whole.id)?.material) yield { ...target, region: WHOLE };
   }
 
   *#views(target) {
     yield target;
     if (target.region === WHOLE && this.thing) yield { ...target, mask: this.thing };
   }
-
-  #isSure(id) { return (this.decisions.get(id)?.material ?? "unknown") !== "unknown"; }
 
   #look({ id, region: spot, mask }) {
     const { canvas, jpeg } = this.#picture;
