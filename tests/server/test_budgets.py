@@ -8,7 +8,7 @@ from hapticvlm.server.access import Address
 from hapticvlm.server.counters import Count
 from hapticvlm.server.edge import limits
 from hapticvlm.server.edge.limiter import SocketLimiter
-from hapticvlm.server.edge.limits import CONNECTS, Rate, TokenBucket
+from hapticvlm.server.edge.limits import CONNECTS, PHASES, Rate, TokenBucket
 from hapticvlm.server.edge.listener import ConnectRates
 
 ASKED_S = 0.5
@@ -89,6 +89,11 @@ def test_a_socket_that_has_sent_its_request_is_spared_for_a_moment_and_then_make
     limiter.add(fourth, ASKED_S)
     assert honest.transport.is_aborted
     assert not third.transport.is_aborted
+
+
+def test_each_phase_lasts_so_long():
+    seconds = {phase.name: each.seconds for phase, each in PHASES.items() if each.seconds}
+    assert seconds == {"ASKING": 5.0, "BEFORE_HELLO": 10.0, "CLOSING": 1.0}
 
 
 def test_newcomers_find_a_place_until_the_last_is_taken_by_sockets_that_are_spared():
