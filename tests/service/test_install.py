@@ -147,15 +147,8 @@ def installed(built: Built, tmp_path_factory: pytest.TempPathFactory) -> Install
     venv.create(folder / "venv", with_pip=False, symlinks=True)
     python = folder / "venv" / ("Scripts" if os.name == "nt" else "bin") / "python"
     constraints = ["-c", str(ROOT / "constraints.txt")]
-    pip(
-        "--python",
-        str(python),
-        "install",
-        "--quiet",
-        "--no-compile",
-        *constraints,
-        str(built.wheel),
-    )
+    quiet = ("install", "--quiet", "--no-compile")
+    pip("--python", str(python), *quiet, *constraints, str(built.wheel))
     (folder / "empty").mkdir()
     return Installed(python, folder / "empty", time.monotonic() - started)
 
@@ -313,15 +306,7 @@ def test_its_command_line_says_its_version_and_every_command(installed):
     assert __version__ in installed.run("--version").stdout
     said = installed.run("--help")
     assert said.returncode == 0, said.stderr
-    for command in (
-        "serve",
-        "stream",
-        "replay",
-        "recognise",
-        "feel",
-        "gallery",
-        "study",
-    ):
+    for command in ("serve", "stream", "replay", "recognise", "feel", "gallery", "study"):
         assert re.search(rf"^    {command} ", said.stdout, re.MULTILINE), command
 
 

@@ -29,6 +29,7 @@ MEASURED = ROOT / ".pytest_cache" / "seconds.json"
 measured: dict[str, float] = defaultdict(float)
 
 
+@pytest.hookimpl(trylast=True)  # when what this pass leaves out is gone: the night's have their own
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Begin with the longest file, or with the longest test of one that is `spread`."""
     seconds = json.loads(KEPT.read_text(encoding="utf-8"))
