@@ -33,7 +33,7 @@ HOST_TESTS = "make -C firmware/hosttests SANITIZE= FLAGS=-std=gnu++14\\ -O0\\ -I
 ROOMS = {  # of each, its files and its tests
     "edge": (
         f"{SERVICE}/server/edge/*.py {SERVICE}/server/access.py",
-        "tests/server/test_[ebrp][dueh][dgqa]*.py tests/server/test_[hs][tc][teh]*.py",
+        "tests/server/test_[ebrp][dueih][dgqan]*.py tests/server/test_[hs][tc][teh]*.py",
     ),
     "web": (
         f"{SERVICE}/server/web/*.py",
