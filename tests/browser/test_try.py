@@ -494,6 +494,20 @@ def test_escape_stops_and_a_new_press_is_felt_again(browser, service):
         expect(page.locator("#stopped")).to_be_empty()
 
 
+def test_the_first_press_is_felt_where_a_visitor_before_stopped_and_left(browser, service):
+    with visit(browser, service) as page:
+        sample(page)
+        at(page, 0.5, 0.8)
+        page.mouse.down()
+        page.keyboard.press("Escape")
+        expect(page.locator("#stopped")).to_contain_text("Stopped at")
+    with visit(browser, service) as page:
+        sample(page)
+        at(page, 0.5, 0.8)
+        page.mouse.down()
+        until_felt(service, rubbing(page))
+
+
 def test_a_tap_between_two_messages_of_the_page_is_felt(browser, service):
     with visit(browser, service) as page:
         page.evaluate(HEAR)

@@ -154,6 +154,7 @@ export class TryScene {
       this.owner = message.owner;
       this.isSimulated = message.devices.speaker.simulated && message.devices.peltier.simulated;
       this.#forget();
+      this.stopped(); // a visitor before may have left while a stop held the hand
       this.#link.ask({ type: "set", feel: { right: "amplitude" } });
       this.#isLooking = false;
       this.#want();
