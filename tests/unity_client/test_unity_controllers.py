@@ -123,3 +123,8 @@ def test_a_controller_rests_beside_a_palm_speaker_where_told_and_says_why(build)
     assert "pulses 0" in output
     assert "silent because the service plays on the speaker 'palm'" in output
     assert "untick it" in output
+
+
+def test_a_plan_without_a_link_is_not_felt_and_a_stop_is(build):
+    assert "plans 0 stops 1" in build.run("components.exe", "Hands.Early", "False")
+    assert "plans 1 stops 1" in build.run("components.exe", "Hands.Early", "True")

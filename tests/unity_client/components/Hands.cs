@@ -3,6 +3,7 @@ using System;
 using System.Globalization;
 using System.Threading;
 using HapticVLM;
+using HapticVLM.Wire;
 using UnityEngine;
 using UnityEngine.XR;
 using Object = UnityEngine.Object;
@@ -38,4 +39,15 @@ public static class Hands
         Object.Destroy(client.gameObject);
     }
 
+    // Says how many plans, and how many stops, are passed on with a link and without.
+    static void Early(string isConnected)
+    {
+        var link = new FeltLink { IsConnected = bool.Parse(isConnected), IsOwner = bool.Parse(isConnected) };
+        var felt = new Felt(() => link, hand => FeelForm.Amplitude);
+        int plans = 0, stops = 0;
+        felt.Vibrated += vibration => { if (vibration.Stopped == true) stops++; else plans++; };
+        felt.Serve(new Vibration { Hand = HandName.Right, PeriodMs = 14.0, Amplitude = { 0.8 } });
+        felt.Serve(new Vibration { Hand = HandName.Right, PeriodMs = 14.0, Stopped = true });
+        Components.Say("plans " + plans + " stops " + stops);
+    }
 }

@@ -170,6 +170,7 @@ namespace HapticVLM
             Hand hand = Of(vibration.Hand);
             if (vibration.Stopped == true) StopPlayer();
             bool vibrates = vibration.Amplitude.Count > 0;
+            if (vibrates && !link().IsConnected) return; // of a lost link, or read before this one is ready: whose it is, nobody can say yet
             if (vibrates && player != null && player.IsHeld(hand.Word)) return;
             hand.IsServed = true;
             hand.Missed = null;
