@@ -1,5 +1,5 @@
 # The service alone, on simulated devices or those that are handed in: docs/connecting.md has the line.
-FROM python:3.13-slim AS needed
+FROM python:3.13-slim@sha256:7c61056e61ac89e852de05f3dc6fa51a6dd2181797bceed46aa725dd7cb2cd3b AS needed
 COPY hashes.txt /tmp/hashes.txt
 RUN pip install --no-cache-dir --require-hashes -r /tmp/hashes.txt && rm /tmp/hashes.txt
 

@@ -42,6 +42,12 @@ def test_the_container_is_built_from_files_that_are_there_and_handed_to_the_buil
                 assert source in kept, source
 
 
+def test_the_container_starts_from_one_image_by_its_digest():
+    bases = {rest.split()[0] for name, rest in STEPS if name == "FROM"} - {"needed"}
+    assert len(bases) == 1
+    assert re.fullmatch(r"python:3\.13-slim@sha256:[0-9a-f]{64}", bases.pop())
+
+
 def test_the_extras_that_the_page_builds_a_container_with_are_ours():
     page = (ROOT / "docs" / "connecting.md").read_text()
     extras = re.findall(r"--build-arg EXTRAS=([\w,]+)", page)
