@@ -30,7 +30,7 @@ SHOWN_S = (0.0, 0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0)
 ALL = "all"
 PAGE, DRAWING = ".html", ".svg"
 HEARD = (".wav", PAGE)  # the others are drawn, or drive an actuator
-ENDINGS = (DRAWING, *HEARD, ".haptic", ".ahap", ".hjif")
+ENDINGS = (DRAWING, *HEARD, ".haptic", ".ahap")
 SCALES = ("palm", "controller")
 
 _DESCRIPTION = """
@@ -38,9 +38,8 @@ Compute what touching a material feels like. The command prints the temperature 
 setpoint of the plate, the limit that acted, and the vibration. It uses neither a service nor a
 device. In Python `hapticvlm.feel` is the same. The ending of a FILE to save chooses its format. A
 .svg is a drawing, and a .wav is what the palm speaker plays. Other tools read .haptic (Meta Haptics
-SDK), .ahap (Apple Core Haptics) and .hjif (MPEG, ISO/IEC 23090-31). A .html is a page to hear and
-compare touches, with the files to download. Beside .wav, .haptic and .ahap a second file
-(FILE.heat.json) has the temperatures.
+SDK) and .ahap (Apple Core Haptics). A .html is a page to hear and compare touches, with the files
+to download. Beside .wav, .haptic and .ahap a second file (FILE.heat.json) has the temperatures.
 """
 
 
@@ -83,7 +82,7 @@ def add(commands: Commands) -> None:
         "--scale",
         choices=SCALES,
         default=SCALES[0],
-        help="strength in .haptic, .ahap and .hjif: as the palm speaker plays it, or as "
+        help="strength in .haptic and .ahap: as the palm speaker plays it, or as "
         "controllers and phones need it (%(default)s)",
     )
     out.add_argument(

@@ -2,8 +2,7 @@
 
 The voices of the service render the touch as a waveform with many frequencies; the formats have one
 amplitude and one frequency at a time. The amplitude is sqrt(2) times the root mean square, so a
-full-scale sine is 1. The frequency is that of a sine that changes equally quickly. A format that
-holds several tones at once gets one for each octave (`Clip.bands`).
+full-scale sine is 1. The frequency is that of a sine that changes equally quickly.
 
 Points are STEP_S apart and joined by straight lines, as the formats prescribe. Sampling the
 envelope at the points is not enough: a line from the peak of an impact to the next point has more
@@ -13,7 +12,6 @@ the lines has the energy that the speaker plays in it.
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -31,21 +29,9 @@ WINDOW_S = 0.02
 _STEP = round(STEP_S * PLAN_HZ)
 _WINDOW = round(WINDOW_S * PLAN_HZ)
 _ROUNDS = 12  # of the fit, each of which about halves the error
-_OCTAVES_HZ = (1, 40, 80, 160, 320, 640, 1000)
-_LEAST_SHARE = 1e-3  # of the energy of a touch, in an octave that gets a tone
 _MAX_GAIN = 4.0  # of one round, where nearly nothing is played
 
 _Values = NDArray[np.float64]
-
-
-@dataclass(frozen=True, slots=True)
-class Band:
-    """One tone between two frequencies, Hz: `levels` 0..1 and `frequency_hz`, both (points,)."""
-
-    low_hz: int
-    high_hz: int
-    levels: _Values
-    frequency_hz: _Values
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,38 +60,13 @@ class Clip:
     @property
     def frequency_hz(self) -> _Values:
         """Frequency at each point, (points,) in Hz."""
-        return self._frequency_hz(self.played)
+        each = frequencies(self.played, STEP_S)  # of each step; the last point has that before it
+        return np.append(each, each[-1])
 
     def points(self, power: float = 1.0) -> _Values:
         """Return the points, (points,) 0..1, whose lines to this power are the amplitude."""
         wanted = window_levels(np.sqrt(2.0) * self.played)
         return _fitted(self.played, wanted, power)
-
-    def bands(self) -> tuple[Band, ...]:
-        """Return one tone for each octave that holds a part of the touch, the lowest first.
-
-        In every WINDOW_S the tones together have the energy that the speaker plays, unless their
-        amplitudes add up to more than 1.
-        """
-        parts = _octaves(self.played)
-        levels = np.array([window_levels(np.sqrt(2.0) * part) for _, part in parts])
-        # A filter rings before a sudden onset and after an end, and tones of neighbouring octaves
-        # share what lies between them. So the windows of all are scaled to the energy of the whole.
-        whole = window_levels(np.sqrt(2.0) * self.played)
-        levels *= whole / np.maximum(np.sqrt(np.sum(levels**2, axis=0)), 1e-9)
-        points = np.array(
-            [_fitted(part, wanted) for (_, part), wanted in zip(parts, levels, strict=True)]
-        )
-        points /= np.maximum(points.sum(axis=0), 1.0)  # a decoder would clip what adds up to more
-        return tuple(
-            Band(*limits_hz, point, np.clip(self._frequency_hz(part), *limits_hz))
-            for (limits_hz, part), point in zip(parts, points, strict=True)
-        )
-
-    @staticmethod
-    def _frequency_hz(wave: NDArray[np.float32]) -> _Values:
-        each = frequencies(wave, STEP_S)  # of each step; the last point has that before it
-        return np.append(each, each[-1])
 
 
 def clip(sound: Sound, heat: Heat) -> Clip:
@@ -148,22 +109,6 @@ def _fitted(wave: NDArray[np.float32], wanted: _Values, power: float = 1.0) -> _
         levels *= np.interp(at, centres, gain) ** (1.0 / power)
         levels = np.minimum(levels, 1.0)
     return levels
-
-
-def _octaves(
-    wave: NDArray[np.float32],
-) -> list[tuple[tuple[int, int], NDArray[np.float32]]]:
-    """Split a wave (N,) at PLAN_HZ by octaves; leave out those that hold next to nothing."""
-    spectrum = np.fft.rfft(wave)
-    hertz = np.fft.rfftfreq(wave.size, 1.0 / PLAN_HZ)
-    energy = np.abs(spectrum) ** 2
-    parts = []
-    for low_hz, high_hz in itertools.pairwise(_OCTAVES_HZ):
-        inside = (hertz >= low_hz) & (hertz < high_hz)
-        if energy[inside].sum() >= _LEAST_SHARE * energy.sum():
-            part = np.fft.irfft(spectrum * inside, wave.size)
-            parts.append(((low_hz, high_hz), np.asarray(part, dtype=np.float32)))
-    return parts
 
 
 def line(values: _Values) -> _Values:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import base64
 import json
-import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -24,7 +23,7 @@ from hapticvlm.rendering import touch_ranges
 from hapticvlm.rendering.vibration.sound_voice import as_sound, in_voice
 from hapticvlm.rendering.vibration.vibration import INTERACTIONS, RATE_HZ, VOICES, Motion
 from hapticvlm.rendering.vibration.voices import Voices
-from hapticvlm.touches import OWNED, ahap, haptic, hjif, owned
+from hapticvlm.touches import OWNED, ahap, haptic, owned
 from hapticvlm.touches.clip import Clip, clip, for_controllers
 from hapticvlm.touches.drawing import Drawing, draw
 from hapticvlm.touches.heat import Heat, ThermalInputs, heat
@@ -33,7 +32,7 @@ from hapticvlm.touches.sound import Sound, sound, wav, write_wav
 AMBIENT_C = 22.0
 SPEED_MPS = 0.3
 SWING_MPS = 5.0
-KINDS = ("wav", "haptic", "ahap", "hjif")
+KINDS = ("wav", "haptic", "ahap")
 SCALES = ("palm", "controller")
 HEARD_EVERY = 4  # sample of the sound voice, whose band ends below 5 kHz
 HEAT_SUFFIX = ".heat.json"
@@ -104,14 +103,14 @@ class FeltTouch:
     def save(self, path: str | Path, *, scale: str = "palm", voice: str = "true") -> list[Path]:
         """Write the touch as a file for other tools; its ending is the format.
 
-        - `path`: .wav (16 bit, 48 kHz, mono), .haptic (Meta Haptics SDK), .ahap (Apple Core
-          Haptics) or .hjif (MPEG, ISO/IEC 23090-31).
+        - `path`: .wav (16 bit, 48 kHz, mono), .haptic (Meta Haptics SDK) or .ahap (Apple Core
+          Haptics).
         - `scale`: `palm` (as the palm speaker plays it) or `controller` (raises what controllers
           and phones would hardly play; a .wav does not change).
         - `voice`: of a .wav: `true` (for a palm speaker) or `sound` (the same for ears).
 
-        Returns the paths written: only .hjif holds temperatures, so any other format gets a second
-        file, PATH.heat.json. Raises OSError, and `HapticVLMError` for another ending, scale or
+        Returns the paths written: no format holds temperatures, so a second file, PATH.heat.json,
+        has them. Raises OSError, and `HapticVLMError` for another ending, scale or
         voice.
 
             hapticvlm.feel("glass", "tap").save("glass.haptic", scale="controller")
@@ -203,13 +202,10 @@ def feel(
 
 
 def save_clip(of: Clip, kind: str, path: Path) -> list[Path]:
-    """Write a clip, and its temperatures to a second file where the format has none.
+    """Write a clip, and its temperatures to a second file.
 
     Returns the paths written. Raises OSError.
     """
-    if kind == "hjif":
-        _write_json(path, hjif.document(of, time.strftime("%Y-%m-%d")))
-        return [path]
     if kind == "wav":
         write_wav(path, of.wave)
     else:

@@ -53,7 +53,7 @@ async function moment(touch) {
   const data = async (blob) => new Uint8Array(await (await blob).arrayBuffer());
   const [own, heard] = await Promise.all(["wav", "heard"].map(async (kind) => unwav(await data(bytes(touch, kind)))));
   const documents = {};
-  for (const kind of ["haptic", "ahap", "hjif"]) documents[kind] = await data(bytes(touch, kind));
+  for (const kind of ["haptic", "ahap"]) documents[kind] = await data(bytes(touch, kind));
   const { decision, interaction } = touch;
   return { decision, interaction, picture: null, samples: own.samples, rateHz: own.rateHz, heard: heard.samples, heardHz: heard.rateHz, documents, note: "" };
 }

@@ -8,7 +8,6 @@ from __future__ import annotations
 import gzip
 import html
 import json
-import time
 from collections.abc import Iterable
 from itertools import groupby
 from pathlib import Path
@@ -27,11 +26,11 @@ from hapticvlm.recordings.page.one_file import (
     sound,
 )
 from hapticvlm.rendering.vibration.sound_voice import as_sound
-from hapticvlm.touches import ahap, haptic, hjif
+from hapticvlm.touches import ahap, haptic
 from hapticvlm.touches.clip import Clip
 
 HERE = Path(__file__).parent
-KINDS = ("haptic", "ahap", "hjif", "wav")
+KINDS = ("haptic", "ahap", "wav")
 COLUMNS = 100  # of the outline of a vibration
 STOPS = 5  # of the colours of a temperature bar
 
@@ -113,7 +112,6 @@ def _files(clip: Clip) -> dict[str, str]:
     documents = {
         "haptic": haptic.document(clip),
         "ahap": ahap.document(clip),
-        "hjif": hjif.document(clip, time.strftime("%Y-%m-%d")),
     }
     packed = {kind: encoded(_packed(document)) for kind, document in documents.items()}
     return {
