@@ -377,6 +377,59 @@ def test_nodes_that_are_below_themselves_count_once(tmp_path: Path) -> None:
     assert note.startswith("3 nodes")
 
 
+def lods(levels: dict[int, list[int]], children: dict[int, list[int]]) -> Document:
+    """Chairs of which some are below others, and some are lower levels of detail of others."""
+    document = chairs(5)
+    for index, ids in levels.items():
+        document["nodes"][index]["extensions"] = {"MSFT_lod": {"ids": ids}}
+    for index, below in children.items():
+        document["nodes"][index]["children"] = below
+    return document
+
+
+@pytest.mark.parametrize(
+    ("levels", "children", "objects"),
+    [
+        ({2: [0, 1], 3: [4]}, {}, {2: [0, 1], 3: [4]}),
+        ({1: [2], 2: [4], 4: [3]}, {}, {0: [], 1: [2, 3, 4]}),  # each names the next
+        ({0: [3], 1: [0]}, {}, {1: [0, 3], 2: [], 4: []}),  # the later names the earlier one
+        ({0: [1], 1: [0, 9]}, {}, {0: [1], 2: [], 3: [], 4: []}),
+        ({2: [0, 3]}, {0: [1], 1: [2]}, {0: [], 1: [], 2: [3], 4: []}),  # one above itself
+        ({2: [3], 3: [0]}, {0: [1, 2]}, {0: [], 1: [], 2: [3], 4: []}),
+    ],
+)
+def test_a_lower_level_of_detail_is_felt_as_the_node_that_it_stands_for_but_nothing_above_it_is(
+    levels: dict[int, list[int]],
+    children: dict[int, list[int]],
+    objects: dict[int, list[int]],
+    tmp_path: Path,
+) -> None:
+    own = {
+        node.index: sorted(int(path[-1]) for path in node.spelled["scene"])
+        for node in scene_of(tmp_path, lods(levels, children)).objects
+    }
+    assert own == {index: sorted([index, *lower]) for index, lower in objects.items()}
+
+
+@pytest.mark.parametrize("roots", [[0], [0, 1]])
+def test_what_is_below_a_lower_level_of_detail_is_felt_as_itself_if_its_original_has_parts(
+    roots: list[int], tmp_path: Path
+) -> None:
+    document = lods({0: [1], 4: [2]}, {0: [3, 4], 1: [2]}) | {"scenes": [{"nodes": roots}]}
+    document["nodes"].append({"name": "Chair_5", "mesh": 0})
+    document["nodes"][2]["children"] = [5]  # the level of a chair without parts
+    assert [node.name for node in scene_of(tmp_path, document).objects] == [
+        *("Chair_0", "Chair_0/Chair_3", "Chair_0/Chair_4")
+    ]
+    document["nodes"][4]["extensions"] = {}
+    scene = scene_of(tmp_path, document)
+    assert [node.name for node in scene.objects][3:] == [
+        "Chair_1/Chair_2",
+        "Chair_1/Chair_2/Chair_5",
+    ]
+    assert scene.notes == ()
+
+
 @pytest.mark.parametrize("count", MANY)
 def test_of_many_nodes_as_many_objects_are_read_as_the_service_knows(
     count: int, tmp_path: Path

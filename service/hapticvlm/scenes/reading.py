@@ -82,10 +82,15 @@ class _Reader:
         self._notes: list[str] = []
 
     def scene(self) -> Scene:
-        """Walk the tree from its roots; each node counts once, however often it is reached."""
+        """Walk the tree from its roots; each node counts once, however often it is reached.
+
+        A lower level of detail is felt as its original, and what is below it as itself where
+        something is below the original, too.
+        """
         nodes = self._document.nodes
         visited = bytearray(len(nodes))
-        lower = {each for levels in self._spelled.lower.values() for each in levels}
+        lower = {level: at for at, levels in self._spelled.lower.items() for level in levels}
+        apart = self._apart()
         objects: list[SceneNode] = []
         ids: Counter[str] = Counter()
         repeated = left_out = in_all = 0
@@ -93,14 +98,12 @@ class _Reader:
         while waiting:
             index, parents = waiting.pop()
             node = _at(nodes, index, "node")
-            if index in lower:
-                continue  # it is felt as the node for which it stands
             if visited[index]:
                 repeated += 1
                 continue
             visited[index] = 1
             own = _clean(node.name)
-            surfaces = self._of_mesh(node.mesh)
+            surfaces = () if index in lower else self._of_mesh(node.mesh)
             if len(objects) == MAX_OBJECTS or in_all + len(surfaces) > MAX_IN_ALL:
                 left_out += bool(surfaces)
             elif surfaces:
@@ -111,8 +114,12 @@ class _Reader:
                     SceneNode(_unique(path, ids), path, surfaces, spelled, index, stated)
                 )
                 in_all += len(surfaces)
+            levels = apart.intersection(node.extensions.lod.ids)
+            waiting += [(level, parents) for level in sorted(levels, reverse=True)]
+            apart -= levels
             below = (*parents, own)[-MAX_PARENTS:] if own else parents
-            waiting += [(child, below) for child in reversed(node.children)]
+            if index not in lower or nodes[lower[index]].children:
+                waiting += [(child, below) for child in reversed(node.children)]
         self._notes += self._notes_of_all(repeated, left_out)
         return Scene(tuple(objects), tuple(self._notes))
 
@@ -142,6 +149,14 @@ class _Reader:
             )
         for stated in self._unstated:
             yield f"extras.haptic_material: {no_material(stated, self._table)}; it is ignored"
+
+    def _apart(self) -> set[int]:
+        """Return the lower levels of detail that are in no scene but beside their original."""
+        nodes, parents = self._document.nodes, self._spelled.parents
+        named = {level for node in nodes for level in node.extensions.lod.ids}
+        return {each for each in named if each < len(nodes) and parents[each] is None} - {
+            *self._roots()
+        }
 
     def _roots(self) -> Sequence[int]:
         document = self._document

@@ -10,7 +10,8 @@ glTF lets names be of any letters, the same twice, or absent. Each loader rewrit
   Unity's client turns `Node-3` of glTFast and `GLTFNode3` of UnityGLTF to that.
 - glTFast, where it makes names unique, numbers siblings of one name: the second one `_0`.
 
-A lower level of detail (MSFT_lod) has the paths of the node that it stands for.
+A lower level of detail (MSFT_lod) has the paths of the node that it stands for. Babylon.js
+loads levels that no scene has, three.js does not.
 """
 
 from __future__ import annotations
@@ -83,19 +84,60 @@ def spellings(document: gltf.Document) -> Spellings:
         "three": _three(document, parents),
         "godot": _godot(document),
     }
-    return Spellings(engines, tuple(parents), _levels(document))
+    return Spellings(engines, tuple(parents), _levels(document, parents))
 
 
-def _levels(document: gltf.Document) -> dict[int, tuple[int, ...]]:
-    """Return the lower levels of detail of each node with a mesh that is no lower level itself."""
+def _levels(document: gltf.Document, parents: Sequence[int | None]) -> dict[int, tuple[int, ...]]:
+    """Return the lower levels of detail of each node with a mesh, and those that they have.
+
+    A node that the other one is below is no level of it. What no other node names comes first, so
+    that a level has none of its own; of nodes that name each other the first one is felt.
+    """
+    nodes = document.nodes
+    lods = {index: node.extensions.lod.ids for index, node in enumerate(nodes)}
+    originals = [index for index, ids in lods.items() if ids and nodes[index].mesh is not None]
+    if not originals:
+        return {}
+    begin, end = _spans(document, parents)
+    named = {each for index in originals for each in lods[index]}
     lower: set[int] = set()
-    levels = {}
-    for index, node in enumerate(document.nodes):
-        stand_ins = {each for each in node.extensions.lod.ids if each < len(document.nodes)}
-        if node.mesh is not None and index not in lower and (own := stand_ins - lower - {index}):
+    levels: dict[int, tuple[int, ...]] = {}
+    for index in sorted(originals, key=lambda each: (each in named, each)):
+        own = []
+        waiting = [] if index in lower else list(lods[index])
+        while waiting:
+            level = waiting.pop()
+            if level in lower or level not in lods or begin[level] <= begin[index] < end[level]:
+                continue
+            lower.add(level)
+            own.append(level)
+            waiting += lods[level]
+        if own:
             levels[index] = tuple(sorted(own))
-            lower |= own
     return levels
+
+
+def _spans(
+    document: gltf.Document, parents: Sequence[int | None]
+) -> tuple[Sequence[int], Sequence[int]]:
+    """Return the place of each node in an order from the roots on, and that behind what is below.
+
+    One node is above another, or the same, if the other's place is in its span.
+    """
+    begin = [0] * len(parents)
+    end = [0] * len(parents)
+    place = 0
+    waiting = sorted(range(len(parents)), key=lambda index: parents[index] is None)
+    while waiting:  # roots are at its end; then only nodes that are below themselves are left
+        index = waiting.pop()
+        if index < 0:
+            end[~index] = place + 1
+        elif not begin[index]:
+            place += 1
+            begin[index] = place
+            children = document.nodes[index].children
+            waiting += (~index, *(each for each in children if each < len(parents)))
+    return begin, end
 
 
 def _kept(document: gltf.Document) -> Names:
