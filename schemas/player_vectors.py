@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import sys
 from collections.abc import Iterator
 from functools import lru_cache
@@ -77,7 +78,8 @@ def plans() -> Iterator[Json]:
     yield planned(feel_vectors.swung_and_struck())
     yield planned(feel_vectors.many_textures())
     yield planned(feel_vectors.kneaded())
-    yield planned(_humming())
+    for hz, drives in ((50.0, [0.4, 0.1]), (8.0, [0.4]), (600.0, [0.1, 0.4])):
+        yield planned(_humming(hz, drives))
 
 
 def planned(case: Json) -> Json:
@@ -207,6 +209,20 @@ def unmarked(value: Any) -> Any:
     return value
 
 
+def says(case: Json) -> list[Json]:
+    """Return what a player tells in a hostile case, as `said` has it."""
+    return [{"field": case["says"], "range": case.get("range")}] if case["says"] else []
+
+
+def said(texts: list[str]) -> list[Json]:
+    """Return the field that each text of a player names, and the range that it states."""
+    found = [re.match(r"([^:]+): (?:.* outside (\S+) to (\S+);)?", text) for text in texts]
+    fields = [one.groups() for one in found if one]
+    return [
+        {"field": field, "range": low and [float(low), float(high)]} for field, low, high in fields
+    ]
+
+
 def edited(file: Json, case: Json) -> Any:
     """Return a copy of a feel file with the edit of a case of `files`."""
     if "file" in case:
@@ -230,16 +246,10 @@ def _hostile_touches() -> Iterator[Json]:
     ranges = file_of("true")["ranges"]
     for name, default in defaults.items():
         low, high = ranges[name]
-        for value, like in (
-            (nan, default),
-            ("fast", default),
-            (True, default),
-            (most, high),
-            (least, low),
-            (-1.0, low),
-            (1e30, high),
-        ):
-            yield _hostile({name: value}, {name: like}, says=name)
+        for no_number in (nan, "fast", True):
+            yield _hostile({name: no_number}, {name: default}, says=name)
+        for value, like in ((most, high), (least, low), (-1.0, low), (1e30, high)):
+            yield {**_hostile({name: value}, {name: like}, says=name), "range": [low, high]}
         yield _hostile({name: None}, {name: default})
     refused: tuple[tuple[str, tuple[str | None, ...]], ...] = (
         ("phase", ("hover", "Contact", "", None)),
@@ -251,10 +261,10 @@ def _hostile_touches() -> Iterator[Json]:
             yield _hostile({name: word}, None, says=name)
     yield _hostile({"interaction": None}, {})
     yield _hostile({"surface": None, "region": None, "object_id": None}, {})
-    yield from _hostile_surfaces(nan, ranges["thickness_m"][0])
+    yield from _hostile_surfaces(nan, ranges)
 
 
-def _hostile_surfaces(nan: Json, thinnest_m: float) -> Iterator[Json]:
+def _hostile_surfaces(nan: Json, ranges: Json) -> Iterator[Json]:
     """Yield a surface or a gain of a player, and the one that it is felt like."""
     for name, value, like, says in (
         ("impact_gain", nan, 1.0, "impact_gain"),
@@ -263,11 +273,14 @@ def _hostile_surfaces(nan: Json, thinnest_m: float) -> Iterator[Json]:
         ("impact_gain", None, 1.0, None),
         ("thickness_m", None, None, None),
         ("thickness_m", nan, None, "thickness_m"),
-        ("thickness_m", 0, thinnest_m, "thickness_m"),
+        ("thickness_m", 0, ranges["thickness_m"][0], "thickness_m"),
         ("hum", None, None, None),
         ("hum", {"frequency_hz": None, "level": 1, "drives": [1]}, None, "hum"),
         ("hum", {"frequency_hz": 50, "level": 1}, None, "hum"),
-        ("hum", {"frequency_hz": 50, "level": 1, "drives": [nan]}, None, "hum"),
+        *(
+            ("hum", {"frequency_hz": 50, "level": level, "drives": drives}, None, "hum")
+            for level, drives in ((1, [nan]), (1, [-100.5]), (1, [0.1] * 17), (0, [0.4]))
+        ),
         ("material", "Wood", None, "material"),
         ("material", "__proto__", None, "material"),
         ("material", 7, None, "material"),
@@ -281,9 +294,13 @@ def _hostile_surfaces(nan: Json, thinnest_m: float) -> Iterator[Json]:
                 case[part] = {**case[part], "phase": "approach"}
         case["surface"] = {"material": "wood", name: value}
         case["like_surface"] = {"material": "wood", name: like}
+        if type(value) is int and name in ranges:
+            case["range"] = ranges[name]
         yield {**case, "name": f"surface {name} {json.dumps(value)}"}
     for value, like in ((nan, 1.0), (50, 1.0), (-1, 0.0), (None, 1.0)):
         case = _hostile({}, {}, says=None if value is None else "gain")
+        if type(value) is int:
+            case["range"] = ranges["gain"]
         yield {**case, "name": f"gain {json.dumps(value)}", "gain": value, "like_gain": like}
 
 
@@ -309,7 +326,23 @@ def _of_the_service(touch: Json) -> Json | None:
 def _hostile_times() -> list[Json]:
     """Return times of a slide's touches, and the field that a player names; none is an error."""
     return [
-        {"name": "milliseconds", "times": [16.0 * frame for frame in range(8)], "says": "now"},
+        *(
+            {
+                "name": f"each {gap} of {times}",
+                "times": [gap * n for n in range(times)],
+                "says": says,
+            }
+            for gap, times, says in (
+                (16.0, 8, "now"),
+                (16.0, 3, None),
+                (5.0, 4, "now"),
+                (4.9, 8, None),
+                (1000.0, 4, "now"),
+                (1001.0, 8, None),
+            )
+        ),
+        {"name": "pauses", "times": [0.0, 16.0, 32.0, 32.1, 48.0, 64.0, 64.1], "says": None},
+        {"name": "taps", "times": [16.0 * n for n in range(8)], "says": None, "phase": "contact"},
         {"name": "not a number", "times": [{"$number": "NaN"}], "says": "now"},
         {"name": "infinite", "times": [{"$number": "Infinity"}], "says": "now"},
         {"name": "null", "times": [None], "says": "now"},
@@ -348,6 +381,7 @@ def _broken() -> Iterator[Json]:
         (["impacts", "tap", "palm", 0, 0], None),
         (["clips", "wood grain", "rate_hz"], 1e9),
         (["clips", "wood grain", "peak"], nan),
+        (["clips", "wood grain", "most"], 0),
         (["loops", "wood relief", "rate", 0], -1),
         (["speeds_mps", 3], -1),
     )
@@ -403,18 +437,16 @@ def _rendered(voice: str, material: str, interaction: str) -> Json:
     return {"name": name, "voice": voice, "blocks": BLOCKS, "touches": touches}
 
 
-def _humming() -> Json:
-    surface = {
-        "material": "metal",
-        "hum": {"frequency_hz": 50.0, "level": 0.5, "drives": [0.4, 0.1]},
-    }
+def _humming(hz: float, drives: list[float]) -> Json:
+    hum = {"frequency_hz": hz, "level": 0.5, "drives": drives}
+    surface = {"material": "metal", "hum": hum}
     events: list[Json] = []
     for number in range(5):
         touch = {"phase": "contact", "hand": "left", "object_id": "fridge", **MOTION}
         events.append({"at_s": 10.0 + 0.04 * number, "touch": touch})
         events.append({"at_s": 10.0 + 0.04 * number, "plan": "left"})
     return {
-        "name": "a hand on a fridge that runs",
+        "name": f"a hand on a fridge that runs at {hz:g} Hz",
         "surfaces": {"fridge": surface},
         "events": events,
     }

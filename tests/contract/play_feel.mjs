@@ -36,20 +36,23 @@ function sounds({voice, blocks, touches, surfaces = {}}) {
   return Buffer.from(wave.buffer).toString('base64');
 }
 
-/** Returns the plan 20 ms after a touch, and the field of each problem that was said. */
+/** Returns the plan 20 ms after a touch, and each problem that was said. */
 function felt(touch, surface = {material: 'wood'}, gain = 1) {
   const said = [];
-  const player = new FeelPlayer(feels.true, () => surface, {say: (text) => said.push(text.split(':')[0])});
+  const player = new FeelPlayer(feels.true, () => surface, {say: (text) => said.push(text)});
   player.gain = gain;
   if (touch) player.touch(touch, 5);
   return {plan: player.plan(touch?.hand ?? 'right', 'parametric', 5.02), said};
 }
 
-function slid(times) {
+function slid({times, phase = 'slide'}) {
   const said = [];
-  const player = new FeelPlayer(feels.true, () => ({material: 'wood'}), {say: (text) => said.push(text.split(':')[0])});
-  const slide = {phase: 'slide', hand: 'right', speed_mps: 0.4, force_n: 1.5};
-  const played = times.map((now) => player.touch(slide, now) || player.plan('right', 'parametric', now));
+  const player = new FeelPlayer(feels.true, () => ({material: 'wood'}), {say: (text) => said.push(text)});
+  const touch = {phase, hand: 'right', speed_mps: 0.4, force_n: 1.5};
+  const played = times.map((now) => {
+    player.touch(touch, now);
+    return player.plan('right', 'parametric', now);
+  });
   return {plans: played, said};
 }
 
@@ -70,7 +73,7 @@ function refusal({file = structuredClone(true_), path: [...way] = [], ...edit}) 
 function hostile({touches, times, files}) {
   return {
     touches: touches.map((each) => [felt(each.touch, each.surface, each.gain), felt(each.like, each.like_surface, each.like_gain)]),
-    times: times.map((each) => slid(each.times)),
+    times: times.map(slid),
     files: files.map(refusal),
   };
 }

@@ -92,7 +92,7 @@ func _hostile(case: Dictionary) -> Array:
 		if case.get(each[0]) != null:
 			player.touch(_unmarked(case[each[0]]), 5.0)
 			hand = str(case[each[0]].hand)
-		answers.append({"plan": player.plan(hand, "parametric", 5.02), "said": player.said.keys()})
+		answers.append({"plan": player.plan(hand, "parametric", 5.02), "said": player.said.values()})
 	return answers
 
 
@@ -100,9 +100,9 @@ func _timed(case: Dictionary) -> Dictionary:
 	var player := FeelPlayer.new(_feel, func(_touch: Dictionary) -> Dictionary: return {"material": "wood"})
 	var plans := []
 	for now: Variant in case.times.map(_unmarked):
-		player.touch({"phase": "slide", "hand": "right", "speed_mps": 0.4, "force_n": 1.5}, now)
+		player.touch({"phase": case.get("phase", "slide"), "hand": "right", "speed_mps": 0.4, "force_n": 1.5}, now)
 		plans.append(player.plan("right", "parametric", now))
-	return {"plans": plans, "said": player.said.keys()}
+	return {"plans": plans, "said": player.said.values()}
 
 
 ## Returns why a file is refused.

@@ -85,7 +85,7 @@ def test_a_hostile_touch_is_felt_as_the_one_that_the_service_would_feel(case: Js
 @pytest.mark.parametrize("case", HOSTILE["times"], ids=lambda case: case["name"])
 def test_a_time_that_is_not_in_seconds_is_named(case: Json) -> None:
     player = Player(FEELS["true"], lambda _: {"material": "wood"}, say=str)
-    touch = {"phase": "slide", "hand": "right", **vectors.MOTION}
+    touch = {"phase": case.get("phase", "slide"), "hand": "right", **vectors.MOTION}
     for now in map(vectors.unmarked, case["times"]):
         player.touch(touch, now)
         plan = player.plan("right", "parametric", now)

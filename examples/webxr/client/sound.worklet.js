@@ -321,7 +321,7 @@ class FeelPlayer {
     this.#rate = soundHz;
     this.#say = say;
     this.#voices = new Voices(feel);
-    this.#hands = new Map(feel.words.hand.map((name) => [name, {isHeld: false, isArmed: false, touches: false, leaseUntil: null, time: null, touchedAt: 0, gaps: 0, wishes: [], voices: []}]));
+    this.#hands = new Map(feel.words.hand.map((name) => [name, {isHeld: false, isArmed: false, touches: false, leaseUntil: -Infinity, time: null, touchedAt: 0, gaps: 0, wishes: [], voices: []}]));
   }
 
   /** Receives a touch at `now`; returns whether an impact begins, which asks for a plan at once. */
@@ -336,7 +336,7 @@ class FeelPlayer {
     }
     if (hand.isArmed && phase !== 'slide') hand.isHeld = hand.isArmed = false;
     if (hand.isHeld) return false;
-    if (hand.leaseUntil !== null && now > hand.leaseUntil) this.#rest(hand);
+    if (now > hand.leaseUntil) this.#rest(hand);
     if (!this.#rate) this.#run(hand, now);
     this.#noteMilliseconds(hand, phase, now);
     const onset = !hand.touches && phase === 'contact';
@@ -371,9 +371,11 @@ class FeelPlayer {
     const periodS = pad.period_s[form];
     const plan = {period_ms: 1000 * periodS, amplitude: [], frequency_hz: [], transients: []};
     const hand = this.#hands.get(name);
-    if (!this.#isTime(now) || (hand?.leaseUntil ?? null) === null) return plan;
-    if (hand.leaseUntil <= now) this.#rest(hand);
-    if (hand.leaseUntil === null) return plan;
+    if (!this.#isTime(now) || !hand) return plan;
+    if (hand.leaseUntil <= now) {
+      this.#rest(hand);
+      return plan;
+    }
     const begun = hand.voices.filter(({isNew}) => isNew);
     for (const shot of begun) shot.isNew = false;
     this.#run(hand, now);
@@ -390,7 +392,7 @@ class FeelPlayer {
     if (form !== 'parametric') return plan;
     plan.frequency_hz = powers.map(({drive, turned}) => round(Math.min(Math.max(Math.sqrt(turned / Math.max(drive, 1e-12)), 20), 1000), 10));
     plan.transients = begun.map(({pad: level, fade, clip, hz}) => {
-      const peak = Math.max(this.#onPad((level * fade) / (clip.most || 1), form), pad.min_impact);
+      const peak = Math.max(this.#onPad((level * fade) / clip.most, form), pad.min_impact);
       return {at_ms: 0, amplitude: round(gain * peak, 1e4), frequency_hz: hz};
     });
     return plan;
@@ -411,7 +413,7 @@ class FeelPlayer {
         body += level * level;
       };
       for (const hand of this.#hands.values()) {
-        if (hand.leaseUntil !== null && hand.leaseUntil < now + begin / this.#rate) this.#rest(hand);
+        if (hand.leaseUntil < now + begin / this.#rate) this.#rest(hand);
         this.#voices.advance(hand, dt, sink);
       }
       this.#level(part, Math.sqrt(body), dt);
@@ -453,7 +455,7 @@ class FeelPlayer {
 
   /** Ends the lease, and what sounds. */
   #rest(hand) {
-    hand.leaseUntil = null;
+    hand.leaseUntil = -Infinity;
     hand.touches = false;
     this.#letGo(hand);
   }

@@ -48,12 +48,11 @@ public static class PlayFeel
         }
     }
 
-    // The plans of each event by form, and the fields that the player named. A case may state surfaces by id, and the gain of the players.
+    // The plans of each event by form, and what the player told. A case may state surfaces by id, and the gain of the players.
     private static Map Planned(Map one)
     {
         var said = new List<string>();
-        Action<string> say = text => said.Add(text.Substring(0, text.IndexOf(':')));
-        var forms = new Dictionary<string, FeelPlayer> { { "amplitude", new FeelPlayer(felt) { Said = say } }, { "parametric", new FeelPlayer(felt) { Said = say } } };
+        var forms = new Dictionary<string, FeelPlayer> { { "amplitude", new FeelPlayer(felt) { Said = said.Add } }, { "parametric", new FeelPlayer(felt) { Said = said.Add } } };
         foreach (FeelPlayer player in forms.Values.Where(_ => Of(one, "gain") != null)) player.Gain = Number(one["gain"]).Value;
         var events = Maps(one["events"]).Select(each => forms.ToDictionary(form => form.Key, form => Done(form.Value, each, form.Key, (Map)Of(one, "surfaces") ?? new Map()))).ToArray();
         return new Map { { "events", events }, { "said", said } };

@@ -159,7 +159,7 @@ namespace HapticVLM.Baked
                 if (!hand.Voices[at].IsNew) continue;
                 hand.Voices[at].IsNew = false;
                 Voice voice = hand.Voices[at];
-                double amplitude = Math.Max(OnPad(Math.Min(voice.Pad * voice.Fade / Math.Max(voice.Most, 1e-12), 1.0), "parametric"), pad.MinImpact);
+                double amplitude = Math.Max(OnPad(Math.Min(voice.Pad * voice.Fade / voice.Most, 1.0), "parametric"), pad.MinImpact);
                 begun.Add(new FeltTransient { Amplitude = Math.Round(gain * amplitude, 4), FrequencyHz = voice.Hz });
             }
             return begun.ToArray();

@@ -343,7 +343,7 @@ func _on_pad(level: float, form: String) -> float:
 
 
 func _transient(shot: FeelVoices.Shot, factor: float) -> Dictionary:
-	var peak := _on_pad(shot.pad * shot.fade / maxf(shot.clip.most, 1e-12), "parametric")
+	var peak := _on_pad(shot.pad * shot.fade / shot.clip.most, "parametric")
 	var amplitude := snappedf(factor * maxf(peak, feel.rules.pad.min_impact), 0.0001)
 	return {"at_ms": 0.0, "amplitude": amplitude, "frequency_hz": shot.hz}
 
@@ -400,8 +400,8 @@ func _is_time(now: Variant) -> bool:
 
 func _note(field: String, text: String) -> void:
 	if not said.has(field):
-		said[field] = true
-		push_warning("HapticVLM: %s: %s" % [field, text])
+		said[field] = "%s: %s" % [field, text]
+		push_warning("HapticVLM: " + said[field])
 
 
 ## One hand: its lease, its hold, what it wants to sound, and what sounds.

@@ -90,6 +90,7 @@ Text = Annotated[str, Meta(min_length=1), _BASE64]
 Looped = Annotated[str, Meta(min_length=8), _BASE64]
 Share = Annotated[float, Meta(ge=0.0, le=1.0)]
 Factor = Annotated[float, Meta(ge=0.0, le=1e4)]
+Most = Annotated[float, Meta(ge=1e-4, le=1e4)]  # a pad plays a share of it
 Positive = Annotated[float, Meta(ge=1e-4, le=1e6)]
 Seconds = Annotated[float, Meta(ge=0.001, le=10.0)]
 Step = Annotated[float, Meta(ge=0.001, le=0.005)]
@@ -139,7 +140,7 @@ class Clip(msgspec.Struct, frozen=True):
     rate_hz: Rate
     peak: Factor
     wave: Text
-    most: Factor
+    most: Most
     drive: Track
     felt: Track
     hz: Text

@@ -163,7 +163,7 @@ namespace HapticVLM.Baked.Format
             RateHz = table.Get("rate_hz", Read.Whole(100, 96000));
             Peak = table.Get("peak", Read.Number(0.0, 10000.0));
             Wave = table.Get("wave", Read.Bytes(1));
-            Most = table.Get("most", Read.Number(0.0, 10000.0));
+            Most = table.Get("most", Read.Number(0.0001, 10000.0));
             Drive = table.Get("drive", Read.Part(part => new Track(part, file)));
             Felt = table.Get("felt", Read.Part(part => new Track(part, file)));
             Hz = table.Get("hz", Read.Bytes(1));
