@@ -83,14 +83,16 @@ TEST_CASE("a first second of full heat that was not interrupted is judged by its
     }
 }
 
-TEST_CASE("half an ampere of heat must move the plate; 0.44 A is not judged") {
-    for (float current_a : {0.5f, 0.44f}) {
+TEST_CASE("0.46 A of heat and 1.21 A of cold must move the plate; less is not judged") {
+    for (float current_a : {0.46f, 0.44f, -1.21f, -1.19f}) {
         Plausibility state;
         start_judging(state);
         Sensors sensors{};
         uint32_t faults = 0;
-        for (int i = 0; i < 400; i++) faults |= judged(state, sensors, 30.0, 30.0, current_a, 3.0f);
-        CHECK(faults == (current_a > 0.45f ? bit(RUNAWAY) : 0));
+        const float error_c = current_a > 0.0f ? 3.0f : -3.0f;
+        for (int i = 0; i < 400; i++) faults |= judged(state, sensors, 30.0, 30.0, current_a, error_c);
+        const bool pushes = current_a > 0.45f || current_a < -1.2f;
+        CHECK((faults & bit(RUNAWAY)) == (pushes ? bit(RUNAWAY) : 0));
     }
 }
 

@@ -69,6 +69,7 @@ TEST_CASE("beads are read at the turn of a pulse and at its end, up to three tic
         }
         CHECK(pulse.middle_c[0] == 1.0f + row.half);
         CHECK(tick == 2 * row.half + 1);
+        CHECK(pulse.quiet_ms == 9000);  // the next one follows within a second
     }
 }
 

@@ -43,7 +43,7 @@ def test_one_output_can_be_stopped_alone_and_a_wrong_token_stops_nothing(service
     done = hapticvlm(*ask, "a token of twelve")
     assert (done.code, "plate" in done.out) == (0, False), done.err
     done = hapticvlm(*ask, "a token of twelve", "--json")
-    assert json.loads(done.out) == {"stopped": "speaker"}
+    assert (done.code, json.loads(done.out)) == (0, {"stopped": "speaker"})
     done = hapticvlm("stop", "peltier", *ask[2:], "a token of twelve")
     assert done.out == "stopped: the current of the plate is cut; a new touch starts them again\n"
     for arguments, told in (

@@ -127,6 +127,18 @@ def test_a_state_that_is_being_written_is_applied_in_the_next_block(
     assert engine._mixers[0].gain == 0.5
 
 
+def test_an_output_that_comes_back_plays_no_rest_of_what_sounded(
+    asleep: tuple[Ring, Engine],
+) -> None:
+    ring, engine = asleep
+    assert AudioSettings().block == BLOCK
+    until = time.monotonic() + 600.0
+    ring.put(Command(0, "wood", "slide", False, Motion(0.3, 2.0), 1, until), time.monotonic())
+    assert [engine.fill(BLOCK) for _ in range(40)][-1].any()
+    engine.rest_unplayed()
+    assert not engine.fill(BLOCK).any()
+
+
 def test_an_engine_that_fades_out_is_silent_and_takes_no_order_any_more(
     asleep: tuple[Ring, Engine],
 ) -> None:

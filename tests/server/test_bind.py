@@ -123,6 +123,21 @@ async def test_another_program_at_the_same_port_of_ipv6_is_left_alone():
         only.close()
 
 
+async def test_a_request_that_is_still_being_answered_at_the_end_gets_no_answer():
+    came, found = asyncio.Event(), asyncio.Event()
+
+    async def late(*_):
+        came.set()
+        await found.wait()
+        return await page()
+
+    async with Listener(SocketLimiter(Counter()), late, page, 1000).listen("127.0.0.1", 0) as port:
+        asked = asyncio.create_task(get("127.0.0.1", port))
+        await came.wait()
+        asyncio.get_running_loop().call_soon(found.set)
+    assert await asked == b""
+
+
 async def test_this_machine_has_one_rate_of_connects_at_all_its_addresses(resolve, monkeypatch):
     monkeypatch.setattr("hapticvlm.server.edge.listener.CONNECTS", Rate(per_s=0.001, burst=4))
     resolve(TWO)

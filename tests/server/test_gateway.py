@@ -531,14 +531,23 @@ async def test_observers_are_shown_a_frame_of_an_object_twice_a_second(monkeypat
     queue.join(observer)
     reply = WorkerReply(1, RecogniserResult(Recognition(None, {}), Thumbnail(b"", None)))
     queue.accept(reply)  # to the frame handed over before anybody watched
-    for number in range(24):
-        clock.now = 100.0 + number / 8
-        queue.put(client, look("thing"))
+
+    async def show(name):
+        queue.put(client, look(name))
         await yield_to_io()
         queue.accept(reply)
         await yield_to_io()
+
+    for number in range(24):
+        clock.now = 100.0 + number / 8
+        await show("thing")
     assert len(recogniser.subjects) == 25
     assert len(observer._waiting) == 6, "of three seconds"
+    for number in range(255):
+        await show(f"thing {number}")
+    assert len(queue._shown_at) == 256
+    await show("one too many")
+    assert len(queue._shown_at) == 1, "all were forgotten"
 
 
 def test_what_waits_to_be_enrolled_has_one_budget_for_all_connections():

@@ -136,6 +136,7 @@ def test_the_local_network_is_private_and_link_local_addresses(peer, near):
         "Basic a",
         "Basic \xff",
         "basic " + TOKEN,
+        "Bearer " + basic(TOKEN).removeprefix("Basic "),
     ]
 )
 def test_what_is_no_authorization_is_no_token(authorization):

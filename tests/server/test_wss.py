@@ -149,14 +149,18 @@ def test_a_pair_that_cannot_be_served_is_refused_naming_file_and_cure(authority,
     broken = tmp_path / "broken.pem"
     broken.write_text("-----BEGIN CERTIFICATE-----\nAAAA\n-----END CERTIFICATE-----\n")
     assert "can't be used" in complaint(broken, pair.key)
+    broken.write_bytes(b"\x30\x82")  # DER
+    assert "holds no certificate" in complaint(broken, pair.key)
 
 
 @pytest.mark.skipif(os.name != "posix", reason="POSIX permissions")
 def test_a_key_that_others_can_read_is_warned_of(pair, tmp_path, caplog):
     open_key = Path(shutil.copy(pair.key, tmp_path))
-    open_key.chmod(0o644)
-    certificate.load(pair.cert, open_key)
-    assert "chmod 600" in caplog.text
+    for mode, is_open in ((0o600, False), (0o640, True), (0o604, True)):
+        caplog.clear()
+        open_key.chmod(mode)
+        certificate.load(pair.cert, open_key)
+        assert ("chmod 600" in caplog.text) == is_open
 
 
 def test_the_steps_of_the_documentation_make_a_certificate_that_is_served_and_trusted(tmp_path):

@@ -464,7 +464,6 @@ class ClientSocket(asyncio.BufferedProtocol):
     def _take(self, frame: Frame, now: float) -> None:
         """Spend the budget of a frame and keep the message that it completes."""
         if frame.opcode is Opcode.CLOSE:
-            self._has_ended = True
             return
         excess = self.budget.excess(self._limits.frames, now, is_control=frame.opcode in CONTROL)
         if excess is not None:
