@@ -73,10 +73,11 @@ async def test_an_address_that_this_machine_does_not_have_is_left_out(resolve, a
 
 
 async def test_a_name_without_any_address_of_this_machine_is_refused(resolve):
-    resolve([NO_FAMILY, FOREIGN])
-    with pytest.raises(OSError, match="assign") as refusal:
-        await bind("name", 0)
-    assert refusal.value.errno == errno.EADDRNOTAVAIL
+    for rows, reason in (([NO_FAMILY, FOREIGN], "assign"), ([], "the host has no address")):
+        resolve(rows)
+        with pytest.raises(OSError, match=reason) as refusal:
+            await bind("name", 0)
+        assert refusal.value.errno == errno.EADDRNOTAVAIL
 
 
 async def test_another_port_is_tried_when_one_address_has_it_in_use(resolve):
@@ -136,6 +137,17 @@ async def test_a_request_that_is_still_being_answered_at_the_end_gets_no_answer(
         await came.wait()
         asyncio.get_running_loop().call_soon(found.set)
     assert await asked == b""
+
+
+async def test_a_page_that_fails_is_an_internal_error_and_logged(caplog):
+    async def broken(*_):
+        raise RuntimeError
+
+    async with Listener(SocketLimiter(Counter()), broken, page, 9).listen("127.0.0.1", 0) as port:
+        answer = await get("127.0.0.1", port)
+    assert answer.startswith(b"HTTP/1.1 500 ")
+    assert answer.endswith(b"\r\n\r\ninternal error\n")
+    assert "no answer for /" in caplog.text
 
 
 async def test_this_machine_has_one_rate_of_connects_at_all_its_addresses(resolve, monkeypatch):

@@ -70,9 +70,11 @@ def test_the_first_scene_owns_the_outputs_and_a_later_one_may_not_touch(gateway)
 def test_an_owner_that_touched_something_lately_keeps_the_outputs(gateway):
     first, second = join(gateway), join(gateway)
     now = gateway.ownership.leased_at + IDLE_OWNER_S - 0.1
-    with pytest.raises(MessageError) as refused:
+    text = r"owns the outputs and touched something 30 s ago: wait until 30 s have passed"
+    with pytest.raises(MessageError, match=text) as refused:
         gateway.ownership.change(second, asking("take"), now)
     assert (refused.value.code, refused.value.path) == ("not_owner", "$.ownership")
+    assert refused.value.id == 5
     assert gateway.owner is first
     assert first.session.owner
     assert not second.session.owner
@@ -94,8 +96,12 @@ def test_an_idle_owner_gives_the_outputs_to_the_scene_that_asks(gateway):
     gateway.ownership.change(second, asking("take"), now)
     assert gateway.owner is second
     assert first.session.leases == 0
-    told = [each.message.code for each in first._waiting if isinstance(each.message, Error)]
-    assert told == ["not_owner"]
+    (told,) = [each.message for each in first._waiting if isinstance(each.message, Error)]
+    assert (told.id, told.code, told.text) == (
+        0,
+        "not_owner",
+        "another scene took the outputs: nothing was touched for 30 s",
+    )
     assert not first.session.owner
     with pytest.raises(MessageError):
         first.session.receive(touch(), now)
@@ -562,6 +568,7 @@ def test_what_waits_to_be_enrolled_has_one_budget_for_all_connections():
     (refused,) = queue.put(clients[2], look("c", "enrol", 1))
     assert isinstance(refused, Error)
     assert (refused.code, refused.path) == ("overload", "$.purpose")
+    assert refused.text == "too many enrol frames wait: send more when some of these are decided"
     queue.leave(clients[0])
     maps = replace(look("c", "texture", half), target=TextureTarget("c"))
     assert queue.put(clients[2], maps) == []

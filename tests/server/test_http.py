@@ -94,6 +94,20 @@ def test_the_pages_of_a_study_are_served_only_where_a_study_runs(is_study, code,
     assert get(page, folders).status_code == code
 
 
+@pytest.mark.parametrize(
+    ("path", "name", "kind"),
+    [
+        ("/", "index.html", "text/html; charset=utf-8"),
+        ("/try", "try.html", "text/html; charset=utf-8"),
+        ("/try.cloth.jpg", "try.cloth.jpg", "image/jpeg"),
+    ],
+)
+def test_a_page_is_served_by_its_name_or_a_shorter_one(path, name, kind):
+    answer = get(path, (http.PAGES,))
+    assert answer.headers["Content-Type"] == kind
+    assert answer.body == (http.PAGES / name).read_bytes()
+
+
 def get(page, folders):
     policy = http.AccessPolicy("127.0.0.1", frozenset(), pages=folders)
     browser: Any = SimpleNamespace(remote_address=("127.0.0.1", 1), local_address=("127.0.0.1", 2))
@@ -147,11 +161,19 @@ def reported(path, status, lan_pages=None):
     ends: Any = SimpleNamespace(remote_address=("127.0.0.1", 1), local_address=("127.0.0.1", 8790))
     answer = http.answer(ends, asked(path), policy, lambda: status)
     assert answer is not None
-    assert answer.headers["Content-Length"] == str(len(answer.body))
-    assert answer.headers["Content-Security-Policy"].startswith("default-src 'self'")
-    return answer.status_code, answer.headers["Content-Type"], answer.body.decode()
+    headers = dict(answer.headers.raw_items())
+    kind = headers.pop("Content-Type")
+    assert headers == {**HEADERS, "Content-Length": str(len(answer.body))}
+    return answer.status_code, kind, answer.body.decode()
 
 
+HEADERS = {
+    "Connection": "close",
+    "Content-Security-Policy": "default-src 'self'; frame-ancestors 'none'; base-uri 'none'",
+    "X-Content-Type-Options": "nosniff",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cache-Control": "no-store",
+}
 TEXT = "text/plain; charset=utf-8"
 OBSTACLES = """the audio engine does not play
 the recogniser is not loaded
@@ -193,7 +215,10 @@ def test_each_figure_of_the_metrics_is_that_of_the_status():
     assert (code, kind.partition(";")[0]) == (200, "text/plain")
     lines = [line for line in text.splitlines() if not line.startswith("#")]
     assert lines == [f"hapticvlm_{line}" for line in FIGURES.strip().splitlines()]
-    assert len([*text_string_to_metric_families(text)]) == len(lines)
+    families = [*text_string_to_metric_families(text)]
+    assert len(families) == len(lines)
+    for each in families:
+        assert each.type == ("counter" if f"{each.name}_total" in text else "gauge")
     gone = reported("/metrics", {**STATUS, "vlm": None, "plate": {"faults": []}})[2]
     assert "hapticvlm_vlm_failed_total 0.0\n" in gone
     assert "plate_celsius" not in gone

@@ -45,9 +45,11 @@ def test_the_token_is_kept_for_the_next_time_and_only_its_owner_may_read_it() ->
     assert token == lan.opened(ServeOptions(lan=True)).token
     if sys.platform != "win32":
         assert stat.S_IMODE(lan.token_file().stat().st_mode) == 0o600
+    lan.token_file().write_text("twelve chars\n")
+    assert lan.kept_token() == "twelve chars"
 
 
-@pytest.mark.parametrize("damaged", [b"", b"short\n", b"\xff\xfe" * 20, b"x" * 10_000])
+@pytest.mark.parametrize("damaged", [b"", b"11 letters.\n", b"\xff\xfe" * 20, b"x" * 10_000])
 def test_a_damaged_token_is_made_anew(damaged: bytes) -> None:
     lan.token_file().parent.mkdir(parents=True)
     lan.token_file().write_bytes(damaged)
@@ -70,6 +72,7 @@ def test_what_it_makes_is_accepted_off_this_machine() -> None:
     tokens = {lan.new_token() for _ in range(100)}
     assert len(tokens) == 100
     assert {len(token) for token in tokens} == {14}  # three groups of four letters
+    assert set("".join(tokens)) == set("-abcdefghjkmnpqrstuvwxyz23456789")
 
 
 def test_what_the_user_states_stays() -> None:

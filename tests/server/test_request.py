@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from pace import PACE
 from websockets.asyncio.client import connect
 
-from hapticvlm.server.edge.request import RequestError, RequestReader
+from hapticvlm.server.edge.request import RequestError, RequestReader, refusal
 
 MAX_REQUEST_BYTES = 32 * 1024
 
@@ -84,6 +84,31 @@ def status_of(data):
 )
 def test_a_request_is_read_or_refused_in_words(data, status):
     assert status_of(data) == status
+
+
+@each_row(
+    ("data", "text"),
+    [
+        (b"GET  / HTTP/1.1\r\n\r\n", "the first line is not `METHOD target HTTP/1.1`"),
+        (b"GET / HTTP/3\r\n\r\n", "the version is not HTTP/1.1"),
+        (get(b"//["), "the target is not a path that starts with one slash"),
+        (get(b"/", b"a\r\n"), "a header is not `Name: value` on one line"),
+        (get(b"/", b"a: b\r\n" * 200), "the request has more than 128 headers"),
+        (get(b"/", HOST), "the request has more than one Host header"),
+    ],
+)
+def test_a_refusal_says_what_was_wrong_and_is_not_kept(data, text):
+    with pytest.raises(RequestError) as refused:
+        read(data)
+    answer = refusal(refused.value)
+    assert answer.body == f"{text}\n".encode()
+    assert dict(answer.headers.raw_items()) == {
+        "Content-Type": "text/plain; charset=utf-8",
+        "Content-Length": str(len(text) + 1),
+        "Connection": "close",
+        "X-Content-Type-Options": "nosniff",
+        "Cache-Control": "no-store",
+    }
 
 
 @given(st.lists(st.integers(1, 120), max_size=20))
