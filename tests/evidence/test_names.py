@@ -3,12 +3,13 @@
 import time
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import pytest
 from each_case import each, each_row
 from hypothesis import given
 from hypothesis import strategies as st
-from word_tables import words
+from word_tables import cases, words
 
 from hapticvlm import materials
 from hapticvlm.evidence.ladder import KNOWN, SURE, Evidence
@@ -137,61 +138,12 @@ def test_a_part_is_of_what_its_whole_or_its_place_is_made_of(name: str, material
     assert said == material
 
 
-def test_a_transmissive_shader_means_glass() -> None:
-    clear = from_shader(0.0, 0.05, 1.0, None)
-    assert clear is not None
-    assert clear.rung == "shader"
-    assert (clear.material, clear.confidence < SURE) == ("glass", True)
-    frosted = from_shader(None, 0.8, 0.9, None)
-    assert frosted is not None
-    assert KNOWN < frosted.confidence < clear.confidence
-
-
-def test_a_thin_blended_surface_may_be_glass_and_an_opaque_or_metallic_one_is_not() -> None:
-    for opacity, metallic, material in ((0.3, 0.0, "glass"), (0.3, 1.0, "metal")):
-        evidence = from_shader(metallic, 0.1, None, None, opacity)
-        assert evidence is not None
-        assert evidence.material == material
-    pane = from_shader(None, None, 0.0, None, 0.3)
-    assert pane is not None
-    assert KNOWN <= pane.confidence < SURE
-    for unclear in (None, 0.0, 1.0):
-        assert from_shader(None, None, None, None, unclear) is None
-
-
-def test_a_bare_metal_shader_means_metal() -> None:
-    steel = from_shader(1.0, 0.3, 0.0, (0.6, 0.6, 0.6))
-    assert steel is not None
-    assert (steel.material, steel.confidence >= SURE) == ("metal", True)
-    black = from_shader(1.0, 0.3, None, (0.02, 0.02, 0.02))
-    assert black is not None
-    assert black.confidence < SURE
-
-
-def test_metal_is_believed_by_degree_and_nothing_is_said_of_what_lies_between() -> None:
-    said = {
-        value: from_shader(value, 0.3, None, (0.6, 0.6, 0.6)) for value in (0.5, 0.7, 0.9, 0.95)
-    }
-    beliefs = {value: evidence.confidence for value, evidence in said.items() if evidence}
-    assert beliefs == pytest.approx({0.5: 0.6, 0.7: 0.8, 0.9: 0.9, 0.95: 0.9})
-    assert from_shader(0.83, 0.3, None, None).material == "metal"  # type: ignore[union-attr]
-    for value in (0.11, 0.25, 0.4):
-        assert from_shader(value, 0.3, None, None) is None
-
-
-@pytest.mark.parametrize("roughness", [None, 1.0])
-def test_gltf_defaults_give_no_evidence(roughness: float | None) -> None:
-    assert from_shader(1.0, roughness, None, (1.0, 1.0, 1.0)) is None
-
-
-def test_a_dielectric_shader_only_speaks_against_metal() -> None:
-    plain = from_shader(0.0, 0.5, None, None)
-    assert plain is not None
-    assert plain.confidence < 0.2
-    assert plain.beliefs[-1][0] == "metal"
-
-
-def test_missing_parameters_give_no_evidence() -> None:
-    assert from_shader(None, None, None, None) is None
-    assert from_shader(None, 0.2, 0.0, (1.0, 0.0, 0.0)) is None
-    assert from_shader(0.3, 0.5, None, None) is None
+@each(case=cases(Path(__file__).with_name("values.json"), "shaders"))
+def test_a_shader_implies_what_the_table_says(case: list[Any]) -> None:
+    _, *parameters, beliefs = case
+    evidence = from_shader(*parameters)
+    assert (evidence is None) is (beliefs is None)
+    if evidence is not None:
+        assert evidence.rung == "shader"
+        assert evidence.material == next(iter(beliefs))
+        assert {name: dict(evidence.beliefs)[name] for name in beliefs} == beliefs

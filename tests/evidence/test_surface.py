@@ -2,13 +2,13 @@
 
 from functools import partial
 from pathlib import Path
-from typing import get_args
+from typing import Any, get_args
 
 import pytest
-from each_case import each_row
+from each_case import each, each_row
 from hypothesis import given
 from hypothesis import strategies as st
-from word_tables import words
+from word_tables import cases, words
 
 from hapticvlm import materials, messages
 from hapticvlm.evidence import temperature_words
@@ -150,19 +150,11 @@ def test_dark_asphalt_at_noon_is_as_hot_as_it_is_found_to_be() -> None:
     assert asphalt.high_c >= 65.0
 
 
-def test_dark_is_hotter_than_pale_and_an_unstated_colour_lies_between() -> None:
-    dark, plain, pale = (in_sun("metal", name).value_c for name in ("black car", "car", "WhiteCar"))
-    assert dark > plain > pale
-
-
-def test_leaves_stay_cool_and_clear_glass_too() -> None:
-    for cool in ("foliage", "glass"):
-        assert in_sun(cool).value_c < in_sun("wood").value_c - 10.0
-
-
-def test_the_sun_rule_is_the_published_one() -> None:
-    # sol-air: wood 0.6 x 800 / (17 + 2) - 4
-    assert in_sun("wood").value_c - ROOM.value_c == pytest.approx(0.6 * 800 / 19 - 4)
+@each(case=cases(Path(__file__).with_name("values.json"), "sun"))
+def test_the_sun_rule_is_the_published_one_for_each_material_and_shade(case: list[Any]) -> None:
+    material, name, *values_c = case
+    found = in_sun(material, name)
+    assert [found.low_c, found.value_c, found.high_c] == pytest.approx(values_c, abs=0.01)
 
 
 @pytest.mark.parametrize(
