@@ -145,6 +145,20 @@ def test_training_asks_for_the_pattern_felt_least_until_all_were_felt_enough(
     assert felt[:10] == NAMES
 
 
+def test_the_time_left_is_that_of_the_trials_left_at_the_usual_pace_of_this_session(
+    design: designs.Design,
+) -> None:
+    progress, names = ParticipantProgress(design, "ann"), design.trials["ann"]
+    for trial, t_s in enumerate([5.0, 10.0, 16.0, 22.0, 900.0, 3.0, 6.0]):
+        if trial == 5:
+            assert progress.seconds_left == pytest.approx(6.0 * (len(names) - 5))
+            progress.apply({"event": "opened"})
+        told = {"trial": trial, "pattern": names[trial], "answered": names[trial], "t_s": t_s}
+        progress.apply({"event": "answered", **told})
+        assert (progress.seconds_left is None) is (trial in (0, 5))
+    assert progress.seconds_left == pytest.approx(3.0 * (len(names) - 7))
+
+
 def test_an_object_brings_skin_to_the_setpoint_when_its_pattern_ends() -> None:
     for stimulus in paper_like():
         contact = thermal_contact(MATERIALS[stimulus.material].thermal, stimulus.object_c)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.stats import friedmanchisquare
+from scipy import special, stats
 
 from hapticvlm.commands.main import main
 from hapticvlm.devices.faults import SPEAKER_LOW
@@ -150,10 +150,48 @@ def test_the_anova_finds_what_was_put_in() -> None:
     assert min(temperature.p or 0.0, both.p or 0.0) > 0.01
 
 
+def test_epsilon_and_the_corrected_p_are_those_of_box() -> None:
+    rates = np.random.default_rng(7).uniform(size=(6, 4, 2)) ** 3
+    scores = (rates.mean(axis=2), rates.mean(axis=1), rates[:, :, 0] - rates[:, :, 1])
+    for found, levels in zip(statistics.anova(rates), scores, strict=True):
+        covariance, k = np.cov(levels, rowvar=False), levels.shape[1]
+        centred = covariance - covariance.mean(axis=0) - covariance.mean(axis=1)[:, None]
+        centred += covariance.mean()
+        epsilon = np.trace(centred) ** 2 / ((k - 1) * (centred**2).sum())
+        p = stats.f.sf(found.f, epsilon * found.df, epsilon * found.df_error)
+        assert (found.epsilon, found.p_corrected) == pytest.approx((epsilon, p))
+
+
 def test_people_who_never_err_leave_f_undefined() -> None:
     assert [each.f for each in statistics.anova(np.ones((3, 5, 2)))] == [None] * 3
     pairs = statistics.pairwise_by_person(np.ones((3, 4)), "abcd")
     assert {pair.p_holm for pair in pairs} == {1.0}
+
+
+def test_pairs_are_tested_by_t_within_people_and_by_sign_where_all_differ_alike() -> None:
+    rates = np.random.default_rng(9).uniform(size=(5, 2))
+    (pair,) = statistics.pairwise_by_person(rates, "ab")
+    assert pair.p == pytest.approx(stats.ttest_rel(*rates.T).pvalue)
+    assert pair.difference == pytest.approx(rates[:, 0].mean() - rates[:, 1].mean())
+    (alike,) = statistics.pairwise_by_person(np.tile([0.9, 0.4], (5, 1)), "ab")
+    assert (alike.difference, alike.p) == pytest.approx((0.5, 2 * 0.5**5))
+
+
+def test_intervals_by_person_are_students_on_the_mean_and_on_the_logit_of_the_share() -> None:
+    means = [2.0, 3.5, 4.0, 6.5]
+    expected = stats.t.interval(0.95, 3, 4.0, stats.sem(means))
+    assert statistics.mean_by_person(means) == (4.0, pytest.approx(expected))
+    assert statistics.mean_by_person([2.0]) == (2.0, None)
+    right, of = np.array([9, 4, 7, 2]), np.array([10, 10, 8, 10])
+    for each, variance in (  # equation (1); and of people alike, that of independent trials
+        (right, 4 / 3 * ((right - 22 / 38 * of) ** 2).sum() / 38**2),
+        (of // 2, 19.5 / 39 * (1.0 - 19.5 / 39) / 38),
+    ):
+        middle = (each.sum() + 0.5) / 39
+        half = stats.t.ppf(0.975, 3) * np.sqrt(variance) / (middle * (1.0 - middle))
+        ends = special.expit(special.logit(middle) + half * np.array([-1.0, 1.0]))
+        found = statistics.share_by_person(each.tolist(), of.tolist())
+        assert found.by_person == pytest.approx(tuple(ends))
 
 
 def test_holms_correction_is_that_of_statsmodels() -> None:
@@ -233,7 +271,7 @@ def test_friedman_finds_a_pattern_that_all_feel_worse_and_says_nothing_of_equals
     rates[:, 5] = rates[:, 6]
     found = statistics.friedman(rates, "patterns")
     assert found is not None
-    assert (found.chi2, found.p) == pytest.approx(friedmanchisquare(*rates.T))
+    assert (found.chi2, found.p) == pytest.approx(stats.friedmanchisquare(*rates.T))
     assert found.df == 9
     assert found.chi2 == pytest.approx(9 * 9 * found.w)
     assert found.p < 0.05
