@@ -25,11 +25,8 @@ from hapticvlm.rendering.heat.limits import (
     within_range,
 )
 
-CALM = PlateReading(
-    plate_c=32.0,
-    sink_c=25.0,
-    setpoint_c=32.0,
-)
+CALM = PlateReading(plate_c=32.0, sink_c=25.0, setpoint_c=32.0)
+TABLES = Path(__file__).with_name("plate_limits.json")
 
 
 @pytest.mark.parametrize(
@@ -88,13 +85,24 @@ def test_a_hot_sink_takes_the_cold_away_by_degrees() -> None:
     assert limit(18.0, 25.0, 0.02, replace(CALM, sink_c=41.0)).limited_by == "sink"
 
 
-@each(case=cases(Path(__file__).with_name("plate_limits.json"), "limits"))
+@each(case=cases(TABLES, "limits"))
 def test_each_wish_is_limited_as_the_table_says_and_the_limit_is_named(case: list[Any]) -> None:
     _, wish_c, setpoint_c, elapsed_s, reading, limited_c, named = case
     limited = limit(wish_c, setpoint_c, elapsed_s, replace(CALM, **reading))
     assert limited.setpoint_c == pytest.approx(limited_c)
     assert limited.limited_by == named
     assert limited.unlimited_c == wish_c
+
+
+@each(case=cases(TABLES, "strongest"))
+def test_the_strongest_material_moves_as_the_table_says_and_its_limit_is_named(
+    case: list[Any],
+) -> None:
+    _, from_c, wish_c, share, elapsed_s, reading, *expected = case
+    before = Strongest(from_c, from_c)
+    after = before.towards(wish_c, share, elapsed_s, replace(CALM, **reading))
+    assert [after.plate_c, after.setpoint_c] == pytest.approx(expected[:2])
+    assert after.limited_by == expected[2]
 
 
 STRENGTHS = [strength(MATERIALS[name].thermal) for name in ("fabric", "wood", "glass", "metal")]
@@ -155,11 +163,15 @@ def test_a_face_is_behind_its_wish_by_its_own_way_and_not_by_the_lag_of_its_bead
     assert arrived.behind_c == pytest.approx(0.0, abs=0.2)
 
 
-def test_a_plate_whose_lag_nobody_measured_makes_up_for_nothing() -> None:
-    assert delay_after_1_s(None, 32.0).behind_c == 0.0
+@each(case=cases(TABLES, "delays"))
+def test_each_reading_changes_the_delay_as_the_table_says(case: list[Any]) -> None:
+    _, behind_c, before_c, plate_c, elapsed_s, lag_s, expected_c = case
+    reading = replace(CALM, plate_c=plate_c, lag_s=lag_s)
+    after = Delay(behind_c, before_c).after(24.0, elapsed_s, reading)
+    assert after.behind_c == pytest.approx(expected_c)
 
 
-def delay_after_1_s(lag_s: float | None, face_c: float) -> Delay:
+def delay_after_1_s(lag_s: float, face_c: float) -> Delay:
     """The delay of a face that stands at `face_c` from contact on, of which 24 degC are wished."""
     bead_c, delay = 32.0, Delay()
     for _ in range(50):

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,10 +12,25 @@ from each_case import each
 
 from hapticvlm.materials import MATERIALS, Thermal
 from hapticvlm.rendering.heat import history as thermal_history
-from hapticvlm.rendering.heat.contact import SKIN, share, thermal_contact
-from hapticvlm.rendering.heat.history import RATES, after, aged, faded_c, fading, remaining_c
+from hapticvlm.rendering.heat.contact import (
+    SKIN,
+    ThermalContact,
+    progress,
+    share,
+    thermal_contact,
+)
+from hapticvlm.rendering.heat.history import (
+    RATES,
+    after,
+    aged,
+    faded_c,
+    fading,
+    flow_w_per_m2,
+    remaining_c,
+)
 
 GLASS = thermal_contact(MATERIALS["glass"].thermal, 22.0)
+METAL = thermal_contact(MATERIALS["metal"].thermal, 22.0)
 STEEL = thermal_contact(Thermal(15, 8000, 500), 22.0, contact_resistance=0.0)
 EVEN = (1.0, *(0.0 for _ in RATES[1:]))  # one height, all but still
 
@@ -63,6 +80,26 @@ def test_a_contact_that_gives_even_heat_leaves_what_the_closed_form_says() -> No
     for since_s in (0.01, 0.1, 1.0, 10.0):
         left = change_c * (math.sqrt(1.0 + since_s) - math.sqrt(since_s))
         assert remaining_c(past, since_s) == pytest.approx(left, rel=0.01)
+
+
+@each(contact=[GLASS, METAL], elapsed_s=[1e-3, 0.01, 0.1, 1.0, 10.0])
+def test_heat_flows_into_the_skin_as_the_closed_form_says(
+    contact: ThermalContact, elapsed_s: float
+) -> None:
+    x = progress(contact, elapsed_s)
+    expected = -10.0 / contact.contact_resistance * math.exp(x * x) * math.erfc(x)
+
+    assert flow_w_per_m2((), contact, elapsed_s) == pytest.approx(expected, rel=2e-3)
+    warmer = replace(contact, skin_c=contact.skin_c - 1.0)
+    assert flow_w_per_m2(EVEN, warmer, elapsed_s) == pytest.approx(expected, rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"contact_resistance": 1e9}, {"contact_resistance": math.inf}, {"surface_c": math.nan}],
+)
+def test_no_heat_flows_where_nothing_touches_or_nobody_knows(change: dict[str, Any]) -> None:
+    assert flow_w_per_m2((), replace(GLASS, **change), 1.0) == 0.0
 
 
 def test_a_past_ages_in_any_number_of_steps() -> None:

@@ -17,7 +17,7 @@ from hapticvlm.rendering.heat.contact import (
     skin_surface_c,
     thermal_contact,
 )
-from hapticvlm.rendering.heat.history import RATES, aged
+from hapticvlm.rendering.heat.history import RATES, aged, flow_w_per_m2
 from hapticvlm.rendering.heat.trajectory import ThermalTrajectory
 
 LEAD_S = 0.25
@@ -127,6 +127,24 @@ def test_an_approach_waits_where_contact_goes_on() -> None:
     assert near.target_c(1.0) == near.target_c(2.0) == skin_surface_c(METAL, LEAD_S)
     assert touched.target_c(2.0) == near.target_c(2.0)
     assert touched.target_c(4.0) == skin_surface_c(METAL, 2.0 + LEAD_S) < near.target_c(2.0)
+
+
+def test_the_plate_leads_the_skin_by_its_resistance_times_the_flow_of_heat() -> None:
+    near = ThermalTrajectory(plate_resistance=4e-4).approach(METAL, 1.0)
+    touched = near.touch(METAL, "knife", 2.0)
+    slid = touched.touch(WOOD, "handle", 3.0)
+
+    ahead_c = 4e-4 * flow_w_per_m2((), METAL, LEAD_S)
+    assert near.target_c(1.0) == pytest.approx(near.skin_c(1.0) + ahead_c)
+    assert ahead_c < -1.0
+    assert touched.target_c(2.0) == near.target_c(1.0)
+    ahead_c = 4e-4 * flow_w_per_m2(slid.past, WOOD, 0.5)
+    assert slid.target_c(3.5) == pytest.approx(slid.skin_c(3.5) + ahead_c)
+    again = touched.release(3.0).approach(METAL, 3.5)
+    assert again.target_c(3.5) == pytest.approx(
+        again.touch(METAL, "knife", 3.5).target_c(3.5), abs=0.5
+    )
+    assert near.approach(METAL, 1.5, leads=False).target_c(1.5) == 32.0
 
 
 def test_a_contact_that_goes_on_does_not_begin_again() -> None:
