@@ -66,7 +66,9 @@ def test_no_board_and_a_wrong_port_are_named(
 
     assert "/dev/nowhere can't be opened" in error_line(capsys, "--port", "/dev/nowhere")
     monkeypatch.setattr("hapticvlm.devices.plate.ports._present", list)
-    assert "no port looks like a plate; ports seen: none" in error_line(capsys)
+    assert "seen: none; plug the plate in, or name its port, such as --peltier " in error_line(
+        capsys
+    )
 
 
 def test_a_board_that_does_not_answer_is_written_only_when_its_port_is_named(
