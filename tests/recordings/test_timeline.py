@@ -17,7 +17,6 @@ from hapticvlm.recordings.replay import replay
 from hapticvlm.recordings.session_log import SessionLogError
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 from hapticvlm.rendering.vibration.voices import Voices
-from hapticvlm.session.scene_objects import in_plain_words
 from hapticvlm.session.targets import ObjectTarget
 
 
@@ -66,7 +65,7 @@ def test_names_decisions_and_plate_are_found_at_their_times(session):
 
 @each_row(("name", "title"), words(Path(__file__).with_name("titles.csv"), "title"))
 def test_a_title_is_the_name_in_plain_words(name, title):
-    assert in_plain_words(name) == title
+    assert timeline.in_plain_words(name) == title
 
 
 def test_two_names_with_the_same_words_keep_their_numbers(tmp_path):

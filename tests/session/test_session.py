@@ -632,7 +632,10 @@ def test_a_touch_of_an_object_in_a_region_is_of_the_object_and_keeps_its_nearest
         (OWNER, HELLO, "protocol", "$.type"),
         (OWNER, Set(id=3, watch=["log"]), "protocol", "$.watch"),
         (OWNER, touch(object_id=None), "message", "$.object_id"),
+        (OWNER, frame(surface=1), "message", "$.surface"),
+        (OWNER, frame(purpose="texture"), "message", "$.surface"),
         (GUEST, touch(), "not_owner", "$.type"),
+        (GUEST, Set(id=3, feel=Feel(left="amplitude")), "not_owner", "$.feel"),
         (GUEST, Set(id=3, thermal_gain=0.5), "not_owner", "$"),
         (OBSERVER, frame(), "protocol", "$.type"),
         (OBSERVER, scene(TABLE), "protocol", "$.type"),
@@ -643,7 +646,8 @@ def test_what_a_role_may_not_say_is_refused_with_its_path(who, message, code, pa
     session = SceneSession(SessionSettings(**who))
     with pytest.raises(MessageError) as refused:
         session.receive(message, 1.0)
-    assert (refused.value.code, refused.value.path) == (code, path)
+    error = refused.value
+    assert (error.code, error.path, error.id) == (code, path, message.id)
     assert session.leases == 0
 
 

@@ -7,8 +7,10 @@ that it has the right time beside the pictures. Times are seconds since the firs
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -31,10 +33,14 @@ from hapticvlm.recordings.session_log import (
 )
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 from hapticvlm.rendering.vibration.voices import Voices
-from hapticvlm.session.scene_objects import in_plain_words, title_of
+from hapticvlm.session.scene_objects import MAX_KNOWN, title_of
 from hapticvlm.session.targets import ObjectTarget, ThingTarget, of_object, whole
 
 PLATE_STEP_S = 0.04  # fine enough: a visible change of the plate takes a second
+
+_JOINT = re.compile(r"_+|(?<=[a-z\d])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
+_CODE = re.compile(r"\b[A-Z]_(?=[^\W\d_])")
+_COPY = re.compile(r"(?<=[^\W\d])([_.-]*\d+| ?\(\d+\))(?=[,/]|$)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,6 +139,19 @@ class Timeline:
             if entry.t_s <= t_s and entry.target == target
         )
         return next(decisions, None)
+
+
+@lru_cache(maxsize=2 * MAX_KNOWN)  # each title asks for the words of all names of its scene
+def in_plain_words(name: str, *, numbered: bool = False) -> str:
+    """Return an object's name as a reader would write it: "Tea mug" for "TeaMug_01".
+
+    Words joined by capitals or underscores are parted. An engine's code before them ("M_") and the
+    number of a copy, as Unity and Blender append it, are left out; `numbered` keeps the number.
+    """
+    words = _JOINT.split(_CODE.sub("", name if numbered else _COPY.sub("", name)))
+    parted = " ".join(word if word.isupper() else word[:1].lower() + word[1:] for word in words)
+    parted = parted.strip()
+    return parted[:1].upper() + parted[1:] or name
 
 
 def read(

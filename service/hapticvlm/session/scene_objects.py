@@ -13,11 +13,9 @@ Pure.
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Generic, TypeVar
 
 import msgspec
@@ -41,9 +39,6 @@ MAX_KNOWN = 8192
 MAX_REFERENCE_VIEWS = 4  # pictures of an object that is sure, as references for the others
 ASK_AGAIN_S = 60.0  # after a question to a VLM that had no answer
 
-_JOINT = re.compile(r"_+|(?<=[a-z\d])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
-_CODE = re.compile(r"\b[A-Z]_(?=[^\W\d_])")
-_COPY = re.compile(r"(?<=[^\W\d])([_.-]*\d+| ?\(\d+\))(?=[,/]|$)")
 T = TypeVar("T")
 
 
@@ -112,19 +107,6 @@ def title_of(facts: SceneObject, index: int) -> str | None:
     if index >= len(surfaces) or len(surfaces) == 1:
         return facts.name
     return f"{facts.name or facts.object_id}, {surfaces[index].name or f'surface {index}'}"
-
-
-@lru_cache(maxsize=2 * MAX_KNOWN)  # each title asks for the words of all names of its scene
-def in_plain_words(name: str, *, numbered: bool = False) -> str:
-    """Return an object's name as a reader would write it: "Tea mug" for "TeaMug_01".
-
-    Words joined by capitals or underscores are parted. An engine's code before them ("M_") and the
-    number of a copy, as Unity and Blender append it, are left out; `numbered` keeps the number.
-    """
-    words = _JOINT.split(_CODE.sub("", name if numbered else _COPY.sub("", name)))
-    parted = " ".join(word if word.isupper() else word[:1].lower() + word[1:] for word in words)
-    parted = parted.strip()
-    return parted[:1].upper() + parted[1:] or name
 
 
 @dataclass(frozen=True, slots=True)
