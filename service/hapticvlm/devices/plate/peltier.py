@@ -259,7 +259,6 @@ class Peltier:
             if self._session.refusal is not None:
                 break
             if self._session.is_ready and self._session.telemetry is not None:
-                self._name()
                 return
         silence = f"no answer within {HANDSHAKE_S:g} s"
         if self._session.silence(self._clock()) is faults.GARBLED:
