@@ -135,7 +135,7 @@ def _read(schema: Json) -> tuple[str, str]:
     if "contentEncoding" in schema:
         return "byte[]", f"Read.Bytes({-(-schema['minLength'] // 2)})"
     if schema["type"] == "string":
-        return "string", "Read.Text"
+        return "string", "Read.As<string>"
     limits = f"{schema.get('minimum', -1e9)!r}, {schema.get('maximum', 1e9)!r}"
     is_whole = schema["type"] == "integer"
     return ("int", f"Read.Whole({limits})") if is_whole else ("double", f"Read.Number({limits})")

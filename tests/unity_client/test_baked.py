@@ -66,7 +66,7 @@ def answers(build: mono.Build) -> Answers:
     plans = [*PLANS, *hostile, *map(timed, HOSTILE["times"])]
     plans.append({"events": [{**each, "at_s": 0.02 * at} for at, each in enumerate(MUTED)]})
     whole = json.loads(Path(FEELS[0]).read_text())
-    files = [*(vectors.edited(whole, case) for case in FILES), *TEXTS]
+    files = [*(json.dumps(vectors.edited(whole, case)) for case in FILES), *TEXTS]
     cases = json.dumps({"plans": plans, "sounds": SOUNDS, "files": files})
     played: Answers = json.loads(build.run("baked.exe", *FEELS, text=cases, timeout=300.0 * PACE))
     return played

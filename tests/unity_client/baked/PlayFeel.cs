@@ -93,7 +93,7 @@ public static class PlayFeel
     {
         try
         {
-            Feel.Open(file is string ? Json.Parse((string)file) : file);
+            Feel.Open((string)file);
             return "";
         }
         catch (FormatException error)

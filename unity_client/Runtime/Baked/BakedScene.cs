@@ -72,7 +72,7 @@ namespace HapticVLM.Baked
                 string id = each.Key;
                 ids.Add(id);
                 Part[] parts = objects[id] = each.Value.Get("surfaces", Read.List(Read.Part(PartOf)));
-                AddPaths(id, each.Value.Get("paths", Read.Map(Read.List(Read.Text)), new Dictionary<string, string[]>()));
+                AddPaths(id, each.Value.Get("paths", Read.Map(Read.List(Read.As<string>)), new Dictionary<string, string[]>()));
                 for (int i = 0; i < parts.Length; i++)
                 {
                     foreach (string name in parts[i].Names)
@@ -235,13 +235,13 @@ namespace HapticVLM.Baked
         {
             var felt = new FeltSurface
             {
-                Material = table.Get("material", Read.Text, null),
+                Material = table.Get("material", Read.As<string>, null),
                 ImpactGain = table.Get("impact_gain", Read.Number(), 1.0),
                 ThicknessM = table.Get("thickness_m", Read.Maybe(Read.Number()), null),
                 Hum = table.Get("hum", Read.Part(HumOf), null),
             };
             double[] primitives = table.Get("primitives", Read.List(Read.Number()), new double[0]);
-            return new Part { Felt = felt, Names = NamesOf(table.Get("name", Read.Text, null)), Primitives = primitives };
+            return new Part { Felt = felt, Names = NamesOf(table.Get("name", Read.As<string>, null)), Primitives = primitives };
         }
 
         static FeltHum HumOf(Table hum)

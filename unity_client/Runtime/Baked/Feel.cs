@@ -38,15 +38,13 @@ namespace HapticVLM.Baked
 
         public HeardVoice Voice { get; private set; }
 
-        /// <summary>The names of the materials in it.</summary>
-        public IEnumerable<string> Materials { get { return File.Materials.Keys; } }
-
         internal static readonly string[] Impacts = { "tap", "strike", "press" }, Textures = { "slide", "carve", "swing" };
 
         /// <summary>Opens the contents of a feel file. Throws FormatException, which begins with the first field that is wrong.</summary>
         public static Feel Open(string json)
         {
-            return Open(Json.Parse(json));
+            var file = new Table("", Json.Parse(json));
+            return new Feel(new Format.Feel(file, file));
         }
 
         /// <summary>Adds the materials of another file that are missing in this one.</summary>
@@ -56,12 +54,6 @@ namespace HapticVLM.Baked
             Complete(File.Levels, with.File.Levels);
             Complete(Clips, with.Clips);
             Complete(Loops, with.Loops);
-        }
-
-        internal static Feel Open(object parsed)
-        {
-            var file = new Table("", parsed);
-            return new Feel(new Format.Feel(file, file));
         }
 
         internal static Format.Impact Impact(Format.MaterialFeel of, string kind)

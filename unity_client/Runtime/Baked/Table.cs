@@ -45,17 +45,12 @@ namespace HapticVLM.Baked
             return value is T ? (T)value : throw Wrong(field, value == null ? "is null" : "is of another kind");
         }
 
-        public static string Text(string field, object value)
-        {
-            return As<string>(field, value);
-        }
-
         /// <summary>Returns the reader of a name that a map of the file must have.</summary>
         public static Reader<string> NameIn(Table file, string kind)
         {
             return (field, value) =>
             {
-                string name = Text(field, value);
+                string name = As<string>(field, value);
                 return file.Get(kind, As<Dictionary<string, object>>).ContainsKey(name) ? name : throw Wrong(field, kind + " has no '" + name + "'");
             };
         }
@@ -67,7 +62,7 @@ namespace HapticVLM.Baked
             {
                 try
                 {
-                    byte[] bytes = Convert.FromBase64String(Text(field, value));
+                    byte[] bytes = Convert.FromBase64String(As<string>(field, value));
                     if (bytes.Length >= least) return bytes;
                 }
                 catch (FormatException) when (value is string)

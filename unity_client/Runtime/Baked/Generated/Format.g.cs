@@ -22,9 +22,9 @@ namespace HapticVLM.Baked.Format
         public Feel(Table table, Table file)
         {
             Version = table.Get("version", Read.Whole(2, 2));
-            Voice = table.Get("voice", Read.Text);
+            Voice = table.Get("voice", Read.As<string>);
             Ranges = table.Get("ranges", Read.Map(Read.List(Read.Number(0.0, 10000.0), 2, 2), "speed_mps", "force_n", "thickness_m", "gain", "impact_gain", "hum.level", "hum.frequency_hz"));
-            Words = table.Get("words", Read.Map(Read.List(Read.Text, 1, int.MaxValue), "phase", "hand", "interaction"));
+            Words = table.Get("words", Read.Map(Read.List(Read.As<string>, 1, int.MaxValue), "phase", "hand", "interaction"));
             Rules = table.Get("rules", Read.Part(part => new Rules(part, file)));
             SpeedsMps = table.Get("speeds_mps", Read.Rising(Read.List(Read.Number(0.0, 10000.0), 20, 20)));
             ForcesN = table.Get("forces_n", Read.Rising(Read.List(Read.Number(0.0, 10000.0), 9, 9)));
