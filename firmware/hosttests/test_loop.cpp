@@ -32,6 +32,7 @@ TEST_CASE("the target never moves faster than 12 degC/s, and arrives") {
         }
         CHECK(fastest == doctest::Approx(0.24).epsilon(0.001));
         CHECK(loop.target_c == goal_c);
+        CHECK((loop.limited & LIMIT_CURRENT) == 0);
     }
 }
 
@@ -46,6 +47,7 @@ TEST_CASE("no error and no time take the output beyond its caps") {
                 REQUIRE(loop.counts <= HEAT_CAP_COUNTS);
                 REQUIRE(loop.counts >= -COOL_CAP_COUNTS);
             }
+            CHECK((loop.limited & LIMIT_CURRENT) != 0);
         }
     }
     CHECK(HEAT_CAP_COUNTS * FULL_SCALE_MA <= 1800 * FULL_SCALE_COUNTS);

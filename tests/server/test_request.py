@@ -50,25 +50,20 @@ def status_of(data):
         (get(b"/", b"Content-Length: 0\r\n"), 200),
         (get(b"/", b"X: 1\r\n" * 127), 200),
         (get(b"/", b"X: 1\r\n" * 128), 431),
-        (get(b"//["), 400),
         (get(b"http://["), 400),
         (get(b"//[x]/"), 400),
         (get(b"*"), 400),
         (get(b"/", b"Sec-Fetch-Site: none\r\n" * 2), 400),
         (get(b"/", b"Sec-Fetch-Mode: cors\r\n" * 2), 400),
         (get(b"/", b"Origin: null\r\n" * 2), 400),
-        (get(b"/", HOST), 400),
         (b"GET / HTTP/1.1\r\n\r\n", 400),
         (b"GET / HTTP/1.1\nHost: 127.0.0.1\n\n", 400),
         (get(b"/", b"a: b\r\n c\r\n"), 400),  # a folded line
         (get(b"/", b"a : b\r\n"), 400),
-        (get(b"/", b"a\r\n"), 400),
         (get(b"/", b"a: \x00\r\n"), 400),
         (get(b"/", b"Content-Length: 5\r\n"), 400),
         (get(b"/", b"Transfer-Encoding: chunked\r\n"), 400),
-        (b"GET  / HTTP/1.1\r\n" + HOST + b"\r\n", 400),
         (b"GET /\xc3\xa4 HTTP/1.1\r\n" + HOST + b"\r\n", 400),
-        (b"GET / HTTP/3\r\n" + HOST + b"\r\n", 400),
         (b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n", 400),
         (b"\x16\x03\x01\x02\x00\x01", 400),  # TLS on a port that is not encrypted
         (get(method=b"POST"), 405),
@@ -77,7 +72,6 @@ def status_of(data):
         (get(method=b"TRACE"), 405),
         (get(b"127.0.0.1:80", method=b"CONNECT"), 405),
         (b"GET /" + b"a" * 8192, 414),
-        (get(b"/", b"a: b\r\n" * 200), 431),
         (get(b"/", b"Cookie: " + b"c" * MAX_REQUEST_BYTES + b"\r\n"), 431),
         (b"GET / HTTP/1.1\r\nCookie: " + b"c" * MAX_REQUEST_BYTES, 431),  # before it ends
     ],
@@ -87,21 +81,21 @@ def test_a_request_is_read_or_refused_in_words(data, status):
 
 
 @each_row(
-    ("data", "text"),
+    ("data", "status", "text"),
     [
-        (b"GET  / HTTP/1.1\r\n\r\n", "the first line is not `METHOD target HTTP/1.1`"),
-        (b"GET / HTTP/3\r\n\r\n", "the version is not HTTP/1.1"),
-        (get(b"//["), "the target is not a path that starts with one slash"),
-        (get(b"/", b"a\r\n"), "a header is not `Name: value` on one line"),
-        (get(b"/", b"a: b\r\n" * 200), "the request has more than 128 headers"),
-        (get(b"/", HOST), "the request has more than one Host header"),
+        (b"GET  / HTTP/1.1\r\n\r\n", 400, "the first line is not `METHOD target HTTP/1.1`"),
+        (b"GET / HTTP/3\r\n\r\n", 400, "the version is not HTTP/1.1"),
+        (get(b"//["), 400, "the target is not a path that starts with one slash"),
+        (get(b"/", b"a\r\n"), 400, "a header is not `Name: value` on one line"),
+        (get(b"/", b"a: b\r\n" * 200), 431, "the request has more than 128 headers"),
+        (get(b"/", HOST), 400, "the request has more than one Host header"),
     ],
 )
-def test_a_refusal_says_what_was_wrong_and_is_not_kept(data, text):
+def test_a_refusal_says_what_was_wrong_and_is_not_kept(data, status, text):
     with pytest.raises(RequestError) as refused:
         read(data)
     answer = refusal(refused.value)
-    assert answer.body == f"{text}\n".encode()
+    assert (answer.status_code, answer.body) == (status, f"{text}\n".encode())
     assert dict(answer.headers.raw_items()) == {
         "Content-Type": "text/plain; charset=utf-8",
         "Content-Length": str(len(text) + 1),

@@ -189,7 +189,7 @@ def test_the_warm_up_picture_does_not_hide_the_first_one(
     assert recogniser.recognise(shown, "", 0.0, force=False).evidence is None
 
 
-def test_an_encoder_that_fails_is_our_fault_and_not_evidence(
+def test_an_encoder_that_fails_is_our_fault_and_a_damaged_picture_is_not(
     encoder: Encoder, gallery: Gallery
 ) -> None:
     """The tiny encoder has no direction for black."""
@@ -198,3 +198,5 @@ def test_an_encoder_that_fails_is_our_fault_and_not_evidence(
     assert found.evidence is None
     assert found.is_our_fault
     assert "not of unit norm" in found.error
+    damaged = recognise(FrameRecogniser(encoder, gallery), frame(image=b"no picture"))
+    assert (damaged.is_our_fault, damaged.error_path) == (False, "$.image")

@@ -194,13 +194,16 @@ def test_a_crop_of_which_it_believes_nothing_is_matched_here_by_its_embedding(
     try:
         shown = SceneContext("scene", "cup")
         recognition = recogniser.recognise(view(3), "cup", 0.0, force=True, shown=shown)
+        recogniser._encoder.name = "another"
+        with pytest.raises(AssertionError, match="loads its encoder"):
+            recogniser.recognise(view(3), "cup", 0.0, force=True, shown=shown)
     finally:
         shared.fault = None
     assert recognition.evidence == gallery.match(
         shared.encoder.embed([pictures.crop(view(3), SIDE)])[0]
     )
     assert recognition.evidence.confidence > 0.0
-    assert (asked.state.is_used, asked.state.answered, asked.state.local) == (True, 1, 0)
+    assert (asked.state.is_used, asked.state.answered, asked.state.local) == (True, 2, 0)
 
 
 def test_the_windows_of_a_texture_map_are_embedded_there_and_read_here(shared: Shared) -> None:
