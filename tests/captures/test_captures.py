@@ -51,9 +51,10 @@ def test_neither_folder_nor_video_is_a_clear_error(tmp_path):
 
 
 def test_a_file_that_only_calls_itself_a_video_is_a_clear_error(tmp_path):
-    (tmp_path / "fake.mp4").write_bytes(b"not a video")
-    with pytest.raises(CaptureError, match=r"fake\.mp4"):
-        read(tmp_path / "fake.mp4")
+    for name in ("fake.mp4", "fake.mkv", "fake.webm", "fake.mov", "fake.AVI"):
+        (tmp_path / name).write_bytes(b"not a video")
+        with pytest.raises(CaptureError, match=f"{name}: not a video"):
+            read(tmp_path / name)
 
 
 def test_a_video_gives_its_frames_at_their_times_with_the_sidecars_touches(tmp_path):

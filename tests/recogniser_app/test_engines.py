@@ -136,11 +136,14 @@ def test_what_comes_together_is_embedded_together(app):
         contract.write_request([Crop(one, central_mask(224))], wait_ms=60_000.0) for one in pixels
     ]
     identity = contract.read_identity(app.ask("GET", contract.IDENTITY)[1])
+    began = time.monotonic()
     with ThreadPoolExecutor(16) as pool:
         answers = list(pool.map(lambda body: app.ask("POST", contract.RECOGNISE, body), bodies))
+    took_ms = 1000.0 * (time.monotonic() - began)
     assert {found for found, _ in answers} == {200}
     read = [contract.read_answer(data, identity, 1)[0] for _, data in answers]
     assert max(answer.batch for answer in read) > 1
+    assert all(0.0 < sum(answer.stages_ms.values()) <= took_ms for answer in read)
     assert sum(map(int, app.health()["batches"].values())) < app.health()["counts"]["crops"]
 
 

@@ -29,9 +29,9 @@ def exported(tmp_path, material, interaction, kind, *more):
     return path
 
 
-def played(tmp_path, material, interaction):
+def played(tmp_path, material, interaction, *more):
     """Amplitude (sqrt 2 times rms) of each window of the speaker's own samples."""
-    with wave.open(str(exported(tmp_path, material, interaction, "wav"))) as file:
+    with wave.open(str(exported(tmp_path, material, interaction, "wav", *more))) as file:
         assert (file.getframerate(), file.getnchannels()) == (RATE_HZ, 1)
         samples = np.frombuffer(file.readframes(file.getnframes()), "<i2") / 32767.0
     return windows(np.sqrt(2.0) * samples)
@@ -166,8 +166,9 @@ def test_a_long_touch_is_cut_into_events_that_core_haptics_plays(tmp_path):
 
 
 @pytest.mark.parametrize("name", MATERIALS)
-def test_every_material_is_a_file_that_can_be_read(name, tmp_path):
-    read_haptic(exported(tmp_path, name, "tap", "haptic", "--seconds", "0.1"))
+def test_every_material_is_a_file_that_is_as_loud_as_the_speaker(name, tmp_path):
+    amplitude = read_haptic(exported(tmp_path, name, "tap", "haptic", "--seconds", "0.1"))
+    assert error_db(windows(amplitude), played(tmp_path, name, "tap", "--seconds", "0.1")) < 1.0
 
 
 def test_a_page_of_all_has_a_section_for_each_material(tmp_path, capsys):
