@@ -103,11 +103,12 @@ def test_only_alpha_that_is_blended_is_an_opacity(
     mode: str, opacity: float | None, tmp_path: Path
 ) -> None:
     pane = {"alphaMode": mode, "pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 0.25]}}
-    mesh = {"primitives": [{"material": 0}]}
-    scene = scene_of(tmp_path, {"nodes": [{"mesh": 0}], "meshes": [mesh], "materials": [pane]})
-    (surface,) = scene.objects[0].surfaces
-    assert surface.shader is not None
-    assert surface.shader.opacity == opacity
+    older = {"KHR_materials_pbrSpecularGlossiness": {"diffuseFactor": [1, 1, 1, 0.25]}}
+    materials = [pane, {"alphaMode": mode, "extensions": older}]
+    mesh = {"primitives": [{"material": 0}, {"material": 1}]}
+    scene = scene_of(tmp_path, {"nodes": [{"mesh": 0}], "meshes": [mesh], "materials": materials})
+    shaders = [surface.shader for surface in scene.objects[0].surfaces]
+    assert [shader and shader.opacity for shader in shaders] == [opacity, opacity]
 
 
 def mapped(name: str) -> Document:
