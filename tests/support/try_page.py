@@ -60,10 +60,10 @@ def visit(
         context.close()
 
 
-def at(page: Page, x: float, y: float) -> None:
+def at(page: Page, x: float, y: float, steps: int = 4) -> None:
     box = page.locator("#picture").bounding_box()
     assert box is not None
-    page.mouse.move(box["x"] + x * box["width"], box["y"] + y * box["height"], steps=4)
+    page.mouse.move(box["x"] + x * box["width"], box["y"] + y * box["height"], steps=steps)
 
 
 def sample(page: Page, name: str = "table") -> None:

@@ -178,7 +178,7 @@ export class TryScene {
 
   async #pump() {
     if (this.#isLooking) return;
-    if (!this.#wanted) return;
+    if (!this.#wanted || this.#known.has(this.#wanted.id)) return; // a tick requests the target that is being looked at, too
     const target = this.#wanted;
     this.#wanted = null;
     this.#isLooking = true;
