@@ -65,6 +65,11 @@ def usage_errors() -> Iterator[None]:
         raise UsageError(str(error)) from None
 
 
+def why_no_folder(path: Path) -> str:
+    """Return why this path is not a folder, as the beginning of an error."""
+    return f"{path}: {'not a folder' if path.exists() else 'no such folder'}"
+
+
 def network_reason(error: Exception) -> str:
     """Return in words why a service was not reached, without the numbers of the system."""
     text = str(error) or type(error).__name__
@@ -131,7 +136,10 @@ def one_line(error: BaseException) -> str:
     """Return an error as one printable line of bounded length; an OSError names its file."""
     text = str(error)
     if isinstance(error, OSError) and error.filename is not None:
-        text = f"{error.filename2 or error.filename}: {error.strerror}{_cure(error)}"
+        name = error.filename2 or error.filename
+        if error.errno == errno.ENOTDIR:  # what the user named, not a file that we look for in it
+            name = next((each for each in reversed(Path(name).parents) if each.is_file()), name)
+        text = f"{name}: {error.strerror}{_cure(error)}"
     elif isinstance(error, OSError) and error.strerror:  # of a write, which knows no name
         text = f"{error.strerror}{_cure(error)}"
     return printable(text) or type(error).__name__

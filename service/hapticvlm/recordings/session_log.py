@@ -45,8 +45,9 @@ def read_session_log(folder: Path) -> Iterator[Line]:
     try:
         file = documents.open_file(path)
     except OSError as error:
+        missing = path if folder.is_dir() else folder
         raise SessionLogError(
-            f"{path}: {error.strerror}; give a folder that `hapticvlm serve --record` wrote"
+            f"{missing}: {error.strerror}; give a folder that `hapticvlm serve --record` wrote"
         ) from None
     with file:
         for number, data in enumerate(file, 1):

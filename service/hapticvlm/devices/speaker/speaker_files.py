@@ -15,6 +15,7 @@ from typing import Any
 
 from hapticvlm import documents
 from hapticvlm.devices.speaker.audio import read_wav
+from hapticvlm.errors import why_no_folder
 from hapticvlm.materials import Material
 from hapticvlm.rendering.vibration.equaliser import (
     HIGH_HZ,
@@ -139,7 +140,7 @@ def read_patterns(
     `table` holds the materials that may be named. Raises OSError, PatternError naming the file.
     """
     if not folder.is_dir():
-        raise NotADirectoryError(f"{folder}: no such folder")
+        raise NotADirectoryError(why_no_folder(folder))
     files = sorted(
         path
         for path in folder.iterdir()

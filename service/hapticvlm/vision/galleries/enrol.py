@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm import messages
-from hapticvlm.errors import HapticVLMError
+from hapticvlm.errors import HapticVLMError, why_no_folder
 from hapticvlm.materials import nearest
 from hapticvlm.vision import files, pictures, plain_ground
 from hapticvlm.vision.encoders.encoder import Encoder
@@ -88,7 +88,7 @@ class Enrolled:
 def find_pictures(folder: Path, known: Collection[str]) -> tuple[Picture, ...]:
     """List FOLDER/<material>/* with their masks, in order of name. Raises EnrolError."""
     if not folder.is_dir():
-        raise EnrolError(f"{folder}: no such folder; name one with a folder for each material")
+        raise EnrolError(f"{why_no_folder(folder)}; name one with a folder for each material")
     for path in _pictures_in(folder):
         raise EnrolError(f"{path}: not in a material's folder; move it into one")
     pictures: list[Picture] = []

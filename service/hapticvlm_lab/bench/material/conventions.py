@@ -22,7 +22,7 @@ import numpy as np
 from PIL import Image, ImageFilter
 
 from hapticvlm.commands.progress import track
-from hapticvlm.errors import UsageError
+from hapticvlm.errors import UsageError, why_no_folder
 from hapticvlm.materials import UNKNOWN
 from hapticvlm.palette import BLUE, SOFT, VERMILION
 from hapticvlm.vision.files import list_files
@@ -142,7 +142,7 @@ def run(folder: Path, limit: int, out: Path, *, as_json: bool) -> int:
 def pictures_in(folder: Path) -> list[Path]:
     """Return the pictures in a folder and all folders in it, in order. Raises UsageError."""
     if not folder.is_dir():
-        raise UsageError(f"{folder}: no such folder; give one with pictures")
+        raise UsageError(f"{why_no_folder(folder)}; give one with pictures")
     folders = sorted({folder, *(path for path in folder.rglob("*") if path.is_dir())})
     return [path for each in folders for path in list_files(each)]
 
