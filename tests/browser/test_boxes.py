@@ -65,7 +65,18 @@ def test_a_box_under_the_pressed_pointer_is_felt_as_its_name_says(boxes: Path) -
     assert complaints == []
 
 
-def test_by_network_address_the_password_of_the_page_lets_its_scene_in(boxes: Path) -> None:
-    with served((WIDTH, HEIGHT), boxes, token=TOKEN) as (service, page):
+def test_on_a_phone_the_password_of_the_page_lets_its_scene_in_and_a_finger_rubs(
+    boxes: Path,
+) -> None:
+    width, height = 390, 844
+    with served((width, height), boxes, token=TOKEN) as (service, page):
         page.goto(f"{service.page.replace('0.0.0.0', own_address())}scene/")
         page.locator("#said").get_by_text("Press on a box").wait_for()
+        page.evaluate("addEventListener('pointercancel', () => { document.title = 'cancelled'; })")
+        finger = page.context.new_cdp_session(page)
+        for turn in range(10):
+            point = {"x": 0.17 * width, "y": height / 2 + 4 * turn}
+            event = {"type": "touchMove" if turn else "touchStart", "touchPoints": [point]}
+            finger.send("Input.dispatchTouchEvent", event)
+            page.get_by_text("OakTable: wood").wait_for()
+        assert page.title() == "Three boxes"

@@ -69,12 +69,16 @@ def served(
 ) -> Iterator[tuple[Service, Page]]:
     """Serve the examples or another scene, and open a page that shows nothing yet.
 
-    With a token, pages are open to the local network, and the browser gives it as the password.
+    With a token, pages are open to the local network, and a phone's browser gives it as the
+    password.
     """
     options = ["--host", "0.0.0.0", "--pages-from", "lan", "--token", token] if token else []
-    given: Any = {"http_credentials": {"username": "anyone", "password": token}} if token else {}
+    phone = {"has_touch": True, "is_mobile": True}
+    given: Any = {"http_credentials": {"username": "anyone", "password": token}, **phone}
     with running(["--scene", str(folder), *options]) as service, chromium(*LLVMPIPE) as browser:
-        page = browser.new_page(viewport={"width": size[0], "height": size[1]}, **given)
+        page = browser.new_page(
+            viewport={"width": size[0], "height": size[1]}, **(given if token else {})
+        )
         page.set_default_timeout(SLOW_MS)
         yield service, page
 

@@ -26,7 +26,8 @@ from hapticvlm.server.web.lan_pages import CHALLENGE, HERE_ONLY, LanPages, is_to
 from hapticvlm.server.web.scene_files import TYPES
 
 PAGE_TYPES = TYPES | {".jpg": "image/jpeg"}
-NAMES = {"/": "index.html", "/try": "try.html"}  # pages by a shorter address
+# Pages by a shorter address, and the icon that a browser asks for where a page names none.
+NAMES = {"/": "index.html", "/try": "try.html", "/favicon.ico": "icon.svg"}
 CODES = {"/connect.svg": "", "/connect-try.svg": "try"}  # pictures of the addresses to open
 TOKEN = "/token"  # for a page whose browser has given the token
 ALIVE = "/healthz"
