@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from hapticvlm.devices.plate.framing import Deframer
+
 from . import line
 from .board import Board
 from .line import Telemetry
@@ -24,9 +26,13 @@ class RawHost:
         self.telemetry: Telemetry | None = None
         self.acks: list[tuple[int, int, str]] = []  # type, seq, answer
         self.greetings: list[bytes] = []
-        self.damaged = 0
         self._seq = 0
-        self._rest = b""
+        self._deframer = Deframer()
+
+    @property
+    def damaged(self) -> int:
+        """Number of damaged frames from the board."""
+        return self._deframer.bad
 
     def send(self, type: int, payload: bytes = b"") -> int:
         """Queue one message; return its seq."""
@@ -80,16 +86,11 @@ class RawHost:
         return self.telemetry
 
     def _listen(self) -> None:
-        *frames, self._rest = (self._rest + self.board.read()).split(b"\0")
-        for wire in filter(None, frames):
-            self._take(line.opened(wire))
-
-    def _take(self, body: bytes | None) -> None:
-        if body is None:
-            self.damaged += 1
-        elif body[0] == line.TELEMETRY:
-            self.telemetry = line.telemetry(body[2:])
-        elif body[0] == line.ACK:
-            self.acks.append((body[2], body[3], line.ANSWERS[body[4]]))
-        elif body[0] == line.HELLO_REPLY:
-            self.greetings.append(body[2:])
+        for received in self._deframer.feed(self.board.read()):
+            match line.said(received):
+                case Telemetry() as telemetry:
+                    self.telemetry = telemetry
+                case (of, seq, answer):
+                    self.acks.append((of, seq, answer))
+            if received.kind == line.HELLO_REPLY:
+                self.greetings.append(received.payload)

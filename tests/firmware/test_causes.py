@@ -52,7 +52,7 @@ def test_a_bad_contact_is_named_as_one_and_costs_no_dose(
     if said.faults:
         assert not board.is_driven
     for fault in said.faults:
-        assert host.ask(line.CLEAR, bytes([line.FAULTS.index(fault)])) == "ok"
+        assert host.ask(line.CLEAR, bytes([line.FAULTS[fault]])) == "ok"
 
 
 @pytest.mark.parametrize("lag_s", [1.0, pytest.param(5.0, marks=pytest.mark.nightly)])

@@ -8,6 +8,7 @@ import math
 
 import pytest
 
+from hapticvlm.devices.plate.framing import Deframer
 from hapticvlm.devices.simulated.plant import PALM_RESISTANCE
 from hapticvlm.devices.simulated.simulated import SimulatedPlate
 from hapticvlm.devices.simulated.simulated_board import SimulatedBoard
@@ -68,6 +69,7 @@ class Simulated:
         self.now = 0.0
         self.acks: list[tuple[int, int, str]] = []
         self.state = "off"
+        self._deframer = Deframer()
 
     def hear(self, wire: bytes) -> None:
         """Send bytes and advance by one turn."""
@@ -75,12 +77,13 @@ class Simulated:
         for step in range(10):
             self.now += TURN_S / 10.0
             received += self.board.exchange(wire if step == 0 else b"", self.now)
-        for body in map(line.opened, filter(None, received.split(b"\0"))):
-            assert body is not None
-            if body[0] == line.ACK:
-                self.acks.append((body[2], body[3], line.ANSWERS[body[4]]))
-            elif body[0] == line.TELEMETRY:
-                self.state = line.telemetry(body[2:]).state
+        for said in map(line.said, self._deframer.feed(received)):
+            match said:
+                case line.Telemetry(state=state):
+                    self.state = state
+                case (of, seq, answer):
+                    self.acks.append((of, seq, answer))
+        assert self._deframer.bad == 0
 
 
 def test_the_simulated_board_answers_the_same_bytes_as_the_firmware(board: Board) -> None:
