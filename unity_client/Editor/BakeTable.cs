@@ -10,8 +10,6 @@ namespace HapticVLM.Editor
     [Serializable]
     internal sealed class BakeRow
     {
-        const double Sure = 0.6; // as the scan of a scene
-
         public string ObjectId;
         public int Surface;
         public string Name;
@@ -19,7 +17,7 @@ namespace HapticVLM.Editor
         public string By;
         public float Belief;
 
-        public bool IsUnsure { get { return By != BakeTable.ByHand && (Material.Length == 0 || Belief < Sure); } }
+        public bool IsUnsure { get { return By != BakeTable.ByHand && (Material.Length == 0 || Belief < ObjectScanner.SureConfidence); } }
     }
 
     /// <summary>Reads the surfaces of a `materials.json` and writes corrections into it; all else in the file is kept.</summary>

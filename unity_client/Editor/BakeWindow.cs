@@ -66,19 +66,7 @@ namespace HapticVLM.Editor
                 if (GUILayout.Button("I have run it")) Finish();
             }
             if (rows.Count > 0) EditorGUILayout.LabelField(rows.Count + " surfaces, " + rows.FindAll(row => row.IsUnsure).Count + " unsure", EditorStyles.boldLabel);
-            ShowRows();
-        }
-
-        /// <summary>Draws only the visible rows, because a scene may have thousands.</summary>
-        void ShowRows()
-        {
-            scroll = EditorGUILayout.BeginScrollView(scroll, GUILayout.Height(ListHeight));
-            int first = Math.Max(0, Math.Min((int)(scroll.y / ScanRow.Height), rows.Count - 1));
-            int end = Math.Min(rows.Count, first + (int)(ListHeight / ScanRow.Height) + 2);
-            GUILayout.Space(first * ScanRow.Height);
-            for (int i = first; i < end; i++) Show(rows[i]);
-            GUILayout.Space((rows.Count - end) * ScanRow.Height);
-            EditorGUILayout.EndScrollView();
+            scroll = VisibleRows.Show(scroll, ListHeight, rows.Count, i => Show(rows[i]));
         }
 
         void Show(BakeRow row)

@@ -64,19 +64,7 @@ namespace HapticVLM.Editor
             if (scan != null) EditorGUILayout.LabelField("Scan", scan.Status);
             if (!Application.isPlaying && GUILayout.Button("Scan scene")) Scan(objects);
             if (!Application.isPlaying && GUILayout.Button("Clear the scan")) ClearScan(objects);
-            ShowRows();
-        }
-
-        /// <summary>Draws only the visible rows, because it is called many times a second in scenes of any size.</summary>
-        void ShowRows()
-        {
-            listScroll = EditorGUILayout.BeginScrollView(listScroll, GUILayout.Height(ListHeight));
-            int first = Math.Max(0, Math.Min((int)(listScroll.y / ScanRow.Height), objects.Count - 1));
-            int end = Math.Min(objects.Count, first + (int)(ListHeight / ScanRow.Height) + 2);
-            GUILayout.Space(first * ScanRow.Height);
-            for (int i = first; i < end; i++) ScanRow.Show(objects[i]);
-            GUILayout.Space((objects.Count - end) * ScanRow.Height);
-            EditorGUILayout.EndScrollView();
+            listScroll = VisibleRows.Show(listScroll, ListHeight, objects.Count, i => ScanRow.Show(objects[i]));
         }
 
         void ClearObjects()
@@ -86,7 +74,7 @@ namespace HapticVLM.Editor
 
         void Scan(List<HapticObject> objects)
         {
-            Uri address = Address();
+            Uri address = ServiceAddress.Parse(url);
             if (scan != null) scan.End();
             if (address != null) scan = new SceneScan(address, token, objects);
         }
@@ -140,18 +128,10 @@ namespace HapticVLM.Editor
         void Connect()
         {
             Disconnect();
-            Uri address = Address();
+            Uri address = ServiceAddress.Parse(url);
             if (address == null) return;
             observer = new Observer(address, token);
             observer.Changed += Repaint;
-        }
-
-        /// <summary>Returns the address of the service; null if the text is not an address.</summary>
-        Uri Address()
-        {
-            Uri address;
-            if (!Uri.TryCreate(url, UriKind.Absolute, out address)) return null;
-            return address.Scheme == "ws" || address.Scheme == "wss" ? address : null;
         }
 
         void Disconnect()

@@ -12,8 +12,17 @@ namespace HapticVLM.Editor
         }
     }
 
+    /// <summary>An inspector that follows its component while the scene plays.</summary>
+    internal abstract class LiveInspector : UnityEditor.Editor
+    {
+        public override bool RequiresConstantRepaint()
+        {
+            return Application.isPlaying;
+        }
+    }
+
     [CustomEditor(typeof(HapticClient))]
-    internal sealed class HapticClientInspector : UnityEditor.Editor
+    internal sealed class HapticClientInspector : LiveInspector
     {
         public override void OnInspectorGUI()
         {
@@ -24,15 +33,10 @@ namespace HapticVLM.Editor
             EditorGUILayout.LabelField("Felt from", isBaked ? "the bake" : "the service");
             EditorGUILayout.HelpBox(client.Status, client.IsOwner || isBaked ? MessageType.Info : MessageType.Warning);
         }
-
-        public override bool RequiresConstantRepaint()
-        {
-            return Application.isPlaying;
-        }
     }
 
     [CustomEditor(typeof(HapticHand)), CanEditMultipleObjects]
-    internal sealed class HapticHandInspector : UnityEditor.Editor
+    internal sealed class HapticHandInspector : LiveInspector
     {
         public override void OnInspectorGUI()
         {
@@ -44,15 +48,10 @@ namespace HapticVLM.Editor
             EditorGUILayout.LabelField("Touches", touched == null ? "nothing" : touched.name);
             EditorGUILayout.LabelField("Speed", hand.SpeedMps.ToString("F2") + " m/s");
         }
-
-        public override bool RequiresConstantRepaint()
-        {
-            return Application.isPlaying;
-        }
     }
 
     [CustomEditor(typeof(ControllerHaptics)), CanEditMultipleObjects]
-    internal sealed class ControllerHapticsInspector : UnityEditor.Editor
+    internal sealed class ControllerHapticsInspector : LiveInspector
     {
         static readonly float[] Trials = { 0.02f, 0.05f, 0.1f, 0.2f, 0.4f, 0.8f };
 
@@ -81,11 +80,6 @@ namespace HapticVLM.Editor
             haptics.Threshold = tried;
             Debug.Log("HapticVLM: threshold " + haptics.Threshold.ToString("F2") + " of the " + haptics.Side.ToString().ToLowerInvariant()
                 + " controller. Enter it in the inspector after play mode, or set it from your settings menu.", haptics);
-        }
-
-        public override bool RequiresConstantRepaint()
-        {
-            return Application.isPlaying;
         }
     }
 

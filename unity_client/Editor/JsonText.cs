@@ -11,11 +11,11 @@ namespace HapticVLM.Editor
         public static string Of(object value)
         {
             var text = new StringBuilder();
-            Append(value, text);
+            Append(value, text, 0);
             return text.Append('\n').ToString();
         }
 
-        public static void Append(object value, StringBuilder text, int depth = 0)
+        static void Append(object value, StringBuilder text, int depth)
         {
             var map = value as Dictionary<string, object>;
             var list = value as List<object>;

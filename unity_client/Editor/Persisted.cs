@@ -1,4 +1,5 @@
 using System;
+using System.Collections.Generic;
 using UnityEditor;
 using UnityEngine;
 
@@ -17,6 +18,12 @@ namespace HapticVLM.Editor
             change();
             EditorUtility.SetDirty(part);
             PrefabUtility.RecordPrefabInstancePropertyModifications(part);
+        }
+
+        /// <summary>Gives an object without an id, or a duplicate with that of its original, an id of its own.</summary>
+        public static void MakeIdUnique(HapticObject shown, ICollection<string> taken)
+        {
+            if (string.IsNullOrEmpty(shown.ObjectId) || taken.Contains(shown.ObjectId)) Change(shown, "Renew id", shown.RenewId);
         }
     }
 }

@@ -65,7 +65,7 @@ namespace HapticVLM.Editor
             foreach (string pattern in Anchors)
             {
                 Transform anchor = parts.Find(part => part.name == string.Format(pattern, side));
-                if (anchor == null || tracked.Exists(tip => IsUnder(tip.Under, anchor))) continue;
+                if (anchor == null || tracked.Exists(tip => SceneParts.IsUnder(tip.Under, anchor))) continue;
                 places.Add(new Place { Under = PokePoint(anchor), RadiusM = ControllerM });
             }
             places.AddRange(tracked);
@@ -96,15 +96,6 @@ namespace HapticVLM.Editor
                 if (found != null) return found;
             }
             return anchor;
-        }
-
-        static bool IsUnder(Transform part, Transform whole)
-        {
-            for (Transform at = part; at != null; at = at.parent)
-            {
-                if (at == whole) return true;
-            }
-            return false;
         }
     }
 }

@@ -1,6 +1,5 @@
 using System;
 using System.Collections.Generic;
-using System.Text;
 using HapticVLM.Wire;
 
 namespace HapticVLM.Editor
@@ -17,62 +16,40 @@ namespace HapticVLM.Editor
             var ids = new HashSet<string>();
             foreach (HapticObject shown in objects)
             {
-                if (string.IsNullOrEmpty(shown.ObjectId) || !ids.Add(shown.ObjectId))
-                {
-                    Persisted.Change(shown, "Renew id", shown.RenewId); // a duplicated object has the id of its original
-                    ids.Add(shown.ObjectId);
-                }
+                Persisted.MakeIdUnique(shown, ids);
+                ids.Add(shown.ObjectId);
             }
             foreach (HapticObject shown in objects) registry.Put(shown.Describe());
             if (client != null) client.Describe(registry);
             registry.Restart(new List<string>(), true);
-            var text = new StringBuilder("[");
+            var messages = new List<object>();
             var writer = new MsgPackWriter();
             for (var requests = new RequestIds(); registry.Write(writer, requests); writer.Reset())
             {
-                if (text.Length > 1) text.Append(",\n");
                 var reader = new MsgPackReader(writer.Written);
-                Append(ref reader, text);
+                messages.Add(Value(ref reader));
             }
-            return text.Append("]\n").ToString();
+            return JsonText.Of(messages);
         }
 
-        static void Append(ref MsgPackReader reader, StringBuilder text)
+        static object Value(ref MsgPackReader reader)
         {
             switch (reader.Peek())
             {
-                case MsgPackType.Map: AppendMap(ref reader, text); break;
-                case MsgPackType.Array: AppendList(ref reader, text); break;
-                case MsgPackType.Str: JsonText.Append(reader.Str(Pool), text); break;
-                case MsgPackType.Bool: JsonText.Append(reader.Bool(), text); break;
+                case MsgPackType.Map:
+                    var map = new Dictionary<string, object>();
+                    for (int left = reader.MapHeader(); left > 0; left--) map.Add(reader.Str(Pool), Value(ref reader));
+                    return map;
+                case MsgPackType.Array:
+                    var list = new List<object>();
+                    for (int left = reader.ArrayHeader(); left > 0; left--) list.Add(Value(ref reader));
+                    return list;
+                case MsgPackType.Str: return reader.Str(Pool);
+                case MsgPackType.Bool: return reader.Bool();
                 case MsgPackType.Int:
-                case MsgPackType.Float: JsonText.Append(reader.Double(), text); break;
+                case MsgPackType.Float: return reader.Double();
                 default: throw new InvalidOperationException("a scene message has no " + reader.Peek());
             }
-        }
-
-        static void AppendMap(ref MsgPackReader reader, StringBuilder text)
-        {
-            text.Append('{');
-            for (int left = reader.MapHeader(), all = left; left > 0; left--)
-            {
-                if (left < all) text.Append(", ");
-                Append(ref reader, text);
-                text.Append(": ");
-                Append(ref reader, text);
-            }
-            text.Append('}');
-        }
-
-        static void AppendList(ref MsgPackReader reader, StringBuilder text)
-        {
-            text.Append('[');
-            for (int left = reader.ArrayHeader(), all = left; left > 0; left--)
-            {
-                if (left < all) text.Append(", ");
-                Append(ref reader, text);
-            }
-            text.Append(']');
         }
     }
 }

@@ -40,7 +40,7 @@ namespace HapticVLM.Editor
             return all;
         }
 
-        static bool IsUnder(Transform part, Transform whole)
+        public static bool IsUnder(Transform part, Transform whole)
         {
             if (whole == null) return false;
             for (Transform at = part; at != null; at = at.parent)

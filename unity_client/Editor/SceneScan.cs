@@ -76,10 +76,7 @@ namespace HapticVLM.Editor
 
         void Register(HapticObject shown)
         {
-            if (string.IsNullOrEmpty(shown.ObjectId) || byId.ContainsKey(shown.ObjectId))
-            {
-                Persisted.Change(shown, "Renew id", shown.RenewId); // a duplicated object has the id of its original
-            }
+            Persisted.MakeIdUnique(shown, byId.Keys);
             byId[shown.ObjectId] = shown;
             connection.Outbox.Scene.Put(shown.Describe());
         }

@@ -23,7 +23,8 @@ namespace HapticVLM
             target.GetComponentsInChildren(renderers);
             for (int i = renderers.Count - 1; i >= 0; i--)
             {
-                if (!IsDrawn(renderers[i], target)) renderers.RemoveAt(i);
+                bool isDrawn = renderers[i].enabled && renderers[i].GetComponentInParent<HapticObject>() == target && MeshOf(renderers[i]) != null;
+                if (!isDrawn) renderers.RemoveAt(i);
             }
             for (int i = 0; i < renderers.Count; i++)
             {
@@ -40,7 +41,7 @@ namespace HapticVLM
             for (int i = 0; i < renderers.Count; i++)
             {
                 var skinned = renderers[i] as SkinnedMeshRenderer;
-                if (skinned == null) Draw(renderers[i], renderers[i].GetComponent<MeshFilter>().sharedMesh, renderers[i].localToWorldMatrix, camera, layer);
+                if (skinned == null) Draw(renderers[i], MeshOf(renderers[i]), renderers[i].localToWorldMatrix, camera, layer);
                 else Draw(skinned, Baked(skinned), skinned.transform.localToWorldMatrix, camera, layer);
             }
         }
@@ -51,13 +52,13 @@ namespace HapticVLM
             baked.Clear();
         }
 
-        static bool IsDrawn(Renderer renderer, HapticObject target)
+        /// <summary>Returns the mesh that a renderer draws; null for particles, trails, lines and sprites.</summary>
+        public static Mesh MeshOf(Renderer renderer)
         {
-            if (!renderer.enabled || renderer.GetComponentInParent<HapticObject>() != target) return false;
             var skinned = renderer as SkinnedMeshRenderer;
-            if (skinned != null) return skinned.sharedMesh != null;
+            if (skinned != null) return skinned.sharedMesh;
             var filter = renderer is MeshRenderer ? renderer.GetComponent<MeshFilter>() : null;
-            return filter != null && filter.sharedMesh != null;
+            return filter == null ? null : filter.sharedMesh;
         }
 
         void Draw(Renderer renderer, Mesh mesh, Matrix4x4 place, Camera camera, int layer)

@@ -30,7 +30,7 @@ namespace HapticVLM
         bool silentWithSpeaker;
 
         readonly VibrationPlan plan = new VibrationPlan();
-        IHapticOutput output;
+        IHapticOutput output; // a component beside this one, else the controller's own impulses
         IHapticPlanOutput planOutput;
         ControllerWave wave; // null: the output plays no samples
         HapticClient client;
@@ -39,18 +39,6 @@ namespace HapticVLM
         float trialEndsAt;
 
         public HandSide Side { get { return hand == HandSide.Left ? HandSide.Left : HandSide.Right; } }
-
-        /// <summary>The output in use: a component beside this one, else the controller's own impulses.</summary>
-        public IHapticOutput Output
-        {
-            get { return output; }
-            set
-            {
-                Rest();
-                Use(value ?? new XrDeviceOutput());
-                Request();
-            }
-        }
 
         /// <summary>Factor applied to the vibration from the service, 0 to 4; the result never exceeds the controller's maximum.</summary>
         public float Gain

@@ -31,13 +31,6 @@ namespace HapticVLM
             set { voice = value; }
         }
 
-        /// <summary>Factor of every sample, 0 to 1.</summary>
-        public float Volume
-        {
-            get { return volume; }
-            set { volume = Mathf.Min(1f, Mathf.Max(0f, value)); }
-        }
-
         void Awake()
         {
             touches = new HeardTouches(hand => touches.Felt.IsBaked(hand, Clock.Now), HandName.Left, HandName.Right);

@@ -23,9 +23,10 @@ namespace HapticVLM
 
         static readonly List<FramePipe> Retired = new List<FramePipe>();
 
-        readonly int width, height;
+        public readonly int Width, Height;
+        public readonly RenderTexture Target;
+
         readonly int quality;
-        readonly RenderTexture target;
         readonly Action<AsyncGPUReadbackRequest> onRead;
         readonly AutoResetEvent wake = new AutoResetEvent(false);
         readonly FrameEncoder encoder = new FrameEncoder();
@@ -42,21 +43,15 @@ namespace HapticVLM
         public FramePipe(int width, int height, int quality)
         {
             Sweep();
-            this.width = width;
-            this.height = height;
+            Width = width;
+            Height = height;
             this.quality = quality;
-            target = new RenderTexture(width, height, 24, Format);
-            target.Create();
+            Target = new RenderTexture(width, height, 24, Format);
+            Target.Create();
             pixels = new NativeArray<byte>(width * height * 4, Allocator.Persistent, NativeArrayOptions.UninitializedMemory);
             onRead = OnRead;
             new Thread(Work) { IsBackground = true, Name = "hapticvlm encode" }.Start();
         }
-
-        public RenderTexture Target { get { return target; } }
-
-        public int Width { get { return width; } }
-
-        public int Height { get { return height; } }
 
         public bool IsIdle { get { return stage == (int)Stage.Idle; } }
 
@@ -73,8 +68,8 @@ namespace HapticVLM
         {
             shot = of;
             stage = (int)Stage.OnGpu;
-            if (!target.IsCreated()) target.Create(); // a lost graphics device also loses its textures
-            AsyncGPUReadback.RequestIntoNativeArray(ref pixels, target, 0, Format, onRead);
+            if (!Target.IsCreated()) Target.Create(); // a lost graphics device also loses its textures
+            AsyncGPUReadback.RequestIntoNativeArray(ref pixels, Target, 0, Format, onRead);
         }
 
         /// <summary>Frees the pipe as soon as neither GPU nor worker uses it. Never waits.</summary>
@@ -110,8 +105,8 @@ namespace HapticVLM
         {
             if (isFreed) return;
             isFreed = true;
-            target.Release();
-            Platform.Destroy(target);
+            Target.Release();
+            Platform.Destroy(Target);
             pixels.Dispose();
         }
 
@@ -152,11 +147,11 @@ namespace HapticVLM
                 if (shot.Map != null) encoder.Flatten(pixels, shot.Map.IsSeeThrough);
                 if (shot.Map != null && shot.Map.Hash == null)
                 {
-                    shot.Map.Hash = encoder.Hash(width, height);
+                    shot.Map.Hash = encoder.Hash(Width, Height);
                     return;
                 }
                 Frame frame;
-                bool isDrawn = encoder.TryEncode(pixels, width, height, quality, shot, out frame);
+                bool isDrawn = encoder.TryEncode(pixels, Width, Height, quality, shot, out frame);
                 if (isDrawn) shot.To.Send(ref frame);
                 if (isDrawn) Interlocked.Increment(ref sent);
                 else Interlocked.Increment(ref empty);

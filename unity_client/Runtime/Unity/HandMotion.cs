@@ -77,12 +77,13 @@ namespace HapticVLM
             return rig == hand ? Exact(hand.position) : On(rig, hand.position);
         }
 
-        static Vec3 On(Transform surface, Vector3 position)
+        /// <summary>Returns a position in the frame of a surface, whose scale does not count.</summary>
+        public static Vec3 On(Transform surface, Vector3 position)
         {
             return Exact(Quaternion.Inverse(surface.rotation) * (position - surface.position));
         }
 
-        static Vec3 Exact(Vector3 v)
+        public static Vec3 Exact(Vector3 v)
         {
             return new Vec3(v.x, v.y, v.z);
         }

@@ -206,8 +206,8 @@ namespace HapticVLM
                 return;
             }
             if (!isOverridden) url = ServiceAddress.Url(url);
-            Uri address;
-            if (!Uri.TryCreate(url, UriKind.Absolute, out address) || (address.Scheme != "ws" && address.Scheme != "wss"))
+            Uri address = ServiceAddress.Parse(url);
+            if (address == null)
             {
                 Debug.LogError("HapticVLM: '" + url + "' is not an address of a service; use one like ws://127.0.0.1:8790/", this);
                 return;

@@ -30,7 +30,7 @@ namespace HapticVLM
             arrivals.Refused += OnRefused;
             arrivals.LeftOut += OnLeftOut;
             arrivals.TexturesWanted += textures.Want;
-            arrivals.Failed += OnFailed;
+            arrivals.Failed += error => log.Failed(error, this);
             arrivals.StateChanged += OnStateChanged;
             arrivals.OwnershipChanged += OnOwnershipChanged;
         }
@@ -67,11 +67,6 @@ namespace HapticVLM
         {
             log.LeftOut(part.Path, part.Text, this);
             if (LeftOut != null) LeftOut(part);
-        }
-
-        void OnFailed(Exception error)
-        {
-            log.Failed(error, this);
         }
 
         void OnStateChanged(LinkState state)

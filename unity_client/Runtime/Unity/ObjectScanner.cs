@@ -6,7 +6,7 @@ namespace HapticVLM
     /// <summary>Chooses the next object and view to send, among the objects whose material is uncertain.</summary>
     internal sealed class ObjectScanner
     {
-        const double SureConfidence = 0.6; // confidence from which no more views are needed
+        public const double SureConfidence = 0.6; // from which no more views are needed
 
         readonly Dictionary<string, int> views = new Dictionary<string, int>();
         int session;

@@ -86,8 +86,7 @@ namespace HapticVLM
                 SurfaceTriangles triangles = parts[i].Kept == null ? null : parts[i].Kept.Triangles;
                 if (triangles == null || parts[i].Place == null) continue;
                 Transform place = parts[i].Place;
-                Vec3 point = Exact(Quaternion.Inverse(place.rotation) * (position - place.position));
-                int subMesh = triangles.Nearest(point, Exact(place.lossyScale), ref least);
+                int subMesh = triangles.Nearest(HandMotion.On(place, position), HandMotion.Exact(place.lossyScale), ref least);
                 if (subMesh >= 0) slot = parts[i].Slots[subMesh];
             }
             if (double.IsPositiveInfinity(least)) slot = SlotByRays(collider, position);
@@ -116,9 +115,7 @@ namespace HapticVLM
 
         void Add(Renderer renderer)
         {
-            var skinned = renderer as SkinnedMeshRenderer;
-            var filter = renderer is MeshRenderer ? renderer.GetComponent<MeshFilter>() : null;
-            Mesh mesh = skinned != null ? skinned.sharedMesh : filter != null ? filter.sharedMesh : null;
+            Mesh mesh = CaptureMeshes.MeshOf(renderer);
             if (mesh == null) return;
             renderer.GetSharedMaterials(Drawn);
             bool isBatched = renderer.isPartOfStaticBatch;
@@ -131,7 +128,7 @@ namespace HapticVLM
                 first = 0;
                 isBatched = false;
             }
-            var part = new Part { Place = renderer.transform, Mesh = mesh, IsRigid = skinned == null && !isBatched };
+            var part = new Part { Place = renderer.transform, Mesh = mesh, IsRigid = !(renderer is SkinnedMeshRenderer) && !isBatched };
             part.Slots = new int[mesh.subMeshCount];
             for (int i = 0; i < part.Slots.Length; i++)
             {
@@ -159,7 +156,7 @@ namespace HapticVLM
         /// <summary>Adds areas in the world, or numbers of triangles if one mesh has no known area.</summary>
         void Measure(Part part, bool isKept)
         {
-            Vec3 scale = Exact(part.Place.lossyScale);
+            Vec3 scale = HandMotion.Exact(part.Place.lossyScale);
             double perUnit = Math.Pow(Math.Abs(scale.X * scale.Y * scale.Z), 2.0 / 3.0); // exact if the scale is the same along all axes
             for (int i = 0; i < part.Slots.Length; i++)
             {
@@ -226,11 +223,6 @@ namespace HapticVLM
                 }
             }
             return directions.ToArray();
-        }
-
-        static Vec3 Exact(Vector3 v)
-        {
-            return new Vec3(v.x, v.y, v.z);
         }
 
         [RuntimeInitializeOnLoadMethod(RuntimeInitializeLoadType.SubsystemRegistration)]

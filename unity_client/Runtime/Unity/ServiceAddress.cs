@@ -32,6 +32,13 @@ namespace HapticVLM
             return Override(TokenKey) ?? ofScene;
         }
 
+        /// <summary>Returns the address that a text is; null if it is none of a service.</summary>
+        internal static Uri Parse(string text)
+        {
+            Uri address;
+            return Uri.TryCreate(text, UriKind.Absolute, out address) && (address.Scheme == "ws" || address.Scheme == "wss") ? address : null;
+        }
+
         static string Override(string key)
         {
             string[] words = Environment.GetCommandLineArgs();
