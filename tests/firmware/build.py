@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ctypes
 import os
+import re
 import subprocess
 from dataclasses import dataclass
 from pathlib import Path
@@ -34,6 +35,12 @@ class Chip:
         """Return a new board, switched on."""
         elf = self.one_resistor_elf if build.has_one_resistor else self.elf
         return Board(self.library, elf, ambient_c, seed, build)
+
+
+def constant(name: str, file: str = "limits.h") -> float:
+    """Return a number that stands in a file of the core."""
+    text = (FIRMWARE / "core" / file).read_text()
+    return float(re.findall(rf"\b{name} = ([0-9.]+)f?[,;]", text)[0])
 
 
 def build(folder: Path) -> Chip:

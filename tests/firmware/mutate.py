@@ -73,7 +73,7 @@ def verdict(mutation: Mutation, sound: Path, broken: set[str]) -> str:
     planted = sound.with_name("planted")
     shutil.rmtree(planted, ignore_errors=True)
     shutil.copytree(sound, planted)
-    source = planted / mutation.file
+    source = planted / "avr" / "main.cpp"
     text = source.read_text()
     if text.count(mutation.find) != 1:
         return say(f"its text occurs {text.count(mutation.find)} times")
@@ -102,20 +102,20 @@ def chip_passes(firmware: Path, test: str) -> bool:
 def as_markdown(rows: list[tuple[Mutation, str]]) -> str:
     """Return the results as a page for the firmware's folder."""
     lines = [
-        "# Defects planted in the safety code",
+        "# Defects planted in the port",
         "",
         "`python tests/firmware/mutate.py --markdown firmware/MUTATIONS.md` plants each of",
-        "these in a copy of the firmware and runs the test beside it, of `tests/firmware/`, on the",
-        "compiled binary in simavr. A defect is caught when that test fails with it and passes",
+        "these in a copy of `avr/main.cpp` and runs the test beside it, of `tests/firmware/`, on",
+        "the compiled binary in simavr. A defect is caught when that test fails with it and passes",
         "without. `make defects` plants those of the core by rule.",
         "",
         f"{sum(found == 'caught' for _, found in rows)} of {len(rows)} caught.",
         "",
-        "| defect | in | test | result |",
-        "|---|---|---|---|",
+        "| defect | test | result |",
+        "|---|---|---|",
     ]
     for mutation, found in rows:
-        lines.append(f"| {mutation.name} | {mutation.file} | {mutation.chip} | {found} |")
+        lines.append(f"| {mutation.name} | {mutation.chip} | {found} |")
     return "\n".join(lines) + "\n"
 
 

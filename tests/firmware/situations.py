@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hapticvlm.devices.simulated.plant import PALM_RESISTANCE
+from hapticvlm.devices.simulated.plant import PALM_RESISTANCE, Plant
 from hapticvlm.perception import NEUTRAL_C
 
 BEFORE_S = 3.0  # a second after the plate began to move towards the extreme
@@ -51,3 +51,12 @@ HELD_COLD = Situation("held cold", 15.0, 18.0, HELD_S, PRESSED)
 MOVING = (HOT, COLD, COLD_WARM)
 HELD = (HELD_HOT, HELD_COLD)
 SITUATIONS = (*MOVING, *HELD)
+
+
+def hold_for_a_minute(plant: Plant, goal_c: float, coolest_a: float, hottest_a: float) -> None:
+    """Bring a plate to its goal by a loop of no board, slow and steady, within these currents."""
+    integral_a = 0.0
+    for _ in range(1200):
+        error_c = goal_c - plant.plate_c
+        integral_a = min(max(integral_a + 0.03 * error_c, coolest_a), hottest_a)
+        plant.step(min(max(integral_a + error_c, coolest_a), hottest_a), 0.05)

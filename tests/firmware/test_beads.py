@@ -6,6 +6,7 @@ The board knows the lag of its beads, as after `calibrate plate`.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from itertools import product
 
 import pytest
@@ -60,10 +61,10 @@ def test_the_face_passes_its_goal_by_less_than_can_be_felt(
 
 @pytest.mark.parametrize("lag_s", LAGS_S)
 def test_wood_is_felt_as_wood_whatever_the_beads_lag(chip: Chip, lag_s: float) -> None:
-    felt = {at_s: felt_share(chip, "wood", Build(lag_s), at_s) for at_s in (0.25, 1.0)}
+    felt = felt_shares(chip, "wood", Build(lag_s), (0.25, 1.0))
 
     print(felt)
-    assert all(0.9 <= of_physics <= 1.15 for of_physics in felt.values()), felt
+    assert all(0.9 <= of_physics <= 1.15 for of_physics in felt), felt
 
 
 # At 5 degC the lowest setpoint binds. Each bound is a little below what firmware 1.6 reaches.
@@ -81,7 +82,7 @@ def test_wood_is_felt_as_wood_whatever_the_beads_lag(chip: Chip, lag_s: float) -
 def test_cold_and_warmth_are_felt_early_whatever_the_beads_lag(
     chip: Chip, material: str, surface_c: float, least: tuple[float, float], lag_s: float
 ) -> None:
-    felt = [felt_share(chip, material, Build(lag_s), at_s, surface_c) for at_s in (0.25, 1.0)]
+    felt = felt_shares(chip, material, Build(lag_s), (0.25, 1.0), surface_c)
 
     print(felt)
     assert all(found > bound for found, bound in zip(felt, least, strict=True)), felt
@@ -95,7 +96,7 @@ def test_materials_stay_apart_where_a_limit_binds(
 ) -> None:
     felt = {}
     for material in ("metal", "glass", "wood"):
-        of_physics = felt_share(chip, material, Build(lag_s), 1.0, surface_c)
+        (of_physics,) = felt_shares(chip, material, Build(lag_s), (1.0,), surface_c)
         felt[material] = of_physics * share(scenes.contact(material, surface_c), 1.0)
     apart = {name: math.log(felt["metal"] / felt[name]) / math.log(1.43) for name in felt}
 
@@ -103,10 +104,10 @@ def test_materials_stay_apart_where_a_limit_binds(
     assert of_physics <= 1.1, "of wood"
 
 
-def felt_share(
-    chip: Chip, material: str, build: Build, at_s: float, surface_c: float = ROOM_C
-) -> float:
-    """Return the change of the skin `at_s` after contact, as a share of a real object's."""
+def felt_shares(
+    chip: Chip, material: str, build: Build, at_s: Sequence[float], surface_c: float = ROOM_C
+) -> list[float]:
+    """Return the change of the skin at times after contact, as shares of a real object's."""
     board = chip.board(ROOM_C, build=build)
     board.plant.touch(PALM)
     rig = Rig(board)
@@ -117,11 +118,13 @@ def felt_share(
         rig.course = rig.course.approach(contact, board.now)
         rig.live(0.5)  # the longest lead of an approach
         rig.course = rig.course.touch(contact, material, board.now)
-        felt_c = rig.live(at_s)[-1].skin_c - rested_c
+        begun = board.now
+        felt_c = [rig.live(begun + s - board.now)[-1].skin_c - rested_c for s in at_s]
     finally:
         rig.close()
         board.close()
-    return felt_c / (share(contact, at_s) * (contact.surface_c - contact.skin_c))
+    whole_c = contact.surface_c - contact.skin_c
+    return [c / (share(contact, s) * whole_c) for c, s in zip(felt_c, at_s, strict=True)]
 
 
 def test_a_board_that_was_never_told_its_lag_stays_within_its_limits(chip: Chip) -> None:

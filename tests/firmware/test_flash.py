@@ -5,10 +5,8 @@ avrdude is replaced by a stand-in that passes the file to simavr, like a boot lo
 
 from __future__ import annotations
 
-import ctypes
 import importlib.util
 import os
-import select
 import shutil
 import subprocess
 import sys
@@ -27,8 +25,8 @@ from .board import Board
 from .build import FIRMWARE, Chip
 from .rawhost import RawHost
 
-pty = pytest.importorskip("pty", reason="Windows has none")
-SLICE_S = 0.005
+pytest.importorskip("pty", reason="Windows has none")
+from firmware_port import FirmwarePort, firmware_on_a_terminal
 
 
 @pytest.fixture(scope="module")
@@ -86,54 +84,20 @@ def test_the_shipped_program_runs_and_tells_its_version(
     board.close()
 
 
-class Cable:
-    """A serial port whose other end is a simulated board, in real time, until it is closed."""
-
-    def __init__(self, library: ctypes.CDLL, elf: Path) -> None:
-        self._library = library
-        self._board = Board(library, elf)
-        self._ours, self._theirs = pty.openpty()
-        self.port = os.ttyname(self._theirs)
-        self._lock, self._ends = threading.Lock(), threading.Event()
-        self._thread = threading.Thread(target=self._run)
-        self._thread.start()
-
-    def write_program(self, elf: Path) -> None:
-        with self._lock:
-            self._board.close()
-            self._board = Board(self._library, elf)
-
-    def close(self) -> None:
-        self._ends.set()
-        self._thread.join()
-        self._board.close()
-        os.close(self._theirs)
-        os.close(self._ours)
-
-    def _run(self) -> None:
-        while not self._ends.is_set():
-            with self._lock:
-                if select.select([self._ours], [], [], 0.0)[0]:
-                    self._board.write(os.read(self._ours, 4096))
-                self._board.advance(SLICE_S)
-                sent = self._board.read()
-            if sent and select.select([], [self._ours], [], 0.0)[1]:
-                os.write(self._ours, sent)
-            time.sleep(SLICE_S)
-
-
 @pytest.fixture
-def cable(chip: Chip, tmp_path: Path) -> Iterator[Cable]:
+def cable(chip: Chip, tmp_path: Path) -> Iterator[FirmwarePort]:
     """A board built with its own board number."""
     command = ["make", "-C", str(FIRMWARE / "avr"), f"BUILD={tmp_path}/own", "BOARD_ID=7"]
     subprocess.run(command, check=True, capture_output=True)
-    cable = Cable(chip.library, tmp_path / "own" / "plate.elf")
-    yield cable
-    cable.close()
+    board = Board(chip.library, tmp_path / "own" / "plate.elf")
+    with firmware_on_a_terminal(board) as cable:
+        yield cable
+    cable.board.close()
 
 
 def test_flash_says_what_is_there_writes_and_asks_the_board_again(
-    cable: Cable,
+    chip: Chip,
+    cable: FirmwarePort,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
@@ -152,19 +116,22 @@ def test_flash_says_what_is_there_writes_and_asks_the_board_again(
         while not asked.exists() or not asked.read_text():
             time.sleep(0.01)
         path = Path(asked.read_text().removeprefix("flash:w:").removesuffix(":i"))
-        cable.write_program(as_elf(path, tmp_path))
+        elf = as_elf(path, tmp_path)
+        with cable.lock:
+            cable.board.close()
+            cable.board = Board(chip.library, elf)
         written.touch()
 
     loader = threading.Thread(target=boot_loader)
     loader.start()
-    code = main(["plate", "flash", "--port", cable.port, "--one-resistor"])
+    code = main(["plate", "flash", "--port", cable.path, "--one-resistor"])
     loader.join()
     printed = capsys.readouterr()
 
     version, image = flash.shipped().version, flash.shipped(one_resistor=True)
     assert code == 0, printed.err
-    assert f"{cable.port}: firmware {version} (board 7) now" in printed.out
+    assert f"{cable.path}: firmware {version} (board 7) now" in printed.out
     assert f"writing firmware {version} for one resistor ({image.size} bytes" in printed.out
     assert f"answers with firmware {version} for one resistor (board 0)" in printed.out
-    assert main(["plate", "flash", "--port", cable.port, "--dry-run"]) == 0
+    assert main(["plate", "flash", "--port", cable.path, "--dry-run"]) == 0
     assert f"would write {image.text}" in capsys.readouterr().out, "an update keeps it"

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 from each_case import each
 
-from .build import FIRMWARE, Chip
+from .build import FIRMWARE, Chip, constant
 from .hardware import (
     BYPASS_OHM,
     COOL_LIMIT_A,
@@ -242,13 +242,6 @@ def test_a_sound_driver_reaches_the_currents_that_the_firmware_asks_for() -> Non
     assert Driver().current_a(heat) == pytest.approx(HEAT_LIMIT_A, rel=0.01)
     assert -Driver().current_a(cool) == pytest.approx(COOL_LIMIT_A, rel=0.02)
     assert -Driver().current_a(cool, emf_v=-0.13) > 0.95 * COOL_LIMIT_A  # 10 degC against it
-
-
-def constant(name: str) -> float:
-    """Return a constant of limits.h."""
-    found = re.search(rf"\b{name} = ([0-9.]+)f", (FIRMWARE / "core" / "limits.h").read_text())
-    assert found is not None
-    return float(found[1])
 
 
 def test_the_driver_limits_its_current_by_itself_to_what_the_firmware_may_ask() -> None:

@@ -9,7 +9,6 @@ flows in the next one. The margin is the phase that could be lost before the loo
 from __future__ import annotations
 
 import math
-import re
 from itertools import product
 
 import numpy as np
@@ -18,9 +17,9 @@ from numpy.typing import NDArray
 
 from hapticvlm.devices.simulated.plant import RESISTANCE, SEEBECK, Module, Plant
 
-from .build import FIRMWARE
+from .build import constant
 from .hardware import CutOut, Driver, Limiter, Skin
-from .situations import PRESSED
+from .situations import PRESSED, hold_for_a_minute
 
 STEP_S = 0.02
 DRIVER_RAD_S = 2.0 * math.pi * 64.0  # the filter of its control voltage
@@ -32,20 +31,13 @@ PALMS = (math.inf, 5e-4, 2e-4, 5e-5)  # m2 K/W
 Complexes = NDArray[np.complex128]
 
 
-def constant(file: str, name: str) -> float:
-    """Return a constant of the firmware."""
-    found = re.search(rf"\b{name} = ([0-9.]+)f", (FIRMWARE / "core" / file).read_text())
-    assert found is not None
-    return float(found[1])
-
-
 def controller(lag_s: float, untold: str = "") -> Complexes:
     """Return the response from a reading to the current, (rates,), A/K."""
     z = np.exp(1j * RATES * STEP_S)
-    filter_s = constant("limits.h", "FACE_FILTER_S")
+    filter_s = constant("FACE_FILTER_S")
     share = STEP_S / filter_s
     slope = (1.0 - 1.0 / z) / STEP_S * share / (1.0 - (1.0 - share) / z)
-    gain_p, gain_i = (constant("loop.cpp", f"{untold}GAIN_{part}") for part in "PI")
+    gain_p, gain_i = (constant(f"{untold}GAIN_{part}", "loop.cpp") for part in "PI")
     gain = gain_p + gain_i * STEP_S * z / (z - 1.0)
     return np.asarray(gain * (1.0 + (lag_s + filter_s) * slope))
 
@@ -105,7 +97,7 @@ def test_a_lag_that_is_measured_wrong_by_its_error_leaves_35_degrees() -> None:
 
 
 def test_a_board_that_was_not_told_its_lag_keeps_35_degrees_with_every_bead() -> None:
-    told_s = constant_ms("USUAL_LAG_MS") / 1000.0
+    told_s = constant("USUAL_LAG_MS") / 1000.0
     margins = [
         margin_deg(face(point, face_j_per_k, palm), lag_s, told_s, "UNTOLD_")
         for point, palm, face_j_per_k, lag_s in product(
@@ -144,16 +136,12 @@ def skin_of_a_shorted_bridge(
 
     `way` is that of `Driver.shorted`; the extremes are of the time from the short on, in degC.
     """
-    low_c, high_c = (constant("limits.h", f"FACE_TRIP_{side}_C") for side in ("LOW", "HIGH"))
-    late_s = constant_ms("FACE_TRIP_MS") / 1000.0 + 2.0 * STEP_S  # of the firmware, and its steps
+    low_c, high_c = (constant(f"FACE_TRIP_{side}_C") for side in ("LOW", "HIGH"))
+    late_s = constant("FACE_TRIP_MS") / 1000.0 + 2.0 * STEP_S  # of the firmware, and its steps
     plant = Plant(
         room_c, palm_resistance=PRESSED, plate_c=32.0, module=Module(face_j_per_k=face_j_per_k)
     )
-    current_a = 0.0
-    for _ in range(1200):  # a loop of no board, slow and steady
-        error_c = start_c - plant.plate_c
-        current_a = min(max(current_a + 0.03 * error_c, -2.0), 0.75)
-        plant.step(min(max(current_a + error_c, -2.0), 0.75), 0.05)
+    hold_for_a_minute(plant, start_c, -2.0, 0.75)
     assert plant.plate_c == pytest.approx(start_c, abs=0.3)
     driver = Driver(shorted=way, limiter=Limiter(diode_v=0.3))
     cut_out = CutOut(plant.plate_c)
@@ -171,10 +159,3 @@ def skin_of_a_shorted_bridge(
     print(skin)
     assert cut_out.is_open
     return skin.lowest_c, skin.highest_c
-
-
-def constant_ms(name: str) -> int:
-    """Return a time of limits.h in ms."""
-    found = re.search(rf"\b{name} = (\d+);", (FIRMWARE / "core" / "limits.h").read_text())
-    assert found is not None
-    return int(found[1])

@@ -15,8 +15,8 @@ from .build import FIRMWARE, Chip
 from .faults import BY_NAME
 from .hardware import ONE_SCALE_A, ONE_STRONGEST, Driver, Limiter, Skin, one_resistor
 from .rawhost import RawHost
-from .situations import HELD_COLD, HELD_HOT, HOT, PRESSED, Situation
-from .test_beads import felt_share
+from .situations import HELD_COLD, HELD_HOT, HOT, PRESSED, Situation, hold_for_a_minute
+from .test_beads import felt_shares
 from .trials import trial
 
 BUILD = Build(0.3, has_one_resistor=True)
@@ -68,9 +68,9 @@ def test_the_page_says_how_much_of_a_thing_is_felt(
 ) -> None:
     (row,) = re.findall(rf"\| {material}, {surface_c:g} degC \| (.+?) \|", PAGE)
     told = [float(part) for part in row.split("/")]
-    felt = [100.0 * felt_share(chip, material, BUILD, at_s, surface_c) for at_s in (0.25, 1.0, 3.0)]
+    felt = felt_shares(chip, material, BUILD, (0.25, 1.0, 3.0), surface_c)
 
-    assert felt == pytest.approx(told, abs=1.0)
+    assert [100.0 * share for share in felt] == pytest.approx(told, abs=1.0)
 
 
 @pytest.mark.parametrize("ohm", nightly_except(3, [10.0, 6.2, 8.2]))
@@ -90,11 +90,7 @@ def stuck_c(ohm: float, way: int, room_c: float, strongest: float) -> float:
     """Hold a plate at its extreme for a minute, short its bridge; return the skin's extreme."""
     start_c = 40.0 if way > 0 else 18.0
     plant = Plant(room_c, palm_resistance=PRESSED, plate_c=32.0)
-    wanted_a = 0.0
-    for _ in range(1200):  # a loop of no board, slow and steady
-        error_c = start_c - plant.plate_c
-        wanted_a = min(max(wanted_a + 0.03 * error_c, -ONE_SCALE_A), ONE_SCALE_A)
-        plant.step(min(max(wanted_a + error_c, -ONE_SCALE_A), ONE_SCALE_A), 0.05)
+    hold_for_a_minute(plant, start_c, -ONE_SCALE_A, ONE_SCALE_A)
     driver = Driver(shorted=way, limiter=Limiter(series_ohm=ohm), has_one_resistor=True)
     skin = Skin()
     for _ in range(round(STUCK_S / 0.2)):

@@ -16,15 +16,10 @@ ENABLE, HEAT, COOL = 1 << 0, 1 << 1, 1 << 2
 COM_BITS = 0xF0  # connect the timer to the heat and the cool pin
 
 
-def peek(host: RawHost, address: int) -> int:
-    board = host.board
-    return int(board._library.host_peek(board._host, address))
-
-
 def all_is_off(host: RawHost) -> None:
-    assert not peek(host, PORTB) & (ENABLE | HEAT | COOL)
-    assert not peek(host, TCCR1A) & COM_BITS
-    assert peek(host, DDRB) & (ENABLE | HEAT | COOL) == ENABLE | HEAT | COOL
+    assert not host.board.peek(PORTB) & (ENABLE | HEAT | COOL)
+    assert not host.board.peek(TCCR1A) & COM_BITS
+    assert host.board.peek(DDRB) & (ENABLE | HEAT | COOL) == ENABLE | HEAT | COOL
 
 
 def test_a_board_that_was_asked_nothing_is_off(host: RawHost) -> None:
@@ -40,9 +35,9 @@ def test_one_side_of_the_bridge_is_driven_and_the_other_is_let_go(
     com = {HEAT: 0xC0, COOL: 0x30}
     host.hold(setpoint_c, 1.0)
 
-    assert peek(host, PORTB) & ENABLE
-    assert peek(host, TCCR1A) & com[driven]
-    assert not peek(host, TCCR1A) & com[idle]
+    assert host.board.peek(PORTB) & ENABLE
+    assert host.board.peek(TCCR1A) & com[driven]
+    assert not host.board.peek(TCCR1A) & com[idle]
 
 
 @pytest.mark.parametrize("setpoint_c", [38.0, 20.0])
@@ -50,12 +45,12 @@ def test_a_flipped_bit_of_the_bridge_is_right_again_after_a_step(
     host: RawHost, setpoint_c: float
 ) -> None:
     host.hold(setpoint_c, 1.0)
-    sound = {address: peek(host, address) for address in (DDRB, PORTB, TCCR1A, TCCR1B)}
+    sound = {address: host.board.peek(address) for address in (DDRB, PORTB, TCCR1A, TCCR1B)}
     for address, value in sound.items():
         for bit in range(8):
             host.board.poke(address, value ^ 1 << bit)
             host.advance(0.05)
-            assert peek(host, address) == value, (hex(address), bit)
+            assert host.board.peek(address) == value, (hex(address), bit)
             host.hold(setpoint_c, 0.1)
     assert host.board.shoot_through <= SAMPLES_A_STEP, "for one step, when the idle pin is set"
 
@@ -66,11 +61,11 @@ def test_a_flipped_bit_of_clock_converter_or_line_is_right_again_after_a_step(
 ) -> None:
     address = (STEP_CLOCK | SERIAL)[name]
     host.hold(30.0, 0.5)
-    sound = peek(host, address)
+    sound = host.board.peek(address)
     for bit in range(8):
         host.board.poke(address, sound ^ 1 << bit)
         host.advance(0.06)
-        assert peek(host, address) == sound, bit
+        assert host.board.peek(address) == sound, bit
 
 
 def test_off_is_true_zero_after_heating_and_after_cooling(host: RawHost) -> None:
