@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 from collections.abc import Mapping
@@ -29,6 +30,13 @@ def require() -> None:
     missing += [] if NUNIT.exists() else ["nunit.framework.dll"]
     if missing:
         give_up(f"no {', '.join(missing)}: run .ci/toolchains as root")
+
+
+def figure(output: str, name: str) -> float:
+    """Return the number that a program printed behind a name, which may be a pattern."""
+    found = re.search(rf"\b{name} (-?[\d.]+(?:E-?\d+)?)", output)
+    assert found, output
+    return float(found.group(1))
 
 
 def sources(*folders: Path) -> list[Path]:

@@ -8,17 +8,12 @@ import re
 
 import mono
 import pytest
+from mono import figure
 
 from hapticvlm.client.local_service import running
 
 pytest_plugins = ("mono_build",)
 MAIN_LOOP_MS = 2.0
-
-
-def figure(output, name):
-    found = re.search(rf"\b{name} ([\d.]+(?:E-?\d+)?)", output)
-    assert found, output
-    return float(found.group(1))
 
 
 def test_the_package_compiles_for_2022_3_and_later(build):

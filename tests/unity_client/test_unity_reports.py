@@ -70,7 +70,8 @@ def test_half_an_emoji_ends_nothing(play):
     output = play("Reports.Emoji")
     assert "decided True touches True openings 1" in output
     assert "exceptions 0" in output
-    assert len(console(output)) == 1
+    # A busy machine may answer late, and is told so.
+    assert len([line for line in console(output) if "Retrying" not in line]) == 1
 
 
 def test_the_inspector_offers_two_hands_and_an_older_scene_s_third_is_the_right_one(play):

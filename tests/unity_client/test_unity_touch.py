@@ -1,18 +1,11 @@
 """Hands with a headset's motion, in the stand-in of the engine, against the real service."""
 
-import re
-
 import pytest
+from mono import figure
 
 pytest_plugins = ("mono_build",)
 RATES = (45, 60, 72, 90, 120)
 NOBODY = "ws://127.0.0.1:9/"
-
-
-def figure(output, name):
-    found = re.search(rf"\b{name} (-?[\d.]+(?:E-?\d+)?)", output)
-    assert found, output
-    return float(found.group(1))
 
 
 def test_the_speed_of_a_stroke_is_right_within_5_percent_at_every_frame_rate(play, capsys):

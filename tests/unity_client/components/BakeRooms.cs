@@ -2,7 +2,6 @@
 using System;
 using System.Collections.Generic;
 using System.IO;
-using System.Reflection;
 using System.Threading;
 using HapticVLM;
 using HapticVLM.Editor;
@@ -16,16 +15,16 @@ public static class BakeRooms
     {
         Application.isPlaying = false;
         var client = new GameObject("Haptic Client").AddComponent<HapticClient>();
-        HapticObject oak = Box("OakTable", "mat1"), copy = Box("SteelKettle", "mat2"), unsure = Box("mesh2057757694", "mat14");
+        HapticObject oak = EditMode.Tagged("OakTable", "mat1"), copy = EditMode.Tagged("SteelKettle", "mat2"), unsure = EditMode.Tagged("mesh2057757694", "mat14");
         Components.Private(copy, "objectId", oak.ObjectId);
         Open("an unsaved scene", null);
         Scene.File = Path.Combine(folder, "Room.unity");
         EditorPrefs.SetString("HapticVLM.Command", "/nowhere/hapticvlm");
         EditorWindow window = Open("no command", null);
-        Components.Say("run " + window.GetType().GetField("commandToRun", Inner).GetValue(window));
+        Components.Say("run " + Components.Private<string>(window, "commandToRun"));
         EditorPrefs.SetString("HapticVLM.Command", program);
         window = Open("baked", "baked into");
-        Components.Say("ids_differ " + (oak.ObjectId != copy.ObjectId) + " played " + (client.GetType().GetField("bakedMaterials", Inner).GetValue(client) != null && client.GetType().GetField("bakedFeel", Inner).GetValue(client) != null && client.GetType().GetField("bakedSound", Inner).GetValue(client) != null)
+        Components.Say("ids_differ " + (oak.ObjectId != copy.ObjectId) + " played " + Array.TrueForAll(new[] { "bakedMaterials", "bakedFeel", "bakedSound" }, file => Components.Private<TextAsset>(client, file) != null)
             + " dirty " + (UnityEditor.SceneManagement.EditorSceneManager.Marked > 0));
         Choose(window, unsure, "rubber");
         Say("corrected", folder, window);
@@ -39,27 +38,11 @@ public static class BakeRooms
         Components.Say("recorded " + Undo.Recorded.FindAll(name => name == "Correct material").Count + " exceptions " + Debug.Exceptions + " errors " + Debug.Errors);
     }
 
-    const BindingFlags Inner = BindingFlags.Instance | BindingFlags.NonPublic;
-
-    static HapticObject Box(string name, string material)
-    {
-        GameObject box = GameObject.CreatePrimitive(PrimitiveType.Cube);
-        box.name = name;
-        box.GetComponent<Renderer>().sharedMaterial = new Material { name = material };
-        return box.AddComponent<HapticObject>();
-    }
-
     // Chooses the menu entry and waits until the window says `until`.
     static EditorWindow Open(string when, string until)
     {
         if (EditorWindow.Last != null) EditorParts.Call(EditorWindow.Last, "OnDisable");
-        MethodInfo menu = null;
-        foreach (MethodInfo method in typeof(BakeWindow).GetMethods(BindingFlags.Static | BindingFlags.NonPublic))
-        {
-            var item = (MenuItem)Attribute.GetCustomAttribute(method, typeof(MenuItem));
-            if (item != null && item.Path == "GameObject/HapticVLM/Bake Scene") menu = method;
-        }
-        menu.Invoke(null, null);
+        EditMode.Invoke("GameObject/HapticVLM/Bake Scene");
         EditorWindow window = EditorWindow.Last;
         EditorParts.Call(window, "OnEnable");
         List<string> lines = Draw(window);
@@ -94,5 +77,4 @@ public static class BakeRooms
         string file = File.ReadAllText(Path.Combine(folder, "Room/HapticVLM/materials.json"));
         Components.Say(when + " row " + row + " file " + file.Contains("\"rubber\"") + " " + file.Contains("\"hand\"") + " imported " + (AssetDatabase.Imported.Count > 0));
     }
-
 }

@@ -201,7 +201,7 @@ public static class EditMode
     static void Scan(string url)
     {
         Application.isPlaying = false;
-        HapticObject oak = Tagged("OakPlanks"), kettle = Tagged("SteelKettle"), stated = Tagged("Thing");
+        HapticObject oak = Tagged("OakPlanks", "OakPlanks"), kettle = Tagged("SteelKettle", "SteelKettle"), stated = Tagged("Thing", "Thing");
         Components.Private(kettle, "objectId", oak.ObjectId);
         Components.Private(stated, "material", "glass");
         foreach (HapticObject part in new[] { oak, kettle, stated }) PrefabUtility.MakeInstance(part);
@@ -229,12 +229,11 @@ public static class EditMode
         Components.Say("left textures " + RenderTexture.Live);
     }
 
-    static HapticObject Tagged(string name)
+    public static HapticObject Tagged(string name, string material)
     {
         GameObject box = Box(name);
         box.transform.position = new Vector3(0f, 0f, 2f);
-        box.GetComponent<Renderer>().sharedMaterial = new Material { name = name };
+        box.GetComponent<Renderer>().sharedMaterial = new Material { name = material };
         return box.AddComponent<HapticObject>();
     }
-
 }

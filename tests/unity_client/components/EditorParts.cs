@@ -15,7 +15,7 @@ public static class EditorParts
         HapticObject oak = Components.Thing("OakPlanks");
         HapticHand hand = Moves.Hand(new Vector3(0f, 0f, 5f));
         var window = EditorWindow.GetWindow<HapticWindow>("HapticVLM");
-        window.GetType().GetField("url", BindingFlags.Instance | BindingFlags.NonPublic).SetValue(window, url);
+        Components.Private(window, "url", url);
         Call(window, "OnEnable");
         Components.Run(() => client.State == LinkState.Ready, "no welcome");
         Player.Send(hand.gameObject, "OnTriggerEnter", oak.gameObject.GetComponent<Collider>());

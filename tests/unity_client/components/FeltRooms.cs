@@ -98,7 +98,7 @@ public static class FeltRooms
     {
         HapticObject copy = Moves.Box("Another", new Vector3(0f, 9f, 0f), new Vector3(1f, 1f, 0.1f));
         copy.enabled = false;
-        typeof(HapticObject).GetField("objectId", BindingFlags.NonPublic | BindingFlags.Instance).SetValue(copy, original.ObjectId);
+        Components.Private(copy, "objectId", original.ObjectId);
         copy.enabled = true;
         FeltSurface felt = BakedFeel.Find(copy.gameObject);
         return (copy.ObjectId != original.ObjectId) + " " + (felt == null ? "nothing" : felt.Material);
@@ -185,7 +185,7 @@ public static class FeltRooms
         }
     }
 
-    // Strokes at 72 frames a second until standard input ends; prints the longest time without vibration and the longest frame.
+    // Strokes at 72 frames a second until standard input ends; prints who is felt whenever it changes, and the longest time without vibration and the longest frame.
     static void Survive(string url)
     {
         HapticClient client = Components.Client(url);
@@ -193,7 +193,6 @@ public static class FeltRooms
         HapticHand hand = Moves.Hand(new Vector3(-2f, 0f, 0.06f));
         var haptics = hand.gameObject.AddComponent<ControllerHaptics>();
         Stroke(hand, () => client.FeltBy == FeltMode.Service && client.State == LinkState.Ready && haptics.Amplitude > 0f, "the service is not felt");
-        Console.WriteLine("stroking");
         bool ends = false;
         var reader = new System.Threading.Thread(() =>
         {
@@ -203,6 +202,7 @@ public static class FeltRooms
         reader.Start();
         double gap = 0.0, frame = 0.0, felt = Clock.Now, last = felt;
         int baked = 0, frames = 0;
+        var by = FeltMode.Auto; // nobody yet
         for (; !System.Threading.Volatile.Read(ref ends); frames++)
         {
             Move(hand);
@@ -211,6 +211,7 @@ public static class FeltRooms
             frame = Math.Max(frame, now - last);
             last = now;
             if (client.FeltBy == FeltMode.Baked) baked++;
+            if (client.FeltBy != by) Console.WriteLine(by = client.FeltBy);
             if (Controllers.Vibrates(XRNode.RightHand)) felt = now;
             gap = Math.Max(gap, now - felt);
             System.Threading.Thread.Sleep(Math.Max(0, (int)(1e3 * (now + 1.0 / 72.0 - Clock.Now))));
@@ -221,13 +222,11 @@ public static class FeltRooms
 
     public static HapticClient Client(string materials)
     {
-        var holder = new GameObject("client");
-        holder.SetActive(false);
-        var client = holder.AddComponent<HapticClient>();
-        Components.Private(client, "mode", FeltMode.Baked);
-        if (materials != null) Components.Private(client, "bakedMaterials", new TextAsset(materials));
-        holder.SetActive(true);
-        return client;
+        return Components.Made<HapticClient>("client", client =>
+        {
+            Components.Private(client, "mode", FeltMode.Baked);
+            if (materials != null) Components.Private(client, "bakedMaterials", new TextAsset(materials));
+        });
     }
 
     static bool Said(string text)

@@ -15,12 +15,12 @@ public static class Hands
     static void Run(string url, bool silentWithSpeaker)
     {
         HapticClient client = Components.Client(url);
-        var holder = new GameObject("controller");
-        holder.SetActive(false);
-        var haptics = holder.AddComponent<ControllerHaptics>();
-        Components.Private(haptics, "gain", 0.5f);
-        Components.Private(haptics, "silentWithSpeaker", silentWithSpeaker);
-        holder.SetActive(true);
+        var haptics = Components.Made<ControllerHaptics>("controller", controller =>
+        {
+            Components.Private(controller, "gain", 0.5f);
+            Components.Private(controller, "silentWithSpeaker", silentWithSpeaker);
+        });
+        Components.Run(() => client.State == LinkState.Ready, "no welcome"); // after it the script begins
         string silence = null;
         bool was = false;
         float most = 0f;
@@ -35,7 +35,7 @@ public static class Hands
         }
         Components.Say("most " + most.ToString("f3") + " left " + Controllers.Pulses.Exists(pulse => pulse.Node == XRNode.LeftHand) + " pulses " + Controllers.Pulses.Count);
         Components.Say("silent because " + silence);
-        Object.Destroy(holder);
+        Object.Destroy(haptics.gameObject);
         Object.Destroy(client.gameObject);
     }
 

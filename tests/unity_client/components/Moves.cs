@@ -13,22 +13,15 @@ public static class Moves
 
     public static HapticHand Hand(Vector3 at, string name = "hand")
     {
-        var holder = new GameObject(name);
-        holder.SetActive(false);
-        holder.transform.position = at;
-        Grow(holder, 0.02f);
-        var hand = holder.AddComponent<HapticHand>();
-        holder.SetActive(true);
-        return hand;
-    }
-
-    public static void Grow(GameObject holder, float radius)
-    {
-        holder.AddComponent<Rigidbody>().isKinematic = true;
-        var sphere = holder.AddComponent<SphereCollider>();
-        sphere.isTrigger = true;
-        sphere.radius = radius;
-        Contacts.Triggers.Add(sphere);
+        return Components.Made<HapticHand>(name, hand =>
+        {
+            hand.transform.position = at;
+            hand.gameObject.AddComponent<Rigidbody>().isKinematic = true;
+            var sphere = hand.gameObject.AddComponent<SphereCollider>();
+            sphere.isTrigger = true;
+            sphere.radius = 0.02f;
+            Contacts.Triggers.Add(sphere);
+        });
     }
 
     public static HapticObject Box(string name, Vector3 at, Vector3 size, string material = null)
@@ -305,5 +298,4 @@ public static class Moves
             + " touches " + sent + " bytes_of_the_socket " + sentBytes / sent);
         Components.End(client);
     }
-
 }

@@ -1,6 +1,5 @@
 // Ownership of the outputs: scenes that change, wait, take over, and return after a pause.
 using System;
-using System.Reflection;
 using System.Threading;
 using HapticVLM;
 using HapticVLM.Editor;
@@ -86,17 +85,16 @@ public static class Owners
 
     static void Kept(string url)
     {
-        var holder = new GameObject("kept");
-        holder.SetActive(false);
-        var kept = holder.AddComponent<HapticClient>();
-        Components.Private(kept, "keepBetweenScenes", true);
-        kept.Connect(url);
-        holder.SetActive(true);
+        var kept = Components.Made<HapticClient>("kept", client =>
+        {
+            Components.Private(client, "keepBetweenScenes", true);
+            client.Connect(url);
+        });
         Components.RunFor(2);
         HapticClient next = Components.Client(url);
-        Components.Say("kept " + Object.KeptAcrossScenes.Contains(holder) + " of next " + (HapticClient.Active == kept) + " " + next.State + " warnings " + Debug.Warnings);
+        Components.Say("kept " + Object.KeptAcrossScenes.Contains(kept.gameObject) + " of next " + (HapticClient.Active == kept) + " " + next.State + " warnings " + Components.Warnings());
         Object.Destroy(next.gameObject);
-        Object.Destroy(holder);
+        Object.Destroy(kept.gameObject);
     }
 
     // The headset is taken off and put on: a new session, in which the service knows no pictures.
@@ -163,5 +161,4 @@ public static class Owners
         Object.Destroy(client.gameObject);
         EditorParts.Call(window, "OnDisable");
     }
-
 }

@@ -127,5 +127,4 @@ public static class Pictures
         painted.GetComponent<Renderer>().sharedMaterial = material;
         return painted;
     }
-
 }

@@ -39,19 +39,22 @@ public static class SurfaceRooms
     // Panels side by side along x, each 2 cm wider than the one before.
     static GameObject Panels(string name, bool isReadable)
     {
-        var mesh = new Mesh { name = "Panels", subMeshCount = Names.Length, isReadable = isReadable, Points = new Vector3[4 * Names.Length], Triangles = new int[Names.Length][] };
-        var materials = new Material[Names.Length];
-        for (int i = 0; i < Names.Length; i++)
+        Material[] materials = Array.ConvertAll(Names, each => new Material { name = each });
+        materials[2].Set("_BaseMap", new Texture { name = "T_Felt_D" });
+        return Panels(name, materials, i => 0.4f + 0.02f * i, isReadable);
+    }
+
+    // One mesh with a panel of this width at each metre along x, and a material for each.
+    public static GameObject Panels(string name, Material[] materials, Func<int, float> widthM, bool isReadable = true)
+    {
+        int count = materials.Length;
+        var mesh = new Mesh { name = "Panels", subMeshCount = count, isReadable = isReadable, Points = new Vector3[4 * count], Triangles = new int[count][] };
+        for (int i = 0; i < count; i++)
         {
             for (int corner = 0; corner < 4; corner++)
-            {
-                float x = corner == 1 || corner == 2 ? i + 0.4f + 0.02f * i : i, y = corner >= 2 ? 1f : 0f;
-                mesh.Points[4 * i + corner] = new Vector3(x, y, 0f);
-            }
+                mesh.Points[4 * i + corner] = new Vector3(corner == 1 || corner == 2 ? i + widthM(i) : i, corner >= 2 ? 1f : 0f, 0f);
             mesh.Triangles[i] = new[] { 4 * i, 4 * i + 1, 4 * i + 2, 4 * i, 4 * i + 2, 4 * i + 3 };
-            materials[i] = new Material { name = Names[i] };
         }
-        materials[2].Set("_BaseMap", new Texture { name = "T_Felt_D" });
         var room = new GameObject(name);
         room.SetActive(false);
         room.AddComponent<MeshFilter>().sharedMesh = mesh;
@@ -89,7 +92,7 @@ public static class SurfaceRooms
             Player.Send(hand.gameObject, "OnTriggerExit", met);
             Components.RunFor(5);
         }
-        Components.Say("warnings " + Debug.Warnings + " errors " + Debug.Errors + " exceptions " + Debug.Exceptions);
+        Components.Say("warnings " + Components.Warnings() + " errors " + Debug.Errors + " exceptions " + Debug.Exceptions);
         Object.Destroy(client.gameObject);
     }
 

@@ -28,21 +28,14 @@ public static class TextureRooms
             encoded++;
             return File.ReadAllBytes(file ?? drawn.First().Key);
         };
-        var mesh = new Mesh { name = "Panels", subMeshCount = 3, Points = new Vector3[12], Triangles = new int[3][] };
         var materials = new Material[3];
         for (int i = 0; i < 3; i++)
         {
-            for (int corner = 0; corner < 4; corner++)
-                mesh.Points[4 * i + corner] = new Vector3(corner == 1 || corner == 2 ? 2f * i + 1f - 0.1f * i : 2f * i, corner >= 2 ? 1f : 0f, 0f);
-            mesh.Triangles[i] = new[] { 4 * i, 4 * i + 1, 4 * i + 2, 4 * i, 4 * i + 2, 4 * i + 3 };
             materials[i] = new Material { name = Names[i] };
             materials[i].Set("_BaseMap", Read(folder, sizes[i]));
         }
         materials[1].renderQueue = 3000; // transparent
-        var thing = new GameObject("mesh2057757694");
-        thing.SetActive(false);
-        thing.AddComponent<MeshFilter>().sharedMesh = mesh;
-        thing.AddComponent<MeshRenderer>().sharedMaterials = materials;
+        GameObject thing = SurfaceRooms.Panels("mesh2057757694", materials, i => 1f - 0.1f * i);
         thing.AddComponent<BoxCollider>();
         var one = thing.AddComponent<HapticObject>();
         var decided = new SortedDictionary<long, string>();

@@ -248,9 +248,7 @@ namespace UnityEditor
         public delegate void CallbackFunction();
 
         public static CallbackFunction update;
-        public static event Action quitting;
-
-        public static void Quit() { if (quitting != null) quitting(); }
+        public static event Action quitting { add { } remove { } }
     }
 
     public static class AssemblyReloadEvents

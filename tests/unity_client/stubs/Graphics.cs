@@ -360,10 +360,7 @@ namespace UnityEngine.Rendering
         }
     }
 
-    public class RenderPipelineAsset : Object
-    {
-        public virtual Material defaultMaterial { get { return null; } }
-    }
+    public class RenderPipelineAsset : Object { }
 
     public static class GraphicsSettings
     {
@@ -372,8 +369,6 @@ namespace UnityEngine.Rendering
 
     public abstract class RenderPipeline
     {
-        public static int Submitted;
-
         public class StandardRequest
         {
             public RenderTexture destination;
@@ -381,10 +376,6 @@ namespace UnityEngine.Rendering
 
         public static bool SupportsRenderRequest<RequestData>(Camera camera, RequestData data) { return true; }
 
-        public static void SubmitRenderRequest<RequestData>(Camera camera, RequestData data)
-        {
-            Submitted++;
-            camera.Render();
-        }
+        public static void SubmitRenderRequest<RequestData>(Camera camera, RequestData data) { camera.Render(); }
     }
 }

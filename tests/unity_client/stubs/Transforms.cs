@@ -20,11 +20,7 @@ namespace UnityEngine
 
         public Transform root { get { return parent == null ? this : parent.root; } }
 
-        public int childCount { get { return gameObject.Children.Count; } }
-
         public Vector3 localPosition { get { return ownPosition; } set { ownPosition = value; } }
-
-        public Quaternion localRotation { get { return ownRotation; } set { ownRotation = value; } }
 
         public Vector3 position
         {
@@ -37,8 +33,6 @@ namespace UnityEngine
             get { return parent == null ? ownRotation : parent.rotation * ownRotation; }
             set { ownRotation = parent == null ? value : Quaternion.Inverse(parent.rotation) * value; }
         }
-
-        public Vector3 forward { get { return rotation * new Vector3(0f, 0f, 1f); } }
 
         public Matrix4x4 localToWorldMatrix { get { return new Matrix4x4(); } }
 

@@ -165,18 +165,10 @@ namespace UnityEngine
 
 namespace UnityEngine.Events
 {
-    public delegate void UnityAction<T0>(T0 arg0);
     public delegate void UnityAction<T0, T1>(T0 arg0, T1 arg1);
 
     public class UnityEvent<T0>
     {
-        UnityAction<T0> listeners;
-
-        public void AddListener(UnityAction<T0> call) { listeners += call; }
-
-        public void Invoke(T0 arg0)
-        {
-            if (listeners != null) listeners(arg0);
-        }
+        public void Invoke(T0 arg0) { }
     }
 }
