@@ -11,7 +11,7 @@ glTF lets names be of any letters, the same twice, or absent. Each loader rewrit
 - glTFast, where it makes names unique, numbers siblings of one name: the second one `_0`.
 
 A lower level of detail (MSFT_lod) has the paths of the node that it stands for. Babylon.js
-loads levels that no scene has, three.js does not.
+loads levels that no scene has; three.js and Godot do not.
 """
 
 from __future__ import annotations

@@ -116,8 +116,8 @@ func plan(name: String, form: String, now: Variant) -> Dictionary:
 	if hand.lease_until <= now:
 		hand.rest()
 		return planned
-	var begun: Array[FeelVoices.Voice] = hand.impacts().filter(func(shot: FeelVoices.Shot) -> bool: return shot.is_new)
-	for shot: FeelVoices.Shot in begun:
+	var begun := hand.impacts().filter(func(shot: FeelVoices.Voice) -> bool: return shot.is_new)
+	for shot in begun:
 		shot.is_new = false
 	_run(hand, now)
 	var factor: float = _within("gain", gain, 1.0)
@@ -180,11 +180,12 @@ func look(table: Array, speed: float, force: float) -> float:
 
 
 ## Returns a grain that begins `late_s` after the begin of this step.
-func grain(name: String, strength: float, late_s: float) -> FeelVoices.Shot:
+func grain(name: String, strength: float, late_s: float) -> FeelVoices.Voice:
 	if not _grains.has(name):
 		var clip: Dictionary = feel.clips[name]
 		_grains[name] = FeelVoices.blended(clip, clip, 0.0, sound_hz > 0.0)
-	return FeelVoices.Shot.new(_grains[name], strength, strength, 1.0, -late_s)
+	var values := {"clip": _grains[name], "palm": strength, "pad": strength, "fade": 1.0, "aim": 1.0, "at": -late_s}
+	return FeelVoices.Voice.new(FeelVoices.shot, values)
 
 
 ## Tells a hand what it feels now.
@@ -205,18 +206,16 @@ func _feel(hand: Hand, fields: Dictionary, kind: String, onset: bool) -> void:
 		return
 	var facts: Dictionary = feel.materials[name]
 	if kind == "press" and facts.n_per_grain != null:
-		var begin := func() -> Array: return [FeelVoices.Press.new(facts, draw(), strength)]
-		hand.wish("press %s" % name, strength, begin).force = force
+		var begin := func() -> Array: return [FeelVoices.Voice.new(FeelVoices.press, {"facts": facts, "at": 0.3 + 0.4 * draw(), "fade": strength})]
+		hand.wishes.append(FeelVoices.Wish.new(begin, {"key": "press %s" % name, "aim": strength, "force": force}))
 	if onset and kind != "swing":
 		_strike(hand, facts, kind if kind in FeelFile.IMPACTS else "tap", speed, force, strength if kind in FeelFile.IMPACTS else 1.0)
 	if not kind in FeelFile.TEXTURES:
 		return
 	var thin: float = facts.thickness_m / thickness_m if kind == "swing" and thickness_m else 1.0
-	var wish := hand.wish("%s %s %s" % [name, kind, thin], 1.0, _texture.bind(facts[kind], facts.grain, speed * thin))
-	wish.is_texture = true
-	wish.speed = speed
-	wish.force = force
-	wish.pitch = speed * thin
+	var pitch := speed * thin
+	var values := {"key": "%s %s %s" % [name, kind, thin], "is_texture": true, "speed": speed, "force": force, "pitch": pitch}
+	hand.wishes.append(FeelVoices.Wish.new(_texture.bind(facts[kind], facts.grain, pitch), values))
 
 
 func _hum(hand: Hand, given: Variant) -> void:
@@ -228,14 +227,15 @@ func _hum(hand: Hand, given: Variant) -> void:
 	if level == 0.0 or hz == 0.0 or drives.is_empty() or drives.size() > 16 or not are_drives:
 		_note("hum", "needs frequency_hz, level and drives, as materials.json has them")
 		return
-	hand.wish("hum", level, func() -> Array: return [FeelVoices.Hum.new()]).hum = {"hz": hz, "drives": drives}
+	var begin := func() -> Array: return [FeelVoices.Voice.new(FeelVoices.hum, {})]
+	hand.wishes.append(FeelVoices.Wish.new(begin, {"key": "hum", "aim": level, "hum": {"hz": hz, "drives": drives}}))
 
 
 func _strike(hand: Hand, facts: Dictionary, kind: String, speed: float, force: float, strength: float) -> void:
 	var ringing := hand.impacts()
 	if ringing.size() >= feel.rules.max_impacts:
 		return
-	var loud := ringing.filter(func(shot: FeelVoices.Shot) -> bool: return shot.aim > 0.0)
+	var loud := ringing.filter(func(shot: FeelVoices.Voice) -> bool: return shot.aim > 0.0)
 	if loud.size() >= feel.rules.max_ringing:
 		loud[0].aim = 0.0
 	var table: Dictionary = feel.impacts[kind]
@@ -247,13 +247,12 @@ func _strike(hand: Hand, facts: Dictionary, kind: String, speed: float, force: f
 	var clip := FeelVoices.blended(feel.clips[clips[first]], feel.clips[clips[next]], share, sound_hz > 0.0)
 	var varied := 2.0 * draw() - 1.0
 	var level: float = 1.0 - feel.rules.level_varies * varied
-	var palm := minf(level * facts[kind].palm * look(table.palm, speed, force), clip.most)
-	var pad := minf(level * facts[kind].pad * look(table.pad, speed, force), clip.most)
-	var shot := FeelVoices.Shot.new(clip, palm, pad, strength, look(table.skip_s, speed, force))
-	shot.rate = 1.0 + feel.rules.pitch_varies * varied
-	shot.hz = facts.hz
-	shot.is_impact = true
-	hand.voices.append(shot)
+	var values := {"clip": clip, "is_impact": true, "fade": strength, "aim": strength, "hz": facts.hz}
+	values.at = look(table.skip_s, speed, force)
+	values.rate = 1.0 + feel.rules.pitch_varies * varied
+	for on: String in ["palm", "pad"]:
+		values[on] = minf(level * facts[kind][on] * look(table[on], speed, force), clip.most)
+	hand.voices.append(FeelVoices.Voice.new(FeelVoices.shot, values))
 
 
 ## Returns the voices of a texture: a loop for each layer, and breaks.
@@ -261,16 +260,17 @@ func _texture(facts: Dictionary, grain_name: String, speed: float) -> Array:
 	var voices := []
 	for layer: Dictionary in facts.layers:
 		var clip: Dictionary = feel.loops[layer.loop]
-		voices.append(FeelVoices.Layer.new(clip, layer, draw() * clip.seconds, speed))
+		var values := {"clip": clip, "facts": layer, "at": draw() * clip.seconds, "flow": Vector2(speed, 0.0)}
+		voices.append(FeelVoices.Voice.new(FeelVoices.layer, values))
 	if facts.breaks != null:
-		voices.append(FeelVoices.Breaks.new(facts.breaks, grain_name, draw()))
+		voices.append(FeelVoices.Voice.new(FeelVoices.breaks, {"facts": facts.breaks, "grain": grain_name, "at": draw()}))
 	return voices
 
 
 ## Lets a hand sound for `dt`, s; returns the power for a pad, and adds samples to `part`.
 func _advance(hand: Hand, dt: float, part := PackedFloat64Array()) -> Vector3:
 	for voice in hand.voices:
-		if not voice is FeelVoices.Shot:
+		if voice.to != null:  # what followed a wish; impacts and grains ring
 			voice.aim = 0.0
 	for wish in hand.wishes:
 		_follow(hand, wish)
@@ -280,7 +280,7 @@ func _advance(hand: Hand, dt: float, part := PackedFloat64Array()) -> Vector3:
 	for voice in hand.voices:  # grains that begin are added at the end, and sound at once
 		var before := voice.fade
 		voice.fade = move_toward(before, voice.aim, step)
-		power += voice.advance(self, hand, before, dt, part)
+		power += voice.advance.call(self, hand, voice, before, dt, part)
 		has_ended = has_ended or (voice.fade == 0.0 and voice.aim == 0.0)
 	if has_ended:
 		hand.voices = hand.voices.filter(func(voice: FeelVoices.Voice) -> bool: return voice.fade != 0.0 or voice.aim != 0.0)
@@ -342,7 +342,7 @@ func _on_pad(level: float, form: String) -> float:
 	return 0.0 if level < pad.min_level else minf(pad.scale[form] * pow(minf(level, 1.0), pad.exponent), 1.0)
 
 
-func _transient(shot: FeelVoices.Shot, factor: float) -> Dictionary:
+func _transient(shot: FeelVoices.Voice, factor: float) -> Dictionary:
 	var peak := _on_pad(shot.pad * shot.fade / shot.clip.most, "parametric")
 	var amplitude := snappedf(factor * maxf(peak, feel.rules.pad.min_impact), 0.0001)
 	return {"at_ms": 0.0, "amplitude": amplitude, "frequency_hz": shot.hz}
@@ -426,13 +426,7 @@ class Hand:
 
 	## Returns the impacts that ring.
 	func impacts() -> Array[FeelVoices.Voice]:
-		return voices.filter(func(voice: FeelVoices.Voice) -> bool: return voice is FeelVoices.Shot and voice.is_impact)
-
-	## Adds a wish, whose voices `begin` returns.
-	func wish(key: String, aim: float, begin: Callable) -> FeelVoices.Wish:
-		var wanted := FeelVoices.Wish.new(key, aim, begin)
-		wishes.append(wanted)
-		return wanted
+		return voices.filter(func(voice: FeelVoices.Voice) -> bool: return voice.is_impact)
 
 	## Ends what sounds: at once for a plan, with a fade for samples. An impact of which nothing was played is dropped.
 	func let_go() -> void:
@@ -440,9 +434,7 @@ class Hand:
 		time = NAN
 		if not _fades:
 			voices.clear()
-		voices = voices.filter(
-			func(voice: FeelVoices.Voice) -> bool: return not voice is FeelVoices.Shot or not voice.is_impact or voice.has_begun
-		)
+		voices = voices.filter(func(voice: FeelVoices.Voice) -> bool: return voice.has_begun or not voice.is_impact)
 		for voice in voices:
 			voice.aim = 0.0
 

@@ -18,7 +18,7 @@ static var _shares := _cubic_shares()
 ## What the newest touch of a hand wants to sound, and to follow. `begin` returns its voices.
 class Wish:
 	var key: String
-	var aim: float
+	var aim := 1.0
 	var begin: Callable
 	var speed := 0.0
 	var force := 0.0
@@ -26,14 +26,27 @@ class Wish:
 	var hum := {}
 	var is_texture := false
 
-	func _init(named: String, aims: float, begins: Callable) -> void:
-		key = named
-		aim = aims
+	func _init(begins: Callable, values: Dictionary) -> void:
 		begin = begins
+		for name: String in values:
+			set(name, values[name])
 
 
 ## Something that sounds. `fade` moves to `aim`; at 0 with aim 0 the voice ends.
 class Voice:
+	var advance: Callable  # one of the functions below
+	var clip: Dictionary
+	var facts: Dictionary
+	var grain: String
+	var is_impact := false
+	var is_new := true  # for a plan
+	var has_begun := false
+	var palm := 0.0
+	var pad := 0.0
+	var rate := 1.0
+	var felt := 0.0
+	var hz := 0.0
+	var read_at := NAN  # the speed at which a loop was read
 	var to: Wish
 	var fade := 0.0
 	var aim := 0.0
@@ -41,6 +54,11 @@ class Voice:
 	var level := Vector2.ZERO  # value and slope of a smoothed number
 	var flow := Vector2.ZERO  # another one
 	var target := 0.0  # of the level
+
+	func _init(kind: Callable, values: Dictionary) -> void:
+		advance = kind
+		for name: String in values:
+			set(name, values[name])
 
 	## Returns all that a step changes; `recall` takes it back.
 	func memory() -> Array:
@@ -53,175 +71,111 @@ class Voice:
 		level = kept[3]
 		flow = kept[4]
 
-	func follow(_player: FeelPlayer, wish: Wish) -> void:
+	## Takes a wish, whose strength the level moves to.
+	func follow(player: FeelPlayer, wish: Wish) -> void:
 		to = wish
-
-	func advance(_player: FeelPlayer, _hand: FeelPlayer.Hand, _before: float, _dt: float, _part: PackedFloat64Array) -> Vector3:
-		return Vector3.ZERO
+		if advance == FeelVoices.press:
+			target = wish.force / facts.n_per_grain
+		elif advance != FeelVoices.hum:
+			target = player.look(player.feel.levels[facts.level], wish.speed, wish.force)
+		if advance == FeelVoices.layer:
+			target *= facts.factor * FeelVoices.value(clip.gain, FeelVoices.place(player.feel.speeds_mps, wish.pitch))
+		elif advance == FeelVoices.breaks:
+			rate = FeelVoices.value(facts.per_s, FeelVoices.place(player.feel.speeds_mps, wish.speed))
 
 
 ## An impact or a grain that sounds once; before 0, `at` waits for its begin.
-class Shot:
-	extends Voice
-	var clip: Dictionary
-	var palm: float
-	var pad: float
-	var rate := 1.0
-	var hz := 0.0
-	var is_impact := false
-	var is_new := true  # for a plan
-	var has_begun := false
-
-	func _init(played: Dictionary, on_palm: float, on_pad: float, gain: float, begin: float) -> void:
-		clip = played
-		palm = on_palm
-		pad = on_pad
-		fade = gain
-		aim = gain
-		at = begin
-
-	func advance(player: FeelPlayer, _hand: FeelPlayer.Hand, before: float, dt: float, part: PackedFloat64Array) -> Vector3:
-		var step := maxi(int(at / player.step_s + SOON), 0)
-		var power := Vector3.ZERO
-		var drives: PackedFloat64Array = clip.drive
-		if step < drives.size():
-			var drive := pad * fade * drives[step]
-			var loud: float = pad * fade * clip.felt[step]
-			var turned: float = drive * clip.hz[step]
-			power = Vector3(drive * drive, loud * loud, turned * turned)
-		if part:
-			FeelVoices.mix(part, clip, false, at, rate / player.sound_hz, palm * before, palm * fade)
-		at += rate * dt
-		has_begun = true
-		if at >= clip.seconds and step >= drives.size():
-			fade = 0.0
-			aim = 0.0
-		return power
+static func shot(player: FeelPlayer, _hand: FeelPlayer.Hand, voice: Voice, before: float, dt: float, part: PackedFloat64Array) -> Vector3:
+	var clip := voice.clip
+	var step := maxi(int(voice.at / player.step_s + SOON), 0)
+	var power := Vector3.ZERO
+	var drives: PackedFloat64Array = clip.drive
+	if step < drives.size():
+		var drive := voice.pad * voice.fade * drives[step]
+		var loud: float = voice.pad * voice.fade * clip.felt[step]
+		var turned: float = drive * clip.hz[step]
+		power = Vector3(drive * drive, loud * loud, turned * turned)
+	if part:
+		mix(part, clip, false, voice.at, voice.rate / player.sound_hz, voice.palm * before, voice.palm * voice.fade)
+	voice.at += voice.rate * dt
+	voice.has_begun = true
+	if voice.at >= clip.seconds and step >= drives.size():
+		voice.fade = 0.0
+		voice.aim = 0.0
+	return power
 
 
 ## One loop of a texture: follows speed, force, and the speed at which it is read.
-class Layer:
-	extends Voice
-	var clip: Dictionary
-	var facts: Dictionary
-	var _read_at := NAN
-	var _rate := 0.0
-	var _felt := 0.0
-	var _hz := 0.0
-
-	func _init(played: Dictionary, layer: Dictionary, place: float, speed: float) -> void:
-		clip = played
-		facts = layer
-		at = place
-		flow.x = speed
-
-	func follow(player: FeelPlayer, wish: Wish) -> void:
-		to = wish
-		var gain := FeelVoices.value(clip.gain, FeelVoices.place(player.feel.speeds_mps, wish.pitch))
-		target = facts.factor * gain * player.look(player.feel.levels[facts.level], wish.speed, wish.force)
-
-	func advance(player: FeelPlayer, _hand: FeelPlayer.Hand, before: float, dt: float, part: PackedFloat64Array) -> Vector3:
-		var old := level.x
-		level = FeelVoices.smoothed(level, target, dt / player.smooth_s)
-		flow = FeelVoices.smoothed(flow, to.pitch, dt / player.smooth_s)
-		if flow.x != _read_at:
-			_read(player)
-		var gain := level.x * fade
-		var track: Dictionary = clip.drive
-		var steps: PackedByteArray = track.bytes
-		var step := int(at / player.step_s + SOON) % steps.size()
-		var drive: float = gain * track.peak * FeelVoices.fall[steps[step]]
-		if part:
-			FeelVoices.mix(part, clip, true, at, _rate / player.sound_hz, old * before, gain)
-		at = fposmod(at + _rate * dt, clip.seconds)
-		var loud := drive * _felt
-		var turned := drive * _hz
-		return Vector3(drive * drive, loud * loud, turned * turned)
-
-	func _read(player: FeelPlayer) -> void:
-		_read_at = flow.x
-		var place := FeelVoices.place(player.feel.speeds_mps, flow.x)
-		_rate = FeelVoices.value(clip.rate, place)
-		_felt = FeelVoices.value(clip.felt, place)
-		_hz = FeelVoices.value(clip.hz, place)
+static func layer(player: FeelPlayer, _hand: FeelPlayer.Hand, voice: Voice, before: float, dt: float, part: PackedFloat64Array) -> Vector3:
+	var clip := voice.clip
+	var old := voice.level.x
+	voice.level = smoothed(voice.level, voice.target, dt / player.smooth_s)
+	voice.flow = smoothed(voice.flow, voice.to.pitch, dt / player.smooth_s)
+	if voice.flow.x != voice.read_at:
+		voice.read_at = voice.flow.x
+		var on := place(player.feel.speeds_mps, voice.flow.x)
+		voice.rate = value(clip.rate, on)
+		voice.felt = value(clip.felt, on)
+		voice.hz = value(clip.hz, on)
+	var gain := voice.level.x * voice.fade
+	var track: Dictionary = clip.drive
+	var steps: PackedByteArray = track.bytes
+	var step := int(voice.at / player.step_s + SOON) % steps.size()
+	var drive: float = gain * track.peak * fall[steps[step]]
+	if part:
+		mix(part, clip, true, voice.at, voice.rate / player.sound_hz, old * before, gain)
+	voice.at = fposmod(voice.at + voice.rate * dt, clip.seconds)
+	var loud := drive * voice.felt
+	var turned := drive * voice.hz
+	return Vector3(drive * drive, loud * loud, turned * turned)
 
 
-## The fibres that break under a blade, a grain each. `at` is the distance to the next one.
-class Breaks:
-	extends Voice
-	var facts: Dictionary
-	var grain: String
-	var _per_s := 0.0
-
-	func _init(breaks: Dictionary, named: String, to_next: float) -> void:
-		facts = breaks
-		grain = named
-		at = to_next
-
-	func follow(player: FeelPlayer, wish: Wish) -> void:
-		to = wish
-		target = player.look(player.feel.levels[facts.level], wish.speed, wish.force)
-		_per_s = FeelVoices.value(facts.per_s, FeelVoices.place(player.feel.speeds_mps, wish.speed))
-
-	func advance(player: FeelPlayer, hand: FeelPlayer.Hand, _before: float, dt: float, _part: PackedFloat64Array) -> Vector3:
-		level = FeelVoices.smoothed(level, target, dt / player.smooth_s)
-		at -= _per_s * dt
-		if at < 0.0:
-			var gain := (0.4 + 0.6 * player.draw()) * level.x * fade
-			hand.voices.append(player.grain(grain, gain, dt + at / _per_s))
-			at = maxf(at + 0.5 + player.draw(), 0.0)
-		return Vector3.ZERO
+## The fibres that break under a blade, a grain each: `rate` of them in each s. `at` is the distance to the next one.
+static func breaks(player: FeelPlayer, hand: FeelPlayer.Hand, voice: Voice, _before: float, dt: float, _part: PackedFloat64Array) -> Vector3:
+	voice.level = smoothed(voice.level, voice.target, dt / player.smooth_s)
+	voice.at -= voice.rate * dt
+	if voice.at < 0.0:
+		var gain := (0.4 + 0.6 * player.draw()) * voice.level.x * voice.fade
+		hand.voices.append(player.grain(voice.grain, gain, dt + voice.at / voice.rate))
+		voice.at = maxf(voice.at + 0.5 + player.draw(), 0.0)
+	return Vector3.ZERO
 
 
 ## A press on what yields: a grain for each step that it deepens with the force. `level` is the depth, `at` the depth of the
 ## next grain, `flow.x` the time until another may begin, s.
-class Press:
-	extends Voice
-	var facts: Dictionary
-
-	func _init(yields: Dictionary, drawn: float, gain: float) -> void:
-		facts = yields
-		at = 0.3 + 0.4 * drawn
-		fade = gain
-
-	func follow(_player: FeelPlayer, wish: Wish) -> void:
-		to = wish
-		target = wish.force / facts.n_per_grain
-
-	func advance(player: FeelPlayer, hand: FeelPlayer.Hand, _before: float, dt: float, _part: PackedFloat64Array) -> Vector3:
-		var rules: Dictionary = player.feel.rules
-		var old := level.x
-		level = FeelVoices.smoothed(level, target, dt / player.smooth_s)
-		var deeper := level.x - old
-		if level.x >= at and flow.x < dt:
-			var late_s := maxf(maxf(flow.x, dt * (at - old) / deeper if deeper > 0.0 else 0.0), 0.0)
-			hand.voices.append(player.grain(facts.grain if late_s > flow.x else facts.again, rules.grain_strength * fade, late_s))
-			at += floorf(maxf(old + deeper * late_s / dt - at, 0.0)) + 1.0
-			flow.x = late_s + 1.0 / rules.grains_per_s
-		flow.x -= dt
-		var left: float = at - 1.0 - level.x - rules.grain_back
-		if left > 0.0:
-			at -= floorf(left) + 1.0
-		return Vector3.ZERO
+static func press(player: FeelPlayer, hand: FeelPlayer.Hand, voice: Voice, _before: float, dt: float, _part: PackedFloat64Array) -> Vector3:
+	var rules: Dictionary = player.feel.rules
+	var old := voice.level.x
+	voice.level = smoothed(voice.level, voice.target, dt / player.smooth_s)
+	var deeper := voice.level.x - old
+	if voice.level.x >= voice.at and voice.flow.x < dt:
+		var late_s := maxf(maxf(voice.flow.x, dt * (voice.at - old) / deeper if deeper > 0.0 else 0.0), 0.0)
+		var name: String = voice.facts.grain if late_s > voice.flow.x else voice.facts.again
+		hand.voices.append(player.grain(name, rules.grain_strength * voice.fade, late_s))
+		voice.at += floorf(maxf(old + deeper * late_s / dt - voice.at, 0.0)) + 1.0
+		voice.flow.x = late_s + 1.0 / rules.grains_per_s
+	voice.flow.x -= dt
+	var left: float = voice.at - 1.0 - voice.level.x - rules.grain_back
+	if left > 0.0:
+		voice.at -= floorf(left) + 1.0
+	return Vector3.ZERO
 
 
 ## A tone and its harmonics; `fade` is its level, `at` its turns.
-class Hum:
-	extends Voice
-
-	func advance(player: FeelPlayer, _hand: FeelPlayer.Hand, before: float, dt: float, part: PackedFloat64Array) -> Vector3:
-		var pad: Dictionary = player.feel.rules.pad
-		var power := Vector3.ZERO
-		for order in range(1, to.hum.drives.size() + 1):
-			var hz: float = order * to.hum.hz
-			var drive: float = to.hum.drives[order - 1]
-			var felt := FeelVoices.value(pad.hum_felt, FeelVoices.place(pad.hum_hz, hz))
-			power += (drive * fade) ** 2 * Vector3(1.0, felt * felt, hz * hz)
-			if part:
-				var turn := fposmod(order * at, 1.0)
-				FeelVoices.mix(part, FeelVoices.sine, true, turn, hz / player.sound_hz, drive * before, drive * fade)
-		at = fposmod(at + to.hum.hz * dt, 1.0)
-		return power
+static func hum(player: FeelPlayer, _hand: FeelPlayer.Hand, voice: Voice, before: float, dt: float, part: PackedFloat64Array) -> Vector3:
+	var pad: Dictionary = player.feel.rules.pad
+	var tone := voice.to.hum
+	var power := Vector3.ZERO
+	for order in range(1, tone.drives.size() + 1):
+		var hz: float = order * tone.hz
+		var drive: float = tone.drives[order - 1]
+		var felt := value(pad.hum_felt, place(pad.hum_hz, hz))
+		power += (drive * voice.fade) ** 2 * Vector3(1.0, felt * felt, hz * hz)
+		if part:
+			var turn := fposmod(order * voice.at, 1.0)
+			mix(part, sine, true, turn, hz / player.sound_hz, drive * before, drive * voice.fade)
+	voice.at = fposmod(voice.at + tone.hz * dt, 1.0)
+	return power
 
 
 ## Returns value and slope of a number that follows its target through two low-passes, after a time in their length.
