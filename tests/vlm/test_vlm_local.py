@@ -23,9 +23,9 @@ from hapticvlm.evidence.ladder import SURE, decide
 from hapticvlm.server.settings import ServeOptions
 from hapticvlm.vision.encoders.networks import PASSIVE
 from hapticvlm.vlm import contract, weights
-from hapticvlm.vlm.contract import Vlm, VlmError, VlmSettings
+from hapticvlm.vlm.contract import VlmError, VlmSettings
 from hapticvlm.vlm.limits import TRUST
-from hapticvlm.vlm.local import LocalVlm, load_local, load_vlm
+from hapticvlm.vlm.local import LocalVlm, load_local
 from hapticvlm.vlm.numbers import CANDIDATES_C, number_beliefs
 from hapticvlm.vlm.weights import Precision
 
@@ -211,14 +211,6 @@ def test_a_model_that_answers_unknown_has_no_beliefs(vlm: LocalVlm) -> None:
     with planting(vlm, materials.UNKNOWN):
         evidence = vlm.material(picture(), picture(1, 60, 60), NAMES)
     assert sum(chance for _, chance in evidence.beliefs) < 1e-3
-
-
-def test_it_is_a_vlm_that_can_be_closed(folder: Path) -> None:
-    vlm: Vlm = load_vlm(settings(folder))
-    assert vlm.name == str(folder)
-    vlm.close()
-    with pytest.raises(VlmError, match="closed"):
-        vlm.ambient(picture())
 
 
 def half_weights(folder: Path) -> None:

@@ -568,5 +568,5 @@ def test_there_is_one_question_at_a_time_and_no_queue() -> None:
 
 def test_nothing_is_sent_before_a_question_is_asked() -> None:
     with endpoint(says("21")) as served:
-        vlm(served.url).close()
+        vlm(served.url)
         assert served.requests == []

@@ -64,9 +64,6 @@ class Vlm(Protocol):
         `context` is the frame with the object outlined, `crop` the object, both (H, W, 3) uint8.
         """
 
-    def close(self) -> None:
-        """Release the model or the connection."""
-
 
 COLOUR = (255, 0, 0)  # called red in the question
 THICKNESS = 0.012  # of the shorter side: three pixels of 224, still visible at 64 image tokens

@@ -8,7 +8,6 @@ Knows no session and no ladder.
 
 from __future__ import annotations
 
-import gc
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -46,14 +45,7 @@ class LocalVlm:
         self.name = name
         self.chat = chat
         self.numbers = _tree(lambda: number_tree(chat.encode))
-        self._network: Network | None = network
-
-    @property
-    def network(self) -> Network:
-        """The network; raises VlmError after `close`."""
-        if self._network is None:
-            raise VlmError("the model was closed")
-        return self._network
+        self.network = network
 
     def ambient(self, picture: Picture) -> Reading:
         """Read the ambient temperature from a picture (H, W, 3) uint8 RGB. Raises VlmError.
@@ -78,11 +70,6 @@ class LocalVlm:
         probabilities = TRUST * beliefs(tree, self.network.readout(prompt, tree)[0])
         ranked = sorted(zip(names, probabilities.tolist(), strict=False), key=lambda item: -item[1])
         return Evidence("vlm", tuple(ranked))
-
-    def close(self) -> None:
-        """Release the model's memory."""
-        self._network = None
-        gc.collect()
 
 
 def load_local(settings: VlmSettings, precision: Precision | None = None) -> LocalVlm:

@@ -88,9 +88,6 @@ class RemoteVlm:
 
         return self._guarded(about.questions, ask)
 
-    def close(self) -> None:
-        """Do nothing, since no connection is kept between questions."""
-
     def _guarded(self, question: tuple[str, ...], ask: Callable[[], Answer]) -> Answer:
         """Ask unless another question runs or the circuit is open; counts unusable answers."""
         if not self._asking.acquire(blocking=False):

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from contextlib import ExitStack
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 
@@ -111,22 +110,20 @@ class VlmWorker:
 def run_vlm(slot: Slot, settings: VlmSettings, control: Connection) -> None:
     """Entry point of the process; ends when the gateway is gone."""
     lower_priority(NICE)
-    with ExitStack() as stack:
 
-        def load() -> tuple[Started, Serve]:
-            try:
-                from hapticvlm.vlm.local import load_vlm
+    def load() -> tuple[Started, Serve]:
+        try:
+            from hapticvlm.vlm.local import load_vlm
 
-                vlm = load_vlm(settings)
-            except Exception as error:
-                reason = out_of_memory(error) or error
-                raise RuntimeError(f"cannot load the vlm: {reason}") from error
-            stack.callback(vlm.close)
-            return Started((vlm.name,)), lambda data, details: reply(
-                vlm, Question(msgspec.msgpack.decode(data, type=Frame), *details)
-            )
+            vlm = load_vlm(settings)
+        except Exception as error:
+            reason = out_of_memory(error) or error
+            raise RuntimeError(f"cannot load the vlm: {reason}") from error
+        return Started((vlm.name,)), lambda data, details: reply(
+            vlm, Question(msgspec.msgpack.decode(data, type=Frame), *details)
+        )
 
-        serve_requests(slot, control, load)
+    serve_requests(slot, control, load)
 
 
 def reply(vlm: Vlm, question: Question) -> VlmReply:
