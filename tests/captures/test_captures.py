@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import tiny_video
 
-from hapticvlm.captures import CENTRE, CaptureError, Recorder, Touched, View, read
+from hapticvlm.captures import CENTRE, CaptureError, Recorder, Touched, read
 
 
 def write(folder, *lines):
@@ -99,7 +99,7 @@ def test_without_touches_the_middle_of_a_video_is_one_object(tmp_path):
     for line in rest:
         assert line.fields["object_id"] == CENTRE
         assert line.fields["region"] == pytest.approx({"x": 0.3, "y": 0.3, "w": 0.4, "h": 0.4})
-    whole = frames(path, View(), Touched(1.0))
+    whole = frames(path, None, Touched(1.0))
     assert whole[0].fields["region"] == {"x": 0.0, "y": 0.0, "w": 1.0, "h": 1.0}
 
 
@@ -128,7 +128,7 @@ def test_one_eye_of_two_side_by_side_is_taken(tmp_path):
     both = np.zeros((48, 128, 3), np.uint8)
     both[:, :64], both[:, 64:] = 60, 180
     path = tiny_video.write(tmp_path / "stereo.mp4", [both] * 2)
-    for view, shade in ((View("left"), 60), (View("right"), 180)):
+    for view, shade in (("left", 60), ("right", 180)):
         line = frames(path, view)[0]
         assert (line.fields["width"], line.fields["height"]) == (64, 48)
         assert decoded(line).mean() == pytest.approx(shade, abs=8)
@@ -168,9 +168,9 @@ def test_a_damaged_video_is_a_clear_error(tmp_path, how, complaint):
 def test_what_does_not_fit_the_capture_is_refused(tmp_path):
     path = tiny_video.write(tmp_path / "quest.mp4", tiny_video.shades(2, width=48))
     with pytest.raises(CaptureError, match="not two eyes side by side"):
-        read(path, View("left"))
+        read(path, "left")
     path.with_suffix(".jsonl").write_text("")
     with pytest.raises(CaptureError, match=r"quest\.jsonl beside it"):
-        read(path, View(), Touched(0.5))
+        read(path, None, Touched(0.5))
     with pytest.raises(CaptureError, match="for videos"):
-        read(write(tmp_path, {"t_s": 0.0, "type": "set"}), View("left"))
+        read(write(tmp_path, {"t_s": 0.0, "type": "set"}), "left")

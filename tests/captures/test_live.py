@@ -14,7 +14,7 @@ import tiny_video
 from PIL import Image
 from toolchains import require
 
-from hapticvlm.captures import CENTRE, CaptureError, Touched, View, watch
+from hapticvlm.captures import CENTRE, CaptureError, Touched, watch
 from hapticvlm.captures.live import Live, camera, screen
 
 SHOW = """
@@ -65,7 +65,7 @@ def test_what_never_changes_is_closed_from_outside():
 def test_one_eye_of_a_large_mirror_is_taken_and_made_smaller():
     both = np.zeros((3000, 6000, 3), np.uint8)
     both[:, :3000] = 200
-    (line,) = frames(watch(Live("screen", showing(both), View("left"))))
+    (line,) = frames(watch(Live("screen", showing(both), "left")))
     assert (line.fields["width"], line.fields["height"]) == (1500, 1500)
     assert decoded(line).mean() == pytest.approx(200, abs=1)
 

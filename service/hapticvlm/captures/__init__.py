@@ -7,17 +7,17 @@ screen or a camera is such a video without an end.
 
 from hapticvlm.captures.capture import CENTRE, Capture, Touched, read, watch
 from hapticvlm.captures.lines import LINES, CaptureError, Line, Recorder
-from hapticvlm.captures.video import View
+from hapticvlm.captures.video import Eye
 
 __all__ = [
     "CENTRE",
     "LINES",
     "Capture",
     "CaptureError",
+    "Eye",
     "Line",
     "Recorder",
     "Touched",
-    "View",
     "read",
     "watch",
 ]

@@ -10,7 +10,7 @@ from pathlib import Path
 from hapticvlm.captures import video
 from hapticvlm.captures.lines import LINES, CaptureError, Line, read_lines
 from hapticvlm.captures.live import Live
-from hapticvlm.captures.video import AS_RECORDED, VIDEO_SUFFIXES, View
+from hapticvlm.captures.video import VIDEO_SUFFIXES, Eye
 
 CENTRE = "centre"  # id of the object in the middle of the picture
 CENTRAL_SHARE = 0.4  # of width and of height, by default
@@ -42,7 +42,7 @@ class Capture:
     touched: Touched | None = None
     _lines: tuple[Line, ...] = ()
     _video: Path | None = None
-    _view: View = AS_RECORDED
+    _eye: Eye | None = None
     _live: Live | None = None
 
     def lines(self) -> Iterator[Line]:
@@ -52,7 +52,7 @@ class Capture:
             return _merged(iter(self._lines), self._live.lines(target))
         if self._video is None:
             return iter(self._lines)
-        return _merged(iter(self._lines), video.lines(self._video, self._view, target))
+        return _merged(iter(self._lines), video.lines(self._video, self._eye, target))
 
     def close(self) -> None:
         """End a live source; a recorded one ends by itself."""
@@ -70,19 +70,19 @@ def watch(live: Live, touched: Touched | None = None) -> Capture:
     return Capture(Path(live.name), math.inf, 0, touched or Touched(), lines, _live=live)
 
 
-def read(path: Path, view: View = AS_RECORDED, touched: Touched | None = None) -> Capture:
-    """Open a capture folder or a video. Raises CaptureError.
+def read(path: Path, eye: Eye | None = None, touched: Touched | None = None) -> Capture:
+    """Open a capture folder or a video, of which one `eye` may be used. Raises CaptureError.
 
     A video without a .jsonl file beside it is touched in the middle; `touched` states how large.
     """
     if path.is_dir():
-        if view.eye or touched:
+        if eye or touched:
             raise CaptureError(f"{path}: --eye and --centre are for videos, and this is a folder")
         lines = read_lines(path / LINES)
         frames = sum(line.type == "frame" for line in lines)
         return Capture(path, lines[-1].t_s if lines else 0.0, frames, _lines=lines)
     if path.suffix.lower() in VIDEO_SUFFIXES and path.is_file():
-        return _read_video(path, view, touched)
+        return _read_video(path, eye, touched)
     if not path.exists():
         raise CaptureError(f"{path}: no such file or folder")
     raise CaptureError(
@@ -90,7 +90,7 @@ def read(path: Path, view: View = AS_RECORDED, touched: Touched | None = None) -
     )
 
 
-def _read_video(path: Path, view: View, touched: Touched | None) -> Capture:
+def _read_video(path: Path, eye: Eye | None, touched: Touched | None) -> Capture:
     sidecar = path.with_suffix(".jsonl")
     if sidecar.exists() and touched is not None:
         raise CaptureError(
@@ -102,8 +102,8 @@ def _read_video(path: Path, view: View, touched: Touched | None) -> Capture:
         touched = touched or Touched()
         scene = {"objects": [{"object_id": CENTRE}], "replace": True}
         lines = (Line(0.0, "scene", scene),)
-    duration_s, frames = video.size(path, view)
-    return Capture(path, duration_s, frames, touched, lines, path, view)
+    duration_s, frames = video.size(path, eye)
+    return Capture(path, duration_s, frames, touched, lines, path, eye)
 
 
 def _merged(lines: Iterator[Line], frames: Iterator[Line]) -> Iterator[Line]:

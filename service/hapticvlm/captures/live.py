@@ -18,15 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hapticvlm.captures.lines import CaptureError, Line
-from hapticvlm.captures.video import (
-    AS_RECORDED,
-    JPEG_QUALITY,
-    Picture,
-    View,
-    frame_line,
-    opened,
-    seen,
-)
+from hapticvlm.captures.video import JPEG_QUALITY, Eye, Picture, frame_line, opened, seen
 from hapticvlm.errors import installing
 
 PERIOD_S = 0.1  # ten pictures a second: a decision takes longer than that
@@ -44,7 +36,7 @@ class Live:
 
     name: str
     source: Source
-    view: View = AS_RECORDED
+    eye: Eye | None = None
     _closed: threading.Event = field(default_factory=threading.Event)
 
     def close(self) -> None:
@@ -69,7 +61,7 @@ class Live:
                 copy = _small(picture)
                 if before is None or float(np.abs(copy - before).mean()) > CHANGED:
                     before = copy
-                    yield _line(_fitting(seen(picture, self.view, self.name)), t_s, fields)
+                    yield _line(_fitting(seen(picture, self.eye, self.name)), t_s, fields)
                 self._closed.wait(max(0.0, began + t_s + PERIOD_S - time.monotonic()))
             thread.submit(stack.close).result()
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -31,17 +30,7 @@ Eye = Literal["left", "right"]
 Picture = NDArray[Any]  # (h, w, 3) uint8, blue first
 
 
-@dataclass(frozen=True, slots=True)
-class View:
-    """The part of each picture that is used: one eye of two side by side, or all of it (None)."""
-
-    eye: Eye | None = None
-
-
-AS_RECORDED = View()
-
-
-def size(path: Path, view: View) -> tuple[float, int]:
+def size(path: Path, eye: Eye | None) -> tuple[float, int]:
     """Return a video's length in seconds and its frames, as its header states. Raises CaptureError.
 
     The first frame is decoded and checked, so that an unreadable file is refused at once.
@@ -52,12 +41,12 @@ def size(path: Path, view: View) -> tuple[float, int]:
         first, picture = video.read()
         if not first:
             raise CaptureError(f"{path}: no frame can be decoded; is the file complete?")
-        seen(picture, view, path)
+        seen(picture, eye, path)
         frames = max(1, int(video.get(cv2.CAP_PROP_FRAME_COUNT)))
         return frames / _rate(video), frames
 
 
-def lines(path: Path, view: View, fields: dict[str, Any]) -> Iterator[Line]:
+def lines(path: Path, eye: Eye | None, fields: dict[str, Any]) -> Iterator[Line]:
     """Yield each frame as a line with these fields added, decoding one at a time."""
     with _opened(path) as video:
         rate = _rate(video)
@@ -68,7 +57,7 @@ def lines(path: Path, view: View, fields: dict[str, Any]) -> Iterator[Line]:
             if not is_read:
                 return
             t_s = _time(video, number, rate, t_s)
-            yield _line(seen(picture, view, path), t_s, fields)
+            yield _line(seen(picture, eye, path), t_s, fields)
             number += 1
 
 
@@ -124,16 +113,19 @@ def _time(video: cv2.VideoCapture, number: int, rate: float, before_s: float) ->
     return max(0.0, reported_s)
 
 
-def seen(picture: Picture, view: View, path: Path | str) -> Picture:
-    """Cut out one eye, and halve a picture larger than a service accepts. Raises CaptureError."""
+def seen(picture: Picture, eye: Eye | None, path: Path | str) -> Picture:
+    """Cut out one eye of two side by side, if one is named; halve a picture above MAX_SIDE.
+
+    Raises CaptureError.
+    """
     height, width = picture.shape[:2]
-    if view.eye is not None:
+    if eye is not None:
         if width / 2 < NARROWEST_EYE * height:
             raise CaptureError(
                 f"{path}: {width} x {height} pixels is not two eyes side by side; leave out --eye"
             )
         half = width // 2
-        picture = picture[:, :half] if view.eye == "left" else picture[:, width - half :]
+        picture = picture[:, :half] if eye == "left" else picture[:, width - half :]
     while max(picture.shape[:2]) > MAX_SIDE:
         height, width = picture.shape[:2]
         import cv2

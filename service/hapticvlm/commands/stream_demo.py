@@ -123,18 +123,18 @@ def _add_demo(commands: Commands) -> None:
 
 
 def _stream(options: argparse.Namespace) -> int:
-    from hapticvlm.captures import Touched, View, live, read, watch
+    from hapticvlm.captures import Touched, live, read, watch
     from hapticvlm.client.stream import run
     from hapticvlm.demo import CAPTURE
 
     touched = None if options.centre is None else Touched(options.centre)
-    name, view, number = str(options.capture), View(options.eye), options.device
-    opened = partial(read, CAPTURE if name == "demo" else options.capture, view, touched)
+    name, eye, number = str(options.capture), options.eye, options.device
+    opened = partial(read, CAPTURE if name == "demo" else options.capture, eye, touched)
     if name == "screen":
         source = partial(live.screen, 1 if number is None else number, options.area)
-        opened = partial(watch, live.Live(name, source, view), touched)
+        opened = partial(watch, live.Live(name, source, eye), touched)
     elif name == "camera":
-        opened = partial(watch, live.Live(name, partial(live.camera, number or 0), view), touched)
+        opened = partial(watch, live.Live(name, partial(live.camera, number or 0), eye), touched)
     elif number is not None or options.area is not None:
         raise UsageError("--device and --area are for screen and camera")
     return run(opened, service_address.target(options), as_json=options.json)
