@@ -9,6 +9,8 @@ crop its share of the deadline, and recovery costs nothing.
 
 from __future__ import annotations
 
+import http
+import json
 import logging
 import queue
 import random
@@ -20,11 +22,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from hapticvlm.backoff import Breaker
-from hapticvlm.http_client import HttpError
+from hapticvlm.http_client import HttpClient, HttpError, printable
 from hapticvlm.vision.pictures import Crop, central_mask
 from hapticvlm.vision.remote import contract
-from hapticvlm.vision.remote.contract import ContractError, Identity, RemoteMatch
-from hapticvlm.vision.remote.exchange import Exchange
+from hapticvlm.vision.remote.contract import (
+    MAX_ANSWER_BYTES,
+    MESSAGEPACK,
+    ContractError,
+    Identity,
+    RemoteMatch,
+)
 from hapticvlm.vision.remote.settings import RemoteSettings, RemoteState
 
 OPEN_S = 5.0  # pause of an open circuit; it may be short, since probes delay no crop
@@ -151,11 +158,12 @@ class RemoteRecogniser:
         self._breaker = self._breaker.failed(now, outcome.error, dice=random.random())
 
     def _run(self) -> None:
-        exchange = Exchange(self._address, self._settings.token)
+        token = self._settings.token
+        client = HttpClient(self._address, token, MESSAGEPACK, MAX_ANSWER_BYTES)
         while True:
             job = self._jobs.get()
             try:
-                job.outcome = self._outcome(exchange, job)
+                job.outcome = self._outcome(client, job)
             except (HttpError, ContractError) as error:
                 job.outcome = _Outcome(error=str(error))
             except Exception as error:  # a bug of ours must not end the thread
@@ -163,31 +171,31 @@ class RemoteRecogniser:
                 job.outcome = _Outcome(error=type(error).__name__)
             job.done.set()
 
-    def _outcome(self, exchange: Exchange, job: _Job) -> _Outcome:
+    def _outcome(self, client: HttpClient, job: _Job) -> _Outcome:
         if job.crops and job.identity is not None:
-            matches = self._ask(exchange, job.crops, job.identity, job.until)
+            matches = self._ask(client, job.crops, job.identity, job.until)
             return _Outcome(job.identity, matches)
         path = f"{contract.IDENTITY}?gallery={self._settings.gallery}"
-        identity = contract.read_identity(exchange.ask("GET", path, None, job.until))
+        identity = contract.read_identity(_answer(client, "GET", path, None, job.until))
         self._check(identity)
         side = identity.side
         grey = Crop(np.full((side, side, 3), 127, np.uint8), central_mask(side))
         # Even a machine whose GPU is overloaded returns its identity quickly. So a grey crop is
         # sent with the deadline of a real one, and a recogniser that misses it is not used.
-        self._ask(exchange, [grey], identity, time.monotonic() + self._settings.remote_s)
+        self._ask(client, [grey], identity, time.monotonic() + self._settings.remote_s)
         return _Outcome(identity)
 
     def _ask(
-        self, exchange: Exchange, crops: Sequence[Crop], identity: Identity, until: float
+        self, client: HttpClient, crops: Sequence[Crop], identity: Identity, until: float
     ) -> Sequence[RemoteMatch]:
         settings = self._settings
         wait_ms = max(1.0, 1000.0 * (until - time.monotonic()))
         body = contract.write_request(crops, settings.gallery, wait_ms=wait_ms)
-        data = exchange.ask("POST", contract.RECOGNISE, body, until)
+        data = _answer(client, "POST", contract.RECOGNISE, body, until)
         try:
             return contract.read_answer(data, identity, len(crops))[1]
         except ContractError:
-            exchange.close()
+            client.close()
             raise
 
     def _check(self, identity: Identity) -> None:
@@ -201,3 +209,21 @@ class RemoteRecogniser:
         if unknown:
             problem = f"its gallery has `{unknown[0][:64]}`, which this service does not know"
             raise ContractError(f"{problem}; give serve the same --gallery")
+
+
+def _answer(client: HttpClient, verb: str, path: str, body: bytes | None, deadline: float) -> bytes:
+    """Return the body of a response; `deadline` is a time.monotonic, s. Raises HttpError."""
+    response = client.request(verb, path, body, deadline)
+    if response.status == http.HTTPStatus.OK:
+        return response.body
+    is_refused = response.status in (http.HTTPStatus.UNAUTHORIZED, http.HTTPStatus.FORBIDDEN)
+    cure = "; its token is read from HAPTICVLM_RECOGNISER_TOKEN" if is_refused else ""
+    raise HttpError(client.redacted(f"HTTP {response.status}: {_reason(response.body)}{cure}"))
+
+
+def _reason(data: bytes) -> str:
+    try:
+        text = json.loads(data)["error"]
+    except (ValueError, KeyError, TypeError, RecursionError):
+        text = data[:400].decode("utf-8", "replace")
+    return printable(str(text)) or "no message"
