@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 from collections import deque
 from collections.abc import Awaitable, Callable, Sequence
-from contextlib import suppress
 from typing import Generic, TypeVar
 
 T = TypeVar("T")
@@ -15,26 +14,19 @@ R = TypeVar("R")
 class Batches(Generic[T, R]):
     """Calls `work` with at most `most` items at a time, one call after the other.
 
-    A batch starts `wait_s` after its first item arrived, or when it is full. While one batch runs,
-    the next one fills, so batches grow with the load and `wait_s` may be 0.
+    No batch waits for further items: while one runs, the next one fills, so batches grow with load.
     """
 
-    def __init__(
-        self, work: Callable[[Sequence[T]], Awaitable[Sequence[R]]], most: int, wait_s: float
-    ) -> None:
+    def __init__(self, work: Callable[[Sequence[T]], Awaitable[Sequence[R]]], most: int) -> None:
         self._work = work
         self._most = most
-        self._wait_s = wait_s
         self._queue: deque[tuple[T, asyncio.Future[R]]] = deque()
-        self._full = asyncio.Event()
         self._running: asyncio.Task[None] | None = None
 
     async def put(self, item: T) -> R:
         """Return the result of `work` for this item. Raises what `work` raises."""
         result: asyncio.Future[R] = asyncio.get_running_loop().create_future()
         self._queue.append((item, result))
-        if len(self._queue) >= self._most:
-            self._full.set()
         # The task that runs batches lives only while there is something to run. Everything here
         # happens on one event loop without an await in between, so no item can be appended after
         # the task has found the queue empty and before it is done.
@@ -44,10 +36,6 @@ class Batches(Generic[T, R]):
 
     async def _run(self) -> None:
         while self._queue:
-            if len(self._queue) < self._most and self._wait_s > 0.0:
-                self._full.clear()
-                with suppress(TimeoutError):
-                    await asyncio.wait_for(self._full.wait(), self._wait_s)
             count = min(self._most, len(self._queue))
             batch = [self._queue.popleft() for _ in range(count)]
             try:

@@ -28,8 +28,6 @@ PORT = 8791
 UVICORN = "uvicorn"
 RAY = "ray"
 ENGINES = (UVICORN, RAY)
-# Our choice: batches save nothing on a core (docs/shared-recogniser.md).
-WAIT_MS = {UVICORN: 0.0, RAY: 4.0}
 
 
 def add(commands: Commands) -> None:
@@ -134,10 +132,7 @@ def settle(options: argparse.Namespace, engine: str, environment: os._Environ[st
     is_open = tokens.is_open and options.write is None
     settings = app.AppSettings(
         app.Model(options.encoder, options.encoder_device, is_open),
-        app.Live(
-            dict(app.read_gallery_option(text) for text in options.gallery),
-            batch_wait_ms=WAIT_MS[engine],
-        ),
+        dict(app.read_gallery_option(text) for text in options.gallery),
         app.Scale(app.read_replicas(options.replicas or "1"), options.gpus or 0.0, options.queue),
     )
     app.check(settings)
@@ -211,7 +206,7 @@ def _print_ready(settings: AppSettings, options: argparse.Namespace, port: int) 
     host = f"[{options.host}]" if ":" in options.host else options.host
     scheme = "http" if options.tls_cert is None else "https"
     print(f"recogniser ready on {scheme}://{host}:{port}/", flush=True)
-    print(f"  galleries    {', '.join(('shipped', *settings.live.galleries))}")
+    print(f"  galleries    {', '.join(('shipped', *settings.galleries))}")
     print(
         f"  token        {'none: loopback only' if settings.model.is_open else 'required'}",
         flush=True,

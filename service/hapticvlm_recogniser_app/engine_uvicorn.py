@@ -36,13 +36,12 @@ class Application:
 
     def __init__(self, settings: AppSettings) -> None:
         """Load encoder and galleries. Raises HapticVLMError."""
-        live = settings.live
         self._recogniser = Recogniser(
             settings.model, lambda crop: self._batches.put(crop), settings.scale.queue
         )
-        self._recogniser.load(live)
+        self._recogniser.load(settings.galleries)
         self._batches: Batches[PendingCrop, Embedded | None] = Batches(
-            self._recogniser.embed, BATCH, live.batch_wait_ms / 1000.0
+            self._recogniser.embed, BATCH
         )
         self._queue = settings.scale.queue
         self._in_progress = 0

@@ -19,7 +19,7 @@ from hapticvlm.processes import priority
 from hapticvlm.vision.remote import contract
 from hapticvlm_recogniser_app import recogniser
 from hapticvlm_recogniser_app.replies import Embedded
-from hapticvlm_recogniser_app.settings import BATCH, AppSettings, Live, Model, options
+from hapticvlm_recogniser_app.settings import BATCH, WAIT_S, AppSettings, Model, options
 
 logger = logging.getLogger("ray.serve")  # Serve copies this logger into the replica's log
 
@@ -38,15 +38,11 @@ class Recogniser:
             )
 
     async def reconfigure(self, live: dict[str, Any]) -> None:
-        """Apply new galleries and batching, all or nothing, while requests are answered.
+        """Replace the galleries, all or none, while requests are answered.
 
         Raises HapticVLMError, and nothing has changed then.
         """
-        # Loading comes first and in a thread: it is the step that may fail and the one that takes
-        # long. The setting after it cannot fail.
-        settings = Live(**live)
-        await asyncio.to_thread(self._recogniser.load, settings)
-        self._embed.set_batch_wait_timeout_s(settings.batch_wait_ms / 1000.0)
+        await asyncio.to_thread(self._recogniser.load, live["galleries"])
 
     def check_health(self) -> None:
         """Raise RuntimeError when a batch hangs, so that this replica is replaced."""
@@ -66,7 +62,7 @@ class Recogniser:
         )
         return Response(reply.content, reply.status, media_type=reply.media_type)
 
-    @serve.batch(max_batch_size=BATCH)  # type: ignore[untyped-decorator]
+    @serve.batch(max_batch_size=BATCH, batch_wait_timeout_s=WAIT_S)  # type: ignore[untyped-decorator]
     async def _embed(self, crops: list[recogniser.PendingCrop]) -> list[Embedded | None]:
         return await self._recogniser.embed(crops)
 

@@ -11,7 +11,7 @@ import logging
 import os
 import time
 from collections import Counter
-from collections.abc import AsyncIterable, Awaitable, Callable, Sequence
+from collections.abc import AsyncIterable, Awaitable, Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,7 +25,7 @@ from hapticvlm.vision.pictures import Crop
 from hapticvlm.vision.remote import contract
 from hapticvlm_recogniser_app import replies
 from hapticvlm_recogniser_app.replies import Embedded, Named, Refusal, load_galleries
-from hapticvlm_recogniser_app.settings import TOKEN, TOKENS, Live, Model
+from hapticvlm_recogniser_app.settings import TOKEN, TOKENS, Model
 from hapticvlm_recogniser_app.tokens import Tokens
 
 HUNG_S = 10.0  # a batch that runs for longer counts as hung
@@ -94,9 +94,9 @@ class Recogniser:
         self._counts: Counter[str] = Counter()
         self._batches: Counter[int] = Counter()
 
-    def load(self, live: Live) -> None:
+    def load(self, galleries: Mapping[str, str]) -> None:
         """Replace the galleries by these, all or none. Raises HapticVLMError."""
-        self._galleries = load_galleries(live.galleries, self._encoder)
+        self._galleries = load_galleries(galleries, self._encoder)
 
     @property
     def hangs(self) -> bool:

@@ -18,6 +18,7 @@ TOKEN = "HAPTICVLM_RECOGNISER_TOKEN"
 TOKENS = "HAPTICVLM_RECOGNISER_TOKENS"
 ADMITTED = "hapticvlm.admitted"  # key of an ASGI scope: the client's name, once its token is known
 BATCH = 16  # crops in one batch at most; our choice
+WAIT_S = 0.004  # for more of them, on Ray; on one core batches save nothing (shared-recogniser.md)
 KEEP_ALIVE_S = 90  # of a client's idle connection; our choice
 HEALTH_S = 2.0  # between two health checks of a replica; our choice
 HEALTH_TIMEOUT_S = 10.0  # of one health check; our choice
@@ -37,14 +38,6 @@ class Model:
 
 
 @dataclass(frozen=True, slots=True)
-class Live:
-    """Settings that can change while it runs: galleries by name (files or folders), batching."""
-
-    galleries: Mapping[str, str] = field(default_factory=dict)
-    batch_wait_ms: float = 4.0
-
-
-@dataclass(frozen=True, slots=True)
 class Scale:
     """The number of replicas (least, most), the share of each, and the longest queue."""
 
@@ -55,10 +48,10 @@ class Scale:
 
 @dataclass(frozen=True, slots=True)
 class AppSettings:
-    """Every setting of a shared recogniser."""
+    """Every setting of a shared recogniser; galleries by name, files or folders."""
 
     model: Model = field(default_factory=Model)
-    live: Live = field(default_factory=Live)
+    galleries: Mapping[str, str] = field(default_factory=dict)
     scale: Scale = field(default_factory=Scale)
 
 
@@ -104,7 +97,7 @@ def options(settings: AppSettings) -> dict[str, Any]:
     scale = settings.scale
     return {
         "name": DEPLOYMENT,
-        "user_config": {**asdict(settings.live), "galleries": dict(settings.live.galleries)},
+        "user_config": {"galleries": dict(settings.galleries)},  # can change while it runs
         "max_ongoing_requests": 2 * BATCH,
         "max_queued_requests": scale.queue,
         "autoscaling_config": {

@@ -3,7 +3,6 @@
 import asyncio
 
 import pytest
-from pace import PACE
 
 from hapticvlm_recogniser_app.batches import Batches
 
@@ -26,7 +25,7 @@ class Work:
 
 async def test_what_comes_while_a_batch_is_under_way_makes_the_next_one():
     work = Work()
-    batches = Batches(work, 4, 0.0)
+    batches = Batches(work, 4)
     work.may_go_on.clear()
     first = asyncio.create_task(batches.put(0))
     await asyncio.sleep(0)
@@ -38,20 +37,9 @@ async def test_what_comes_while_a_batch_is_under_way_makes_the_next_one():
     assert work.batches == [[0], [1, 2, 3, 4], [5, 6]]
 
 
-async def test_a_batch_waits_for_others_no_longer_than_it_may_and_not_when_it_is_full():
-    work = Work()
-    batches = Batches(work, 2, 3600.0)
-    async with asyncio.timeout(10.0 * PACE):
-        assert list(await asyncio.gather(batches.put(1), batches.put(2))) == [2, 4]
-    quick = Batches(work, 2, 0.01)
-    async with asyncio.timeout(10.0 * PACE):
-        assert await quick.put(5) == 10
-    assert work.batches == [[1, 2], [5]]
-
-
 async def test_an_error_reaches_those_of_its_batch_and_nobody_else():
     work = Work()
-    batches = Batches(work, 1, 0.0)
+    batches = Batches(work, 1)
     bad = asyncio.create_task(batches.put(-1))
     good = asyncio.create_task(batches.put(3))
     with pytest.raises(ValueError, match="cannot be doubled"):
@@ -62,7 +50,7 @@ async def test_an_error_reaches_those_of_its_batch_and_nobody_else():
 async def test_who_leaves_takes_nothing_from_the_others_of_its_batch():
     work = Work()
     work.may_go_on.clear()
-    batches = Batches(work, 4, 0.0)
+    batches = Batches(work, 4)
     tasks = [asyncio.create_task(batches.put(number)) for number in (1, 2)]
     await asyncio.sleep(0)
     tasks[0].cancel()

@@ -8,7 +8,6 @@ import pytest
 from hapticvlm_recogniser_app.settings import (
     IMPORT_PATH,
     AppSettings,
-    Live,
     Model,
     Scale,
     check,
@@ -52,7 +51,7 @@ def test_numbers_that_no_deployment_has_are_refused(settings):
 def test_the_config_names_the_application_bounds_its_queues_and_scales_on_them():
     settings = AppSettings(
         Model("big/network", "cuda"),
-        Live({"arcade": "/data/arcade"}),
+        {"arcade": "/data/arcade"},
         Scale((1, 4), gpus=0.25, queue=64),
     )
     check(settings)
@@ -65,7 +64,7 @@ def test_the_config_names_the_application_bounds_its_queues_and_scales_on_them()
         "device": "cuda",
         "is_open": False,
     }
-    assert deployment["user_config"]["galleries"] == {"arcade": "/data/arcade"}
+    assert deployment["user_config"] == {"galleries": {"arcade": "/data/arcade"}}
     assert (deployment["max_ongoing_requests"], deployment["max_queued_requests"]) == (32, 64)
     scaling = deployment["autoscaling_config"]
     assert (scaling["min_replicas"], scaling["max_replicas"]) == (1, 4)
