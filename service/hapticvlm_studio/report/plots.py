@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hapticvlm.palette import BLUE, GREY, GRID, INK, SOFT, VERMILION
+from hapticvlm.palette import BLUE, GREY, GRID, INK, SOFT
 from hapticvlm_studio.report.statistics import Share
 
 if TYPE_CHECKING:
@@ -72,43 +72,6 @@ def ratings(path: Path, title: str, rated: Sequence[dict[str, Any]]) -> None:
     figure.savefig(path, dpi=DPI)
 
 
-def printed_anova(path: Path, printed: Sequence[dict[str, Any]]) -> None:
-    """Draw each printed F as p, on the printed degrees of freedom and on those of the design."""
-    figure = _figure(7.5, 3.0)
-    axes = figure.subplots()
-    for row, each in enumerate(printed):
-        as_printed = each["as_printed"]
-        two_way = each["two_way_df"]
-        ends = [as_printed["p"], two_way["p"]]
-        axes.plot(ends, [row] * 2, color=SOFT, linewidth=1.5, zorder=1)
-        axes.plot(each["printed_p"], row, "o", color=INK, markersize=10, fillstyle="none")
-        axes.plot(ends[0], row, "o", color=BLUE, markersize=5)
-        axes.plot(ends[1], row, "D", color=VERMILION, markersize=6)
-        if two_way["df"] != as_printed["df"]:
-            axes.annotate(
-                f"F({two_way['df']}, {two_way['df_error']})", (ends[1], row),
-                xytext=(0, 9), textcoords="offset points", ha="center", fontsize=9,
-            )  # fmt: skip
-    axes.set_yticks(
-        range(len(printed)),
-        [
-            f"{each['as_printed']['name']}\nF({each['as_printed']['df']}, "
-            f"{each['as_printed']['df_error']}) = {each['as_printed']['f']:.2f}"
-            for each in printed
-        ],
-    )
-    axes.set_ylim(len(printed) - 0.5, -0.6)
-    axes.set_xlim(0.0, 0.5)
-    axes.set_xlabel("p")
-    axes.plot([], [], "o", color=INK, markersize=10, fillstyle="none", label="p as printed")
-    axes.plot([], [], "o", color=BLUE, markersize=5, label="p of the printed F and df")
-    axes.plot([], [], "D", color=VERMILION, markersize=6, label="p on the df of 5 x 2 patterns")
-    axes.axvline(0.05, color=SOFT, linestyle=":", label="0.05")
-    axes.grid(axis="x", color=GRID)
-    _legend(axes, 4)
-    figure.savefig(path, dpi=DPI)
-
-
 def _draw_times(axes: Axes, times: Sequence[NDArray[np.float64]]) -> None:
     """Draw a box plot where there are enough answers for quartiles, else each answer."""
     enough = [(row, each) for row, each in enumerate(times) if len(each) >= MIN_QUARTILES]
@@ -164,11 +127,11 @@ def _draw_shares(axes: Axes, shares: Sequence[tuple[str, Share]], chance: float)
     _legend(axes)
 
 
-def _legend(axes: Axes, columns: int = 3) -> None:
+def _legend(axes: Axes) -> None:
     """Draw the legend below the axes, where it covers no data."""
     handles, labels = axes.get_legend_handles_labels()
     axes.figure.legend(
-        handles, labels, loc="outside lower left", ncols=columns, fontsize=8, frameon=False
+        handles, labels, loc="outside lower left", ncols=3, fontsize=8, frameon=False
     )
 
 

@@ -94,8 +94,6 @@ def _draw(out: Path, document: Document, times: Sequence[Any] | None) -> None:
         plots.recognition(out / "recognition.png", heading, shares, times, document["chance"])
         if rated := [each for each in document["ratings"] if each["of"]]:
             plots.ratings(out / "ratings.png", heading, rated)
-        if printed := document.get("printed_anova"):
-            plots.printed_anova(out / "anova.png", printed)
 
 
 def _share(each: Document) -> Share:

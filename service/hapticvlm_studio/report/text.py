@@ -14,7 +14,6 @@ PICTURES = {
     CONFUSION: "Confusion matrices: how often each pattern presented was answered as each.",
     "recognition.png": "Share recognised of each pattern, with 95 % intervals.",
     "ratings.png": "Mean rating of each pattern with its 95 % interval by person.",
-    "anova.png": "Each printed F as p on its printed degrees of freedom and on the design's.",
 }
 # Of the bits. Miller and Madow's correction is the first term of a series; where it is large, the
 # terms left out are large too, and the corrected figure would mean nothing.
@@ -27,7 +26,7 @@ def text_of(document: Document, pictures: Path | None = None) -> str:
     # What may be claimed comes before the tables, since few readers go on to the end.
     parts = [_head(document), _claims(document), _shown(pictures, CONFUSION, "recognition.png")]
     parts += [_patterns(document), _axes(document), _bits(document)]
-    parts += [_anova(document), _printed(document), _shown(pictures, "anova.png"), _pairs(document)]
+    parts += [_anova(document), _printed(document), _pairs(document)]
     parts += [
         _ratings(document),
         _shown(pictures, "ratings.png"),

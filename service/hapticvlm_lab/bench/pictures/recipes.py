@@ -59,7 +59,6 @@ RECIPES: Mapping[str, Recipe] = {
     "stability-latency.png": _command("stability-latency.png", "stability", "latency"),
     "paper-confusion.svg": _command("confusion.svg", "study", "report", "--paper"),
     "paper-recognition.png": _command("recognition.png", "study", "report", "--paper"),
-    "paper-anova.png": _command("anova.png", "study", "report", "--paper"),
     "study-page.png": pages.study,
     "study-experimenter.png": pages.experimenter,
 }
