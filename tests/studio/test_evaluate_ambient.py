@@ -144,8 +144,8 @@ def test_where_nothing_is_answered_no_figure_is_made_up() -> None:
 
 @pytest.mark.nightly
 def test_the_command_ends_with_one_line_of_figures(labelled: Path) -> None:
-    code, figures, printed, progress = evaluate(labelled, "--json")
-    assert code == 0
+    code, figures, printed, complaints = evaluate(labelled, "--json")
+    assert (code, complaints) == (0, "")
     assert len(printed.splitlines()) == 1
     assert (figures["n"], figures["asked"], figures["method"]) == (6, 6, "default")
     errors = [abs(22.0 - truth) for truth in TRUTHS]
@@ -156,7 +156,6 @@ def test_the_command_ends_with_one_line_of_figures(labelled: Path) -> None:
     rules = figures["constants"]
     assert set(rules) == {"default", "leave-one-out median"}
     assert figures["constant"]["mae_c"] == min(one["mae_c"] for one in rules.values())
-    assert "6/6  5.png" in progress
 
 
 @pytest.mark.nightly

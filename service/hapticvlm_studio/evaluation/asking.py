@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from hapticvlm.commands.progress import track
 from hapticvlm.evidence.ambient import DEFAULT_C, DEFAULT_HIGH_C, DEFAULT_LOW_C
 from hapticvlm.evidence.reading import Reading
 from hapticvlm.vlm.contract import Picture, Vlm, VlmError
@@ -38,26 +38,18 @@ def by_vlm(vlm: Vlm) -> Ask:
     """Return a function that asks a model or an endpoint, and waits while the latter rests."""
 
     def ask(picture: Picture) -> Guess:
-        return guess_of(_patiently(vlm, picture))
+        reading = _patiently(vlm, picture)
+        return Guess(reading.value_c, reading.low_c, reading.high_c)
 
     return ask
 
 
-def guess_of(reading: Reading) -> Guess:
-    """Return the part of a reading that is graded."""
-    return Guess(reading.value_c, reading.low_c, reading.high_c)
-
-
 def ask_all(ask: Ask, pictures: Sequence[LabelledPicture]) -> list[Answered]:
-    """Ask about every picture and print progress to standard error.
+    """Ask about every picture, with a progress bar. Raises LabelledPictureError.
 
-    Raises LabelledPictureError. A method that fails is recorded as an answer without a guess.
+    A method that fails is recorded as an answer without a guess.
     """
-    answers = []
-    for count, labelled in enumerate(pictures, 1):
-        answers.append(_answer(ask, labelled))
-        print(f"{count}/{len(pictures)}  {_line(answers[-1])}", file=sys.stderr, flush=True)
-    return answers
+    return [_answer(ask, labelled) for labelled in track(pictures, "asking about each picture")]
 
 
 def _answer(ask: Ask, labelled: LabelledPicture) -> Answered:
@@ -86,9 +78,3 @@ def _patiently(vlm: Vlm, picture: Picture) -> Reading:
             if time.monotonic() + error.seconds > deadline:
                 raise
             time.sleep(error.seconds)
-
-
-def _line(answer: Answered) -> str:
-    outcome = answer.why_not if answer.guess is None else f"{answer.guess.value_c:.1f} degC"
-    truth = f"truth {answer.labelled.truth_c:.1f}, {answer.seconds:.1f} s"
-    return f"{answer.labelled.path.name}: {outcome} ({truth})"
