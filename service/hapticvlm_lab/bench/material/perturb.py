@@ -18,6 +18,7 @@ import numpy as np
 from hapticvlm_lab.bench.material.picture import (
     OBJECT_PX,
     Picture,
+    Pixels,
     as_float,
     display,
     exposed,
@@ -127,9 +128,7 @@ def move(picture: Picture, length: float, rng: np.random.Generator) -> Picture:
 
 def clutter(picture: Picture, share: float, _: np.random.Generator) -> Picture:
     """Show another picture through the object, as that share of its light."""
-    behind = linear(seen_behind(picture))
-    mixed = (1.0 - share) * linear(picture.image) + share * behind
-    return picture.over(np.where(where_object(picture)[..., None], display(mixed), picture.image))
+    return _mixed_in(picture, seen_behind(picture), share)
 
 
 def mirror(picture: Picture, share: float, _: np.random.Generator) -> Picture:
@@ -141,8 +140,12 @@ def mirror(picture: Picture, share: float, _: np.random.Generator) -> Picture:
 
 def reflect(picture: Picture, share: float, _: np.random.Generator) -> Picture:
     """Polish the object: that share of its light is a mirror image of other surroundings."""
-    other = linear(seen_behind(picture)[:, ::-1])
-    mixed = (1.0 - share) * linear(picture.image) + share * other
+    return _mixed_in(picture, seen_behind(picture)[:, ::-1], share)
+
+
+def _mixed_in(picture: Picture, other: Pixels, share: float) -> Picture:
+    """Let that share of the object's light be another picture's."""
+    mixed = (1.0 - share) * linear(picture.image) + share * linear(other)
     return picture.over(np.where(where_object(picture)[..., None], display(mixed), picture.image))
 
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from io import BytesIO
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +10,7 @@ from numpy.typing import NDArray
 from hapticvlm import messages
 from hapticvlm.vision import pictures
 from hapticvlm_lab.bench.material.data import View
-
-if TYPE_CHECKING:
-    from PIL.Image import Image as PilImage
+from hapticvlm_lab.training import crops
 
 Pixels = NDArray[np.uint8]
 Floats = NDArray[np.float32]
@@ -48,10 +44,11 @@ def window(view: View) -> Picture:
 
     Without a mask the whole frame.
     """
-    image = _decoded(view)
+    image = pictures.decode_upright(view.frame, 1)
     if view.mask is None:
         return scaled(Picture(image, None), OBJECT_PX / max(image.shape[:2]))
-    mask = np.where(np.asarray(_opened(view.mask).convert("L")) > 0, 255, 0).astype(np.uint8)
+    inside = np.asarray(pictures.decode_mask(view.as_cut("mask"))) > 0
+    mask = np.where(inside, 255, 0).astype(np.uint8)
     rows = np.flatnonzero(mask.any(axis=1))
     columns = np.flatnonzero(mask.any(axis=0))
     cut = tuple(
@@ -63,25 +60,9 @@ def window(view: View) -> Picture:
 
 def as_frame(picture: Picture) -> messages.Frame:
     """Wrap a picture as a client sends it: raw pixels, and its mask as PNG."""
-    from PIL import Image
-
-    height, width = picture.image.shape[:2]
-    mask = None
-    if picture.mask is not None:
-        store = BytesIO()
-        Image.fromarray(picture.mask).save(store, "PNG", compress_level=1)
-        mask = store.getvalue()
-    return messages.Frame(
-        id=1,
-        captured_at=0.0,
-        format="rgb8",
-        width=width,
-        height=height,
-        image=np.ascontiguousarray(picture.image).tobytes(),
-        origin="top",
-        mask=mask,
-        region=messages.WHOLE if mask is None else None,
-    )
+    if picture.mask is None:
+        return crops.frame(picture.image, region=messages.WHOLE)
+    return crops.frame(picture.image, picture.mask > 0)
 
 
 def as_float(picture: Picture) -> Floats:
@@ -151,20 +132,6 @@ def seen_behind(picture: Picture) -> Pixels:
     behind = picture.image[::-1] if picture.behind is None else picture.behind
     size = (picture.image.shape[1], picture.image.shape[0])
     return np.asarray(Image.fromarray(np.ascontiguousarray(behind)).resize(size))
-
-
-def _opened(data: bytes) -> PilImage:
-    from PIL import Image
-
-    return Image.open(BytesIO(data))
-
-
-def _decoded(view: View) -> Pixels:
-    frame = view.frame
-    if frame.format not in ("jpeg", "png"):
-        return pictures.decode_upright(frame, 1)
-    pixels: Pixels = np.asarray(_opened(frame.image).convert("RGB"))
-    return pixels[::-1] if frame.origin == "bottom" else pixels
 
 
 def scaled(picture: Picture, factor: float) -> Picture:
