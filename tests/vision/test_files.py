@@ -53,13 +53,6 @@ def is_like(pixels: Pixels, expected: Image.Image, within: float = 12.0) -> bool
     return float(difference.mean()) < within
 
 
-@pytest.mark.parametrize("suffix", ["jpg", "jpeg", "png", "webp", "JPG"])
-def test_every_format_is_read(tmp_path: Path, suffix: str) -> None:
-    path = tmp_path / f"one.{suffix}"
-    picture().save(path, {"jpg": "JPEG", "jpeg": "JPEG", "JPG": "JPEG"}.get(suffix))
-    assert is_like(decoded(path), picture())
-
-
 def test_a_plain_jpeg_is_handed_on_as_it_is(tmp_path: Path) -> None:
     path = saved(tmp_path / "one.jpg", picture())
     frame = read_frame(path)

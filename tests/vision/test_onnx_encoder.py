@@ -59,12 +59,6 @@ def test_a_crop_of_another_side_is_refused_naming_both(encoder: OnnxEncoder) -> 
         encoder.embed([crop(1, SIDE), crop(2, 48)])
 
 
-def test_an_embedding_that_is_not_finite_is_an_error(encoder: OnnxEncoder) -> None:
-    nothing = Crop(picture(1, SIDE), np.zeros((SIDE, SIDE), np.uint8))
-    with pytest.raises(EncoderError, match=r"`tiny-1`.* not finite"):
-        encoder.embed([crop(1, SIDE), nothing])
-
-
 @pytest.mark.parametrize(
     ("graph", "reason"),
     [(Graph(is_unit=False), "not of unit norm"), (Graph(gain=float("nan")), "not finite")],

@@ -4,23 +4,15 @@ import json
 import shutil
 import socket
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
-import simplejpeg
-from conftest import peer
 from small_hub import small_hub
 from tiny_encoders import crop, picture, write_network
 
-from hapticvlm.client.local_service import running
-from hapticvlm.messages import Frame
-from hapticvlm.vision import pictures
 from hapticvlm.vision.encoders import joint_embedding
 from hapticvlm.vision.encoders.encoder import BATCH, Encoder, EncoderError
-from hapticvlm.vision.galleries.gallery import Calibration, Gallery
-from hapticvlm.vision.galleries.storage import save_gallery
 from hapticvlm.vision.loading import load_encoder
 from hapticvlm.vision.pictures import Crop
 
@@ -273,41 +265,3 @@ def test_code_that_comes_with_a_network_is_never_run(folder: Path, tmp_path: Pat
     with pytest.raises(EncoderError, match="its own code"):
         load_encoder(str(theirs))
     assert not ran.exists()
-
-
-@pytest.mark.nightly
-async def test_a_service_with_a_network_by_folder_decides_from_its_gallery(
-    folder: Path, encoder: Encoder, tmp_path: Path
-) -> None:
-    def frame_of(seed: int) -> Frame:
-        image = simplejpeg.encode_jpeg(picture(seed, 128), quality=95)
-        return Frame(
-            id=1, captured_at=0.0, format="jpeg", width=128, height=128, origin="top", image=image
-        )
-
-    seen = [pictures.crop(frame_of(seed), encoder.side) for seed in (1, 2)]
-    references, materials = encoder.embed(seen), ("wood", "metal")
-    likeness = float(references[0] @ references[1])
-    calibration = Calibration(12.0 / (1.0 - likeness), 60.0 / (1.0 - likeness), likeness)
-    gallery = Gallery(encoder.name, materials, references, np.arange(2), calibration)
-    save_gallery(gallery, tmp_path / "mine.npz")
-    options = ["--encoder", str(folder), "--gallery", str(tmp_path / "mine.npz"), "--threads", "1"]
-    with running(options) as service:
-        async with peer(service) as client:
-            welcome = await client.hello()
-            assert welcome["models"]["encoder"] == encoder.name
-            things = [{"object_id": name, "name": f"Object_{name}"} for name in ("1", "2")]
-            await client.ask(type="scene", objects=things, replace=True)
-            for seed, material in zip((1, 2), materials, strict=True):
-                answer = await client.ask(
-                    type="frame",
-                    captured_at=time.monotonic(),
-                    object_id=str(seed),
-                    format="jpeg",
-                    width=128,
-                    height=128,
-                    origin="top",
-                    image=frame_of(seed).image,
-                )
-                assert (answer["material"], answer["source"]) == (material, "encoder")
-                assert answer["stages_ms"]["encode"] > 0.0

@@ -206,16 +206,6 @@ def test_several_models_to_choose_from_are_named() -> None:
         assert served.questions == []
 
 
-def test_a_material_is_asked_of_the_frame_and_of_its_object() -> None:
-    with endpoint(says("wood")) as at:
-        evidence = vlm(at.url).material(PICTURE, PICTURE, NAMES)
-        pictures = [
-            part for part in at.questions[0]["messages"][0]["content"] if "image_url" in part
-        ]
-    assert evidence.rung == "vlm"
-    assert len(pictures) == 2
-
-
 @each_row(("text", "beliefs"), cases(TABLES, "material"))
 def test_a_material_named_in_text_is_believed_but_not_for_sure(
     text: str, beliefs: dict[str, float]
@@ -480,20 +470,6 @@ def test_a_failing_endpoint_is_left_alone_then_tried_once_then_healed() -> None:
         assert remote.ambient(PICTURE).value_c == 21.0
 
 
-def test_one_that_asks_for_patience_is_given_it() -> None:
-    clock = Clock()
-    busy = sends('{"error": "slow down"}', "429 Too Many Requests", Retry_After=17)
-    with endpoint([busy, says("21")]) as served:
-        remote = vlm(served.url, clock, model="some/vlm")
-        with pytest.raises(VlmError, match="HTTP 429: slow down"):
-            remote.ambient(PICTURE)
-        clock.now = 16.9
-        with pytest.raises(RestingError):
-            remote.ambient(PICTURE)
-        clock.now = 17.1
-        assert remote.ambient(PICTURE).value_c == 21.0
-
-
 def busy_until(form: str) -> Reply:
     """A reply of 40 s of patience, in one of the forms that endpoints have for it."""
     date = format_datetime(datetime.now(UTC) + timedelta(seconds=40), usegmt=True)
@@ -505,17 +481,19 @@ def busy_until(form: str) -> Reply:
     }
     if form == "body":
         return sends(delay, "429 Too Many Requests")
+    if form == "seconds":
+        return sends("", "429 Too Many Requests", Retry_After=40)
     return sends("", "429 Too Many Requests", **{form: waits[form]})
 
 
-@pytest.mark.parametrize("form", ["Retry_After", "retry_after_ms", "x_ratelimit_reset", "body"])
-def test_patience_is_asked_for_by_a_date_in_milliseconds_or_in_the_body_too(form: str) -> None:
+@each(form=["seconds", "Retry_After", "retry_after_ms", "x_ratelimit_reset", "body"])
+def test_one_that_asks_for_patience_in_any_form_is_given_it(form: str) -> None:
     clock = Clock()
     with endpoint([busy_until(form), says("21")]) as served:
         remote = vlm(served.url, clock, model="some/vlm")
         with pytest.raises(VlmError, match="HTTP 429"):
             remote.ambient(PICTURE)
-        clock.now = 20.0
+        clock.now = 39.0 if form == "seconds" else 20.0
         with pytest.raises(RestingError):
             remote.ambient(PICTURE)
         clock.now = 41.0
