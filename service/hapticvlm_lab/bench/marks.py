@@ -22,8 +22,7 @@ from hapticvlm.errors import UsageError
 from hapticvlm.messages import Scene, SceneObject, Touch
 from hapticvlm.session.session import SceneSession
 from hapticvlm.session.settings import SessionSettings
-from hapticvlm_lab.bench.latency.round_trip import echo
-from hapticvlm_lab.bench.latency.touch import SECONDS, measured
+from hapticvlm_lab.bench.latency.touch import SECONDS, echo, measured
 from hapticvlm_lab.bench.rigs import (
     is_priority_permitted,
     least_us,

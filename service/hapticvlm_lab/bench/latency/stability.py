@@ -23,8 +23,7 @@ from hapticvlm.client.local_service import running
 from hapticvlm.commands.progress import track
 from hapticvlm.palette import BLUE, SOFT, VERMILION
 from hapticvlm_lab.bench import figures
-from hapticvlm_lab.bench.latency.round_trip import echo
-from hapticvlm_lab.bench.latency.touch import measured
+from hapticvlm_lab.bench.latency.touch import echo, measured
 from hapticvlm_lab.bench.printing import publish
 from hapticvlm_lab.bench.rigs import is_priority_permitted, priority
 
