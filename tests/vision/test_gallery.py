@@ -75,47 +75,27 @@ def test_a_flat_picture_has_a_scale_of_its_own() -> None:
     assert untold.match(asked[0], is_flat=True) == untold.match(asked[0])
 
 
-def test_flat_pictures_are_read_by_a_layer_of_their_own_that_is_saved(tmp_path: Path) -> None:
-    encoder = load_encoder()
-    layers = [
-        LinearLayer(np.zeros((encoder.dimension, 3), np.float32), np.eye(3, dtype="f4")[n])
-        for n in (0, 1)
-    ]
+def test_flat_pictures_are_read_by_a_layer_of_their_own() -> None:
+    layers = [LinearLayer(np.zeros((64, 3), np.float32), np.eye(3, dtype="f4")[n]) for n in (0, 1)]
     plain = Calibration(12.0, 1.0, -1000.0, 0.0)
-    references = unit(1, 6, encoder.dimension)
-    gallery = replace(
-        small(encoder.name), references=references, calibration=plain, layer=layers[0],
-        flat_layer=layers[1],
-    )  # fmt: skip
-    save_gallery(gallery, tmp_path / "my.npz")
-    for each in (gallery, load_gallery(tmp_path / "my.npz", encoder=encoder)):
-        assert each.match(references[0]).material == gallery.materials[0]
-        assert each.match(references[0], is_flat=True).material == gallery.materials[1]
-        beliefs = each.beliefs(references[:2], np.array([False, True]))
-        assert beliefs.argmax(axis=1).tolist() == [0, 1]
+    gallery = replace(small(), calibration=plain, layer=layers[0], flat_layer=layers[1])
+    references = gallery.references
+    assert gallery.match(references[0]).material == gallery.materials[0]
+    assert gallery.match(references[0], is_flat=True).material == gallery.materials[1]
+    beliefs = gallery.beliefs(references[:2], np.array([False, True]))
+    assert beliefs.argmax(axis=1).tolist() == [0, 1]
     one = replace(gallery, flat_layer=None)
     assert one.match(references[0], is_flat=True).material == gallery.materials[0]
 
 
-def test_texture_maps_are_read_by_a_layer_of_their_own_that_is_saved(tmp_path: Path) -> None:
-    encoder = load_encoder()
-    bias = np.array([0.0, 2.0, 0.0], np.float32)
+def test_texture_maps_are_read_by_a_layer_of_their_own() -> None:
+    layer = LinearLayer(np.zeros((64, 3), np.float32), np.array([0.0, 2.0, 0.0], np.float32))
     constants = Calibration(12.0, 1.0, -1000.0, 0.0, even_slope=20.0, even=0.5)
-    gallery = replace(
-        small(encoder.name),
-        references=unit(1, 6, encoder.dimension),
-        calibration=constants,
-        texture_layer=LinearLayer(np.zeros((encoder.dimension, 3), np.float32), bias),
-    )
-    save_gallery(gallery, tmp_path / "my.npz")
-    loaded = load_gallery(tmp_path / "my.npz", encoder=encoder)
-    alike = np.repeat(unit(5, 1, encoder.dimension), 6, axis=0)
-    different = np.eye(6, encoder.dimension, dtype=np.float32)
-    for each in (gallery, loaded):
-        sure = each.match_texture(alike)
-        assert (sure.rung, sure.material) == ("texture", gallery.materials[1])
-        assert sure.confidence > 0.5
-        assert each.match_texture(different).confidence < 0.01
+    gallery = replace(small(), calibration=constants, texture_layer=layer)
+    sure = gallery.match_texture(np.repeat(unit(5, 1), 6, axis=0))
+    assert (sure.rung, sure.material) == ("texture", gallery.materials[1])
+    assert sure.confidence > 0.5
+    assert gallery.match_texture(np.eye(6, 64, dtype=np.float32)).confidence < 0.01
 
 
 def test_a_stranger_has_little_mass_and_is_unknown() -> None:
@@ -190,19 +170,33 @@ def test_an_embedding_or_a_reference_that_is_not_finite_gives_no_beliefs(value: 
         assert decide([evidence]).material == materials.UNKNOWN
 
 
-def test_a_gallery_comes_back_as_it_was_saved(tmp_path: Path) -> None:
+def test_a_gallery_with_all_its_layers_and_own_references_comes_back_as_it_was(
+    tmp_path: Path,
+) -> None:
     encoder = load_encoder()
-    flat = replace(small().calibration, flat=0.25)
-    gallery = replace(
-        small(encoder.name), references=unit(1, 6, encoder.dimension), calibration=flat
+    layer, flat, texture = (
+        LinearLayer(4.0 * unit(n, encoder.dimension, 3), np.zeros(3, np.float32)) for n in (3, 7, 8)
     )
-    save_gallery(gallery, tmp_path / "one.npz")
-    save_gallery(gallery, tmp_path / "two.npz")
-    back = load_gallery(tmp_path / "one.npz", encoder=encoder)
-    assert (back.materials, back.calibration) == (gallery.materials, gallery.calibration)
-    assert np.allclose(back.references, gallery.references, atol=1e-3)
-    assert np.allclose(np.linalg.norm(back.references, axis=1), 1.0, atol=1e-5)
+    base = replace(
+        small(encoder.name), references=unit(1, 6, encoder.dimension), layer=layer,
+        calibration=replace(small().calibration, flat=0.25, even=-1.0),
+    )  # fmt: skip
+    own = replace(base, layer=None, places=np.arange(6))
+    own = replace(own, calibration=calibrate(own, base))
+    whole = replace(base, user=own, flat_layer=flat, texture_layer=texture)
+    for name in ("one", "two"):
+        save_gallery(whole, tmp_path / f"{name}.npz")
     assert (tmp_path / "one.npz").read_bytes() == (tmp_path / "two.npz").read_bytes()
+    back = load_gallery(tmp_path / "one.npz", encoder=encoder)
+    assert (back.materials, back.calibration) == (whole.materials, whole.calibration)
+    assert np.allclose(np.linalg.norm(back.references, axis=1), 1.0, atol=1e-5)
+    asked = unit(4, 5, encoder.dimension)
+    for is_flat in (np.zeros(5, np.bool_), np.ones(5, np.bool_)):
+        expected = whole.beliefs(asked, is_flat)
+        assert np.allclose(back.beliefs(asked, is_flat), expected, atol=5e-3)
+    assert np.ptp(whole.beliefs(asked) - whole.beliefs(asked, np.ones(5, np.bool_))) > 0.02
+    shown, expected = (dict(each.match_texture(asked).beliefs) for each in (back, whole))
+    assert shown == pytest.approx(expected, abs=5e-3)
 
 
 def test_a_gallery_of_another_encoder_is_refused_naming_both(tmp_path: Path) -> None:
@@ -324,7 +318,7 @@ def test_a_child_in_a_built_gallery_takes_no_picture_from_its_parent() -> None:
     asked = np.concatenate([middles[:3].repeat(50, axis=0) + 1.2 * unit(33, 150), unit(34, 50)])
     asked = np.asarray(asked / np.linalg.norm(asked, axis=1, keepdims=True), np.float32)
     before, after = built.beliefs(asked), grown.beliefs(asked)
-    assert (after[:, 0] + after[:, 3] >= before[:, 0] - 1e-9).all()
+    assert (after[:, 0] + after[:, 3] >= before[:, 0] - 1e-6).all()  # scores are float32
     assert (after.sum(axis=1) <= 1.0).all()
     assert grown.match(middles[3]).material == "walnut"
 
@@ -387,15 +381,3 @@ def test_own_references_outweigh_the_shipped_ones_that_still_count() -> None:
     leaning = replace(shipped, user=certain).beliefs(thing)[0]
     wanted = log_softmax(shipped.shipped_logits(thing, ("glass", "metal")))[0]
     assert np.log(leaning[1] / leaning[2]) == pytest.approx(0.3 * (wanted[0] - wanted[1]), abs=1e-3)
-
-
-def test_a_gallery_with_layer_and_own_references_comes_back_as_it_was(tmp_path: Path) -> None:
-    encoder = load_encoder()
-    layer = LinearLayer(unit(3, encoder.dimension, 3), np.zeros(3, np.float32))
-    base = replace(small(encoder.name), references=unit(1, 6, encoder.dimension), layer=layer)
-    own = replace(base, layer=None, places=np.arange(6))
-    whole = replace(base, user=replace(own, calibration=calibrate(own, base)))
-    save_gallery(whole, tmp_path / "my.npz")
-    back = load_gallery(tmp_path / "my.npz", encoder=encoder)
-    asked = unit(4, 5, encoder.dimension)
-    assert np.allclose(back.beliefs(asked), whole.beliefs(asked), atol=5e-3)
