@@ -11,9 +11,9 @@ import signal
 import time
 from contextlib import asynccontextmanager, suppress
 
+import pace
 import pytest
 from conftest import peer, status
-from pace import PACE
 from scene_client import OBJECTS, frame, get, until
 from serving import endpoint, says, sends
 from tiny_llava import write_llava
@@ -22,7 +22,7 @@ from hapticvlm.client.local_service import running
 
 pytestmark = [pytest.mark.process, pytest.mark.slow]
 
-PATIENCE_S = 180.0 * PACE  # loading takes seconds, on a busy machine many
+PATIENCE_S = 180.0 * pace.PACE  # loading takes seconds, on a busy machine many
 
 
 def thirty_one():
@@ -151,7 +151,7 @@ async def test_a_scene_is_told_that_its_model_fails_and_what_can_be_done():
             error = await client.event("error", code="model")
         with get(service, "/metrics") as answer:
             metrics = answer.read().decode()
-        assert any("HTTP 401: wrong key" in line for line in service.printed)
+        pace.until(lambda: any("HTTP 401: wrong key" in line for line in service.printed))
     assert "fails: the endpoint answers HTTP 401: wrong key" in error["text"]
     assert "HAPTICVLM_VLM_TOKEN holds no token" in error["text"]
     assert "hapticvlm_vlm_failed_total 1.0" in metrics
