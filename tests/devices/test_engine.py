@@ -127,16 +127,24 @@ def test_a_state_that_is_being_written_is_applied_in_the_next_block(
     assert engine._mixers[0].gain == 0.5
 
 
-def test_an_output_that_comes_back_plays_no_rest_of_what_sounded(
+def test_an_output_that_comes_back_plays_no_rest_and_what_was_lost_is_counted(
     asleep: tuple[Ring, Engine],
 ) -> None:
     ring, engine = asleep
-    assert AudioSettings().block == BLOCK
+    usual = AudioSettings()
+    assert (usual.block, usual.gain, usual.level) == (BLOCK, 1.0, 1.0)
     until = time.monotonic() + 600.0
     ring.put(Command(0, "wood", "slide", False, Motion(0.3, 2.0), 1, until), time.monotonic())
     assert [engine.fill(BLOCK) for _ in range(40)][-1].any()
     engine.rest_unplayed()
     assert not engine.fill(BLOCK).any()
+    before = ring.status()
+    engine.beat()
+    assert (ring.status().samples, ring.status().beat_at > before.beat_at) == (before.samples, True)
+    for _ in range(256 + 3):
+        ring.put(Release(0), time.monotonic())
+    engine.fill(BLOCK)
+    assert ring.status().lost == 4, "orders that were overwritten unread; 255 fit"
 
 
 def test_an_engine_that_fades_out_is_silent_and_takes_no_order_any_more(

@@ -179,11 +179,6 @@ async def test_a_wrong_or_missing_token_is_refused_late_counted_and_logged(
     assert f"1 wrong tokens, the newest from {peer.remote_address[0]}\n" in caplog.text
 
 
-async def test_the_right_token_is_admitted(gateway):
-    peer = says(hello(token="right"))
-    assert await at_the_door(gateway, Address(token="right")).welcome(peer) is not None
-
-
 async def test_one_scene_too_many_is_refused_and_an_observer_is_not(gateway):
     for _ in range(3):
         join(gateway)

@@ -169,7 +169,8 @@ def test_the_references_of_16_scenes_are_remembered_and_no_more(
 
     for seed, material in ((3, "wood"), (4, "metal")):
         named = SceneContext("first", material, material)
-        recogniser.recognise(frame(seed=seed), material, 0.0, force=True, shown=named)
+        found = recogniser.recognise(frame(seed=seed), material, 0.0, force=True, shown=named)
+        assert found.evidence is not None
     for number in range(15):
         look(str(number))
     assert look("first") != plain, "its named objects teach about the thing"
