@@ -64,6 +64,7 @@ _PRIMITIVE = re.compile(
 )
 _ENDING = re.compile(r"[\u3040-\u309f]*")  # hiragana
 _VOWEL = re.compile(r"[aeiouy]")  # a word without one is a code: "Fridge_SBS"
+_PARTICIPLE = re.compile(r"[a-z]{3,}[^e\W]ed")  # of unknown words no head: "Pot_Smashed"
 _THINGS: frozenset[Kind] = frozenset(("thing", "picky", "phrase"))
 _STUFFS: frozenset[Kind] = frozenset(("word", "form"))
 
@@ -258,7 +259,7 @@ def _engine(word: str, lexicon: Lexicon) -> Item:
     if word.endswith(lexicon.suffixes):
         return Item("mark", {})
     is_code = word.isascii() and (len(word) < LEAST_WORD or not _VOWEL.search(word))
-    return Item("plain" if is_code else "", {})
+    return Item("plain" if is_code or _PARTICIPLE.fullmatch(word) else "", {})
 
 
 def singular_of(word: str, vocabulary: Container[str]) -> str:
@@ -459,7 +460,8 @@ def _groups(items: Iterable[Item]) -> list[list[Item]]:
             groups.append(current)
             current = []
     if groups and weight == 1.0:
-        groups[-1] += current
+        whole = next((g for g in reversed(groups) if not _is_aside(g)), groups[-1])
+        whole += current  # "FloorBaseGrass": of grass is the floor
     else:
         groups.append(current)
     return [group for group in groups if _has_beliefs(group)]
