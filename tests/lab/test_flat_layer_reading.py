@@ -23,6 +23,5 @@ def test_crops_are_read_with_their_kit(tmp_path: Path) -> None:
     encoder = load_encoder()
     kits = flat_layer.embed(encoder, describing.drawn([tmp_path / "toys.npz"]))
     assert kits.embeddings.shape == (2, encoder.dimension)
-    assert kits.flat.tolist() == [True, False]
     assert kits.sources.tolist() == ["toys", "toys"]
     assert [NAMES[label] for label in kits.labels] == ["wood", "metal"]

@@ -96,15 +96,6 @@ def test_a_round_shows_each_labelled_object_once_and_nothing_beside_itself() -> 
     assert all(len(room) <= kits.SHOWN and not set(room) & set(beside) for room, beside in rooms)
 
 
-def test_only_what_is_bright_glows() -> None:
-    dark = np.full((60, 60, 3), 90, np.uint8)
-    np.testing.assert_array_equal(kits.glow(dark, 3.0), dark)
-    dark[25:35, 25:35] = 255
-    lit = kits.glow(dark, 3.0)
-    assert lit[24, 30, 0] > 90
-    assert lit[0, 0, 0] == 90
-
-
 def test_a_kit_is_drawn_with_the_masks_of_its_objects(tmp_path: Path, data: Path) -> None:
     has_tools = shutil.which("chromium") and page.THREE.is_dir()
     if not has_tools and not os.environ.get("CI"):

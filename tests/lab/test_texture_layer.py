@@ -23,7 +23,7 @@ def maps(count: int, *, mixed: bool = False) -> Maps:
     windows /= np.linalg.norm(windows, axis=2, keepdims=True)
     names = [UNKNOWN if mixed else MATERIALS[label] for label in labels]
     places = np.array([NAMES.index(name) for name in names])
-    return Maps(windows.astype(np.float32), np.zeros(len(labels), np.bool_), places)
+    return Maps(windows.astype(np.float32), places)
 
 
 def test_maps_are_told_apart_and_atlases_are_left_open() -> None:

@@ -186,8 +186,7 @@ def test_the_layer_of_flat_pictures_learns_kits_and_keeps_what_the_other_knew(mo
     def taught(name):
         rows = looks[name][labels] + rng.normal(0, 0.3, (len(labels), 24))
         embeddings = joint_embedding.join(rows.astype("f4"), even)
-        named = np.full(len(labels), name)
-        return flat_layer.Embedded(embeddings, labels, named, np.zeros(len(labels), np.bool_))
+        return flat_layer.Embedded(embeddings, labels, np.full(len(labels), name))
 
     def right(layer, pictures):
         logits = pictures.embeddings @ layer.weights + layer.bias
@@ -196,7 +195,12 @@ def test_the_layer_of_flat_pictures_learns_kits_and_keeps_what_the_other_knew(mo
     photographs, kits = taught("clothing"), taught(sources.KITS)
     read = looks["clothing"].T.astype("f4")
     begin = LinearLayer(joint_embedding.layer_of(read, 0.5), np.zeros(len(NAMES), "f4"))
-    fitted, again = (flat_layer.fit(flat_layer.join([photographs, kits]), begin) for _ in range(2))
+    both = flat_layer.Embedded(
+        np.concatenate([photographs.embeddings, kits.embeddings]),
+        np.concatenate([photographs.labels, kits.labels]),
+        np.concatenate([photographs.sources, kits.sources]),
+    )
+    fitted, again = (flat_layer.fit(both, begin) for _ in range(2))
     assert right(begin, kits) < 0.4
     assert right(fitted, kits) > 0.8
     assert right(fitted, photographs) > right(begin, photographs) - 0.1

@@ -4,8 +4,7 @@ Draws rooms and game kits, describes every teaching picture by the network, fits
 its scale on pictures that taught nothing, and writes the encoder's folder. Then it fits the layers
 of flat pictures and of texture maps and adds them to the gallery. What was drawn into W is not
 drawn again. `--only flat` and `--only texture` add one layer to an encoder that stays as it is;
-`--only held-back` draws the kits that only report into
-W, for `chart whole --kits W`.
+`--only held-back` draws the kits that only report into W, for `chart whole --kits W`.
 """
 
 from __future__ import annotations

@@ -1,23 +1,20 @@
 """Writes crops of game kits as a headset shows them.
 
 The objects of a kit stand in the rooms' scenes, each beside others of its kit, in rooms with
-photographed or plainly coloured grounds, by day or night, sometimes in fog, and every few crops
-glow as engines make them (bloom). Masks are the objects' own. One file a kit, since kits are left
-out whole: objects of one kit share a palette.
+photographed or plainly coloured grounds. Masks are the objects' own. One file a kit, since kits are
+left out whole: objects of one kit share a palette.
 """
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from pathlib import Path
 from zlib import crc32
 
 import numpy as np
 from numpy.typing import NDArray
 from rich.progress import track
-from scipy import ndimage
 
 from hapticvlm_lab.training import sources
 from hapticvlm_lab.training.rooms import Rooms, RoomsError, opened
@@ -27,9 +24,7 @@ from hapticvlm_lab.training.sources import Prop
 ROUNDS = 2  # of rooms in which each object is the subject of one view
 SHOWN = 4  # objects of a room that are drawn
 BESIDE = 3  # further objects of a room
-GLOWS = 0.3  # share of crops with bloom
 SEEDS = 2**20  # of rooms
-BRIGHT = 190  # grey level from which a pixel glows
 
 Pixels = NDArray[np.uint8]
 Drawn = tuple[Pixels, Prop]  # (224, 224, 4) RGB and mask, and what it shows
@@ -67,25 +62,14 @@ def plan(labels: Sequence[str], rng: np.random.Generator) -> Iterator[tuple[list
         yield shown, rng.permutation(others)[:BESIDE].tolist()
 
 
-def glow(pixels: Pixels, strength: float) -> Pixels:
-    """Let what is bright shine over its surroundings, as the bloom of engines does."""
-    bright = np.clip(pixels.astype(np.float32) - BRIGHT, 0.0, None)
-    spread = max(pixels.shape[:2]) / 30
-    halo = ndimage.gaussian_filter(bright, (spread, spread, 0)) * strength
-    return np.asarray(np.clip(pixels + halo, 0, 255), np.uint8)
-
-
 def _crops(rooms: Rooms, props: Sequence[Prop], rng: np.random.Generator) -> Iterator[Drawn]:
     labels = [prop.label for prop in props]
     plans = itertools.chain.from_iterable(plan(labels, rng) for _ in range(ROUNDS))
     first = int(rng.integers(SEEDS))  # neighbouring seeds share their painted maps
     for seed, (shown, beside) in enumerate(plans, first):
         for picture in rooms.place(seed, shown, beside):
-            if not is_large(picture):
-                continue
-            is_glowing = rng.random() < GLOWS
-            pixels = glow(picture.pixels, rng.uniform(0.5, 3.0)) if is_glowing else picture.pixels
-            yield cut(replace(picture, pixels=pixels)), props[shown[picture.id - 1]]
+            if is_large(picture):
+                yield cut(picture), props[shown[picture.id - 1]]
 
 
 def _write(rooms: Rooms, props: Sequence[Prop], path: Path) -> None:

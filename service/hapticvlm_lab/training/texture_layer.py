@@ -51,13 +51,9 @@ Indices = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True)
 class Maps:
-    """N maps: windows (N, W, D), labels (N,) places in NAMES, and whether there is nothing to read.
-
-    Windows of those (`flat`, (N,)) are 0.
-    """
+    """N maps: windows (N, W, D), and labels (N,), places in NAMES."""
 
     windows: Floats
-    flat: NDArray[np.bool_]
     labels: Indices
 
 
@@ -94,23 +90,18 @@ def calibrate(gallery: Gallery, choice: Maps, atlases: Maps) -> Gallery:
     """Choose scale and agreement on maps and atlases that taught nothing."""
     layer = gallery.texture_layer
     assert layer is not None
-    fields = ("windows", "flat", "labels")
-    maps = Maps(
-        *(
-            np.concatenate([getattr(part, field)[~part.flat] for part in (choice, atlases)])
-            for field in fields
-        )
-    )
-    logits = maps.windows.astype(np.float64) @ layer.weights + layer.bias
-    alike = np.array([agreement(windows) for windows in maps.windows])
-    is_atlas = maps.labels == NAMES.index(UNKNOWN)
-    counts = np.bincount(maps.labels, minlength=len(NAMES))
-    weights = np.where(is_atlas, 0.5, 0.5 / (np.count_nonzero(counts) - 1)) / counts[maps.labels]
+    shown = np.concatenate([choice.windows, atlases.windows])
+    labels = np.concatenate([choice.labels, atlases.labels])
+    logits = shown.astype(np.float64) @ layer.weights + layer.bias
+    alike = np.array([agreement(windows) for windows in shown])
+    is_atlas = labels == NAMES.index(UNKNOWN)
+    counts = np.bincount(labels, minlength=len(NAMES))
+    weights = np.where(is_atlas, 0.5, 0.5 / (np.count_nonzero(counts) - 1)) / counts[labels]
 
     def surprise(scale: float, slope: float, bar: float) -> float:
         one = 1.0 / (1.0 + np.exp(-slope * (alike - bar)))
         means = _means(scale * logits) * one[:, None]
-        truth = np.where(is_atlas, 1.0 - one, means[np.arange(len(means)), maps.labels])
+        truth = np.where(is_atlas, 1.0 - one, means[np.arange(len(means)), labels])
         return -float(weights @ np.log(np.maximum(truth, LEAST)))
 
     trials = product(SCALES, SLOPES, BARS)
@@ -155,7 +146,7 @@ def _taught(encoder: Encoder, data: Path) -> Maps:
         windows += [_varied(tile, encoder.side, rng) for _ in range(VARIED)]
         rows.append(encoder.embed(windows))
         labels.append(NAMES.index(label))
-    return Maps(np.stack(rows), np.zeros(len(rows), np.bool_), np.array(labels))
+    return Maps(np.stack(rows), np.array(labels))
 
 
 def _varied(tile: Image.Image, side: int, rng: np.random.Generator) -> Crop:
@@ -174,16 +165,13 @@ def _varied(tile: Image.Image, side: int, rng: np.random.Generator) -> Crop:
 
 
 def _embedded(encoder: Encoder, frames: Iterator[tuple[Frame, str]]) -> Maps:
-    rows = []
-    flat = []
-    labels = []
-    for frame, label in frames:
-        windows = textures.windows(frame, encoder.side)
-        flat.append(not windows)
-        silent = np.zeros((len(textures.WINDOWS), encoder.dimension), np.float32)
-        rows.append(encoder.embed(windows) if windows else silent)
-        labels.append(NAMES.index(label))
-    return Maps(np.stack(rows), np.array(flat), np.array(labels))
+    """Embed the windows of maps; maps of plain colours have none and are left out."""
+    cut = ((textures.windows(frame, encoder.side), label) for frame, label in frames)
+    rows, labels = zip(
+        *((encoder.embed(windows), NAMES.index(label)) for windows, label in cut if windows),
+        strict=True,
+    )
+    return Maps(np.stack(rows), np.array(labels))
 
 
 def _maps(data: Path, source: str) -> Iterator[tuple[Path, str]]:

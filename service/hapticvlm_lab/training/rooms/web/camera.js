@@ -82,7 +82,7 @@ export class Camera {
     for (let attempt = 0; ; attempt++) {
       this.#render(this.#square, this.#still, developed);
       const pixels = this.#read(developed, width, height), mean = brightness(pixels);
-      if (attempt === 2 || (mean > (look.darkest ?? DARK) && mean < BRIGHT)) return pixels;
+      if (attempt === 2 || (mean > DARK && mean < BRIGHT)) return pixels;
       const change = (WANTED / Math.max(mean, 8)) ** 1.8;
       this.#develop.uniforms.exposure.value *= Math.min(6, Math.max(0.15, change));
     }

@@ -9,14 +9,12 @@ import {Room} from './room.js';
 import {Maps, loadTiles} from './textures.js';
 
 const ROOMS_A_SET = 50; // that share painted maps
-const PROBE = {size: 128, position: new THREE.Vector3(0, 1.2, 0)}; // of reflections, as engines have it
 
 const renderer = new THREE.WebGLRenderer();
 Object.assign(renderer.shadowMap, {enabled: true, autoUpdate: false});
 const camera = new Camera(renderer, 224);
 const prefilter = new THREE.PMREMGenerator(renderer);
 const studio = prefilter.fromScene(new RoomEnvironment(), 0.04).texture, skies = [studio, studio, studio];
-const NIGHT = 10; // mean grey level of the darkest picture of a night
 const ALSO = 0.6; // chance of a prop beside the subject
 let tiles, maps, set, props = [];
 
@@ -43,27 +41,12 @@ function aim(d, {box}) {
   return lens;
 }
 
-/** Lay the hand on a thing, from the viewer's side. */
-function reach(d, {group}, {box}, lens) {
-  const centre = box.getCenter(new THREE.Vector3()), out = lens.position.clone().sub(centre).normalize();
-  out.add(new THREE.Vector3(d.uniform(-0.7, 0.7), d.uniform(-0.4, 0.3), d.uniform(-0.7, 0.7))).normalize();
-  const tip = box.getSize(new THREE.Vector3()).multiplyScalar(0.5).multiply(out).add(centre);
-  group.position.copy(tip).addScaledVector(out, 0.13);
-  group.lookAt(tip.addScaledVector(out, 1).add(new THREE.Vector3(0, d.uniform(-0.6, 0.1), 0)));
-  group.rotateZ(d.uniform(-1, 1));
-}
-
-const anything = (d, {things, hand}) => d.pick(things.filter((thing) => thing !== hand));
-const seldom = ({hand, table}) => (thing) => (thing === hand ? 0.1 : thing === table ? 0.15 : 0.4);
+const seldom = ({table}) => (thing) => (thing === table ? 0.15 : 0.4);
 
 /** Crops of things at the size that a frame of some px would give them: always of the subject, and of others with the
  *  chance that `also` gives them. */
-function* pictures(d, room, subject = anything(d, room), also = seldom(room)) {
-  renderer.shadowMap.needsUpdate = true; // the hand moves
-  const {things, hand} = room, lens = aim(d, subject), look = development(d), px = d.spread(220, 1100);
-  if (room.isNight) look.darkest = NIGHT;
-  hand.group.visible = d.chance(0.2);
-  if (hand.group.visible) reach(d, hand, subject, lens);
+function* pictures(d, room, subject = d.pick(room.things), also = seldom(room)) {
+  const {things} = room, lens = aim(d, subject), look = development(d), px = d.spread(220, 1100);
   for (const [id, region] of camera.find(room, lens)) {
     const size = [region.w, region.h].map((share) => Math.round(Math.min(camera.side, share * px)));
     const thing = things[id - 1], {label} = thing;
@@ -87,6 +70,7 @@ function place(seed, shown, beside) {
   const d = new Dice(seed * 2654435761), chosen = [...shown, ...beside].map((at) => props[at]);
   const room = new Room(d.fork(), maps, skies, chosen), subjects = room.things.slice(0, shown.length);
   const also = (thing) => (subjects.includes(thing) ? ALSO : 0);
+  renderer.shadowMap.needsUpdate = true;
   const all = subjects.map((subject) => [...pictures(d.fork(), room, subject, also)]).flat();
   finish(room);
   return all;
@@ -95,12 +79,9 @@ function place(seed, shown, beside) {
 function make(seed, views) {
   paint(seed);
   const d = new Dice(seed * 2654435761), room = new Room(d.fork(), maps, skies);
-  const probe = room.isIndoors && d.chance(0.4) ? prefilter.fromScene(room.scene, 0, 0.05, 30, PROBE) : null;
-  if (probe) Object.assign(room.scene, {environment: probe.texture, environmentRotation: new THREE.Euler(),
-    environmentIntensity: d.uniform(0.8, 1.3)});
+  renderer.shadowMap.needsUpdate = true;
   const all = Array.from({length: views}, () => [...pictures(d.fork(), room)]).flat();
   finish(room);
-  probe?.dispose();
   return all;
 }
 

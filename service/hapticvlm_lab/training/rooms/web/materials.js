@@ -103,8 +103,6 @@ const LOOKS = {
   foliage: (d, maps) => mapped(d, maps.pattern(d, 'leaf'), {roughness: d.uniform(0.4, 0.9), ...BOTH,
     clearcoat: d.chance(0.25) ? 0.4 : 0}, {repeat: [1, 1.01], bump: 0.4, turn: 0}),
   turf: (d, maps) => mapped(d, maps.tile(d, 'foliage'), {roughness: 1}, {repeat: [1, 3], bump: 2}),
-  skin: (d, maps) => mapped(d, maps.pattern(d, 'plaster'), {roughness: d.uniform(0.4, 0.8), color: d.chance(0.25)
-    ? hsl(d.next(), 0.4, d.uniform(0.1, 0.9)) : hsl(0.05, d.uniform(0.25, 0.6), d.uniform(0.2, 0.78))}, {bump: 0.3}),
   liquid: (d) => ({roughness: 0.05, color: hsl(d.pick([0.97, 0.1, d.next()]), 0.7, d.uniform(0.1, 0.7))}),
   wall: (d, maps) => mapped(d, d.chance(0.6) ? maps.pattern(d, 'plaster', 'plaster', 'print')
     : maps.tile(d, 'brick', 'wood', 'concrete'), {roughness: d.uniform(0.6, 1),

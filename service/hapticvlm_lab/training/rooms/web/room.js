@@ -2,50 +2,43 @@
 import * as THREE from 'three';
 import {Body} from './body.js';
 import {material} from './materials.js';
-import {hand, shape} from './shapes.js';
+import {shape} from './shapes.js';
 
 const FOUR = ['wood', 'glass', 'fabric', 'metal'];
 const CLASSES = [...FOUR, ...FOUR, ...FOUR, 'glass', 'plastic', 'plastic', 'stone', 'stone', 'ceramic', 'ceramic',
   'paper', 'paper', 'leather', 'rubber', 'foliage', 'turf', 'unknown'];
 const TABLES = ['wood', 'wood', 'wood', 'glass', 'metal', 'plastic', 'stone'];
-const LABELS = {turf: 'foliage', skin: 'unknown'}; // looks that are no class of the material table
+const LABELS = {turf: 'foliage'}; // looks that are no class of the material table
 const SMALL = 0.55; // m, that fits on a table
 const REACH = [0.15, 1.1]; // m, longest side of a prop
 
 /** Brightness of surroundings, ambient light, sun and lamp, [from, to] each: sunny, an engine's, soft, a lamp. */
 const LIGHTS = [[[0.6, 1.3], [0, 0.4], [0, 3], [0, 2]], [[0.25, 0.7], [0.5, 2], [1, 3.5], [0, 1]],
   [[0.9, 1.5], [0, 0.4], [0, 0.5], [0, 1]], [[0.1, 0.4], [0, 0.3], [0, 0.4], [4, 14]]];
-const NIGHT = [[0.01, 0.1], [0.02, 0.25], [0.02, 0.4], [0, 2]];
-const NIGHTS = 0.2, PLAIN = 0.6, FOGS = 0.25; // shares of rooms of a game
+const PLAIN = 0.6; // share of rooms of a game
 
-/** scene; meshes, userData.id = number of their thing; things [{id, label, group, box}]; table; hand. */
+/** scene; meshes, userData.id = number of their thing; things [{id, label, group, box}]; table. */
 export class Room {
   scene = new THREE.Scene();
   meshes = [];
   things = [];
   #dice;
   #maps;
-  #isGame;
   #isPlain; // its ground and walls have one colour each
 
   /** `props`: objects to put into a room of a game in place of bodies, [{label, object}]. */
   constructor(dice, maps, skies, props = null) {
     this.#dice = dice;
     this.#maps = maps;
-    this.#isGame = props !== null;
-    this.isNight = this.#isGame && dice.chance(NIGHTS);
-    this.#isPlain = this.#isGame && dice.chance(PLAIN);
+    this.#isPlain = props !== null && dice.chance(PLAIN);
     this.#light(skies);
     this.#shell();
     this.#furnish(props?.map((prop) => this.#prop(prop)));
-    if (this.#isGame && dice.chance(FOGS)) this.#fog();
-    this.hand = this.#thing('skin', hand(dice));
-    this.hand.group.visible = false;
   }
 
   #light(skies) {
     const {scene} = this, d = this.#dice;
-    const [around, ambient, sunny, lit] = (this.isNight ? NIGHT : d.pick(LIGHTS)).map((range) => d.uniform(...range));
+    const [around, ambient, sunny, lit] = d.pick(LIGHTS).map((range) => d.uniform(...range));
     const tint = (hue, most) => new THREE.Color().setHSL(hue, d.uniform(0, most), 0.8);
     scene.environment = d.pick(skies);
     scene.environmentIntensity = around;
@@ -72,14 +65,6 @@ export class Room {
     return mesh;
   }
 
-  /** Haze that takes the colour of the background, or gives it. */
-  #fog() {
-    const d = this.#dice, {scene} = this, level = this.isNight ? [0.01, 0.1] : [0.3, 0.9];
-    const color = new THREE.Color().setHSL(d.uniform(0.5, 0.7), d.uniform(0, 0.4), d.uniform(...level));
-    scene.fog = new THREE.FogExp2(color, d.spread(0.06, 0.3));
-    if (d.chance(0.5)) scene.background = color;
-  }
-
   #look(name) {
     const d = this.#dice, color = new THREE.Color();
     if (!this.#isPlain) return material(name, d, this.#maps);
@@ -92,8 +77,7 @@ export class Room {
     const d = this.#dice, look = (name) => this.#look(name);
     const w = d.uniform(4, 9), h = d.uniform(2.3, 3.2), plane = () => new THREE.PlaneGeometry(w, w);
     this.#mesh(plane(), look('ground')).rotation.x = -Math.PI / 2;
-    this.isIndoors = d.chance(0.7);
-    if (!this.isIndoors) return;
+    if (!d.chance(0.7)) return; // outdoors
     const ceiling = this.#mesh(plane(), new THREE.MeshLambertMaterial({color: 0xd8d4cc, emissive: 0x333333}));
     ceiling.rotation.x = Math.PI / 2;
     ceiling.position.y = h;

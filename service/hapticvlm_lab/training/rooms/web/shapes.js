@@ -150,19 +150,6 @@ function primitive(d) {
     () => new THREE.CapsuleGeometry(0.6 * r, size(), 8, 28), () => new THREE.IcosahedronGeometry(r, 0)])(), O, [tip, 0, 0]);
 }
 
-/** A hand with fingers along -z, about 19 cm long; x, z and length of each finger. */
-const FINGERS = [[-0.033, -0.045, 0.075], [-0.011, -0.045, 0.085], [0.011, -0.045, 0.08],
-  [0.033, -0.045, 0.062], [-0.04, 0.02, 0.07]];
-export function hand(d) {
-  const curl = d.uniform(0, 0.8), body = new Body().box([0.085, 0.028, 0.095], O, O, {round: 0.013});
-  for (const [x, z, long] of FINGERS) {
-    const knuckle = [1.2 * x, -0.2 * curl * long, z - 0.5 * long];
-    const end = [1.3 * x, -curl * long, z - long * (1 - curl / 3)];
-    body.rod([x, 0, z], knuckle, 0.0095).ball(0.0095, knuckle).rod(knuckle, end, 0.0095).ball(0.0095, end);
-  }
-  return body.rod([0, 0, 0.04], [0, 0, 0.22], 0.028, 0.034);
-}
-
 const TYPICAL = {
   wood: [table, chair, slab(0.2, 0.6), pile(0.6, 0.03, 0.14), spoon, slab(0.012, 0.03), vessel('bowl', 'vase')],
   glass: [vessel('bottle'), vessel('goblet'), vessel('mug', 'pot'), vessel('bowl', 'plate'),
