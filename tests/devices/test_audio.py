@@ -63,7 +63,7 @@ class Watched:
 def silence(speaker, played, seconds=0.1):
     """Wait until so much more was played; return whether all of it was silent."""
     until(lambda: speaker.status().samples >= played + seconds * RATE_HZ)
-    return not speaker.waveform(int(seconds * RATE_HZ / 2)).any()
+    return not speaker.waveform_until(int(seconds * RATE_HZ / 2))[1].any()
 
 
 def test_what_is_put_into_the_ring_comes_out_the_same_and_once():
@@ -90,7 +90,7 @@ def test_a_gain_set_while_the_engine_restarts_holds_for_the_new_one():
         assert silence(speaker, speaker.status().samples)
         speaker.set_gain(1.0)
         speaker.play(command())
-        until(lambda: speaker.waveform(4000).any())
+        until(lambda: speaker.waveform_until(4000)[1].any())
     finally:
         speaker.close()
 

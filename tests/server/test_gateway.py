@@ -220,7 +220,7 @@ def test_a_gain_that_was_set_is_that_of_the_next_owner(gateway):
     gateway.leave(first)
     assert not gateway.vibration.is_on  # its plans are nobody else's
     join(gateway)
-    assert gateway.outputs.speaker.gain == 0.2
+    assert gateway.outputs.speaker._settings.gain == 0.2
 
 
 def test_a_thermal_gain_that_was_set_is_that_of_the_next_owner_too(gateway):

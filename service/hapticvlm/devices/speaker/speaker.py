@@ -131,11 +131,6 @@ class Speaker:
         self._settings = dataclasses.replace(self._settings, gain=gain)
         self._ring.set_persistent(PersistentState(gain, self._rested))
 
-    @property
-    def gain(self) -> float:
-        """The vibration gain in force."""
-        return self._settings.gain
-
     def status(self) -> EngineStatus:
         """Return the engine's newest report."""
         return self._ring.status()
@@ -158,10 +153,6 @@ class Speaker:
         windows = whole.reshape(-1, WINDOW_SAMPLES)
         squares = np.einsum("ij,ij->i", windows, windows)
         return float(np.sqrt(np.max(squares, initial=0.0) / WINDOW_SAMPLES))
-
-    def waveform(self, count: int) -> NDArray[np.float32]:
-        """Return the newest `count` samples played, (count,)."""
-        return self._ring.waveform(count)
 
     def waveform_until(self, count: int) -> tuple[int, NDArray[np.float32]]:
         """Return the number of samples ever played, and the newest `count` of them."""
