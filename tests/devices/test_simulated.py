@@ -441,13 +441,6 @@ def test_the_dose_is_cem43_of_the_skin(
     assert reading.dose_cem43 * 60.0 == pytest.approx(2.0, rel=0.05)
 
 
-def test_it_says_that_it_is_simulated() -> None:
-    plate: Plate = SimulatedPlate()
-
-    assert plate.simulated
-    assert "simulated" in plate.name
-
-
 @pytest.mark.parametrize("make", [SimulatedPlate, lambda: SimulatedPlate(ambient_c=35.0)])
 def test_two_plates_with_the_same_past_are_equal(make: Callable[[], SimulatedPlate]) -> None:
     assert hold(make(), 24.0, 2.0) == hold(make(), 24.0, 2.0)

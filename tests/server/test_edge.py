@@ -11,7 +11,6 @@ from collecting import no_collection
 from edge_service import Service, listening, until
 from hypothesis import given
 from hypothesis import strategies as st
-from pace import PACE
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 from websockets.frames import Frame, Opcode
@@ -255,19 +254,6 @@ async def test_of_many_that_connect_at_once_one_is_taken_a_turn():
         for each in made:
             each.close()
     assert max(limiter.opened_in.values()) <= 2
-
-
-async def test_junk_for_a_request_is_closed_and_leaves_nothing():
-    service = Service()
-    limiter: SocketLimiter[ClientSocket] = SocketLimiter(Counter())
-    async with listening(service, limiter) as port:
-        for junk in (b"\0" * 100, b"GET / HTTP/1.1\r\n" + b"a: b\r\n" * 500, b"\x16\x03\x01" * 40):
-            reader, writer = await asyncio.open_connection("127.0.0.1", port)
-            writer.write(junk + b"\r\n\r\n")
-            async with asyncio.timeout(5.0 * PACE):
-                await reader.read()
-            writer.close()
-        await until(lambda: not limiter.sockets)
 
 
 class Forgetful(Service):

@@ -94,18 +94,6 @@ async def test_a_contact_that_comes_too_late_to_strike_is_counted_in_the_status(
     assert status(service)["counts"]["contacts too late to strike"] == 1
 
 
-async def test_the_plate_follows_a_cold_contact_and_returns_to_neutral(service):
-    async with peer(service) as client:
-        await owner_of(client)
-        for _ in range(20):
-            await client.touch("contact", "kettle")
-            await asyncio.sleep(0.05)
-        telemetry = await client.telemetry()
-        assert telemetry["setpoint_c"] < 30.0
-        assert telemetry["plate_c"] < 31.0
-        await until(service, lambda found: found["plate"]["setpoint_c"] == 32.0, 10.0)
-
-
 @pytest.mark.realtime
 async def test_stop_from_an_observer_rests_everything_until_release_and_a_new_contact(service):
     async with peer(service) as client, peer(service) as observer:

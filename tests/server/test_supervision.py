@@ -9,7 +9,6 @@ from operator import attrgetter
 from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
 import pytest
 from collecting import no_collection
 from gateways import Peer, join, look, new_gateway
@@ -17,8 +16,7 @@ from pace import PACE
 from timeless import TimelessLoop
 
 from hapticvlm.devices.simulated.simulated import SimulatedPlate
-from hapticvlm.devices.speaker.ring import EngineStatus
-from hapticvlm.messages import Set, Touch
+from hapticvlm.messages import Touch
 from hapticvlm.server import supervision
 from hapticvlm.server.counters import Count
 from hapticvlm.server.supervision import Supervision
@@ -165,26 +163,6 @@ async def test_what_only_holds_itself_is_freed_before_python_would(gateway, is_c
     with no_collection():
         held = [weakref.ref(Circle()) for _ in range(1000)]
         await until(lambda: not any(each() for each in held), gateway, Supervision(gateway).run())
-
-
-async def test_a_waveform_goes_to_those_that_watch_it(gateway):
-    watching, other = (Client(gateway, observer=True) for _ in range(2))
-    asked = watching.connection.session.receive(Set(id=2, watch=["waveform"]), 0.0)
-    gateway.carry_out(watching.connection, asked)
-    status = EngineStatus(
-        beat_at=1.0, level=0.5, samples=480, realtime=False, has_output=True, **NOTHING_LOST
-    )
-    gateway.outputs.speaker._ring.report(status, np.full(480, 0.5, np.float32))
-    await until(
-        lambda: watching.received("view") and other.received("telemetry"),
-        gateway,
-        Supervision(gateway).run(),
-    )
-    (view,) = watching.received("view")[:1]
-    assert view["kind"] == "waveform"
-    assert set(view["samples"]) == {0.5}
-    assert other.received("telemetry")
-    assert other.received("view") == []
 
 
 async def test_lines_missing_from_the_record_are_reported_and_not_again_at_once(gateway):

@@ -45,12 +45,6 @@ def test_the_ready_line_names_wss_and_https(service):
     assert "status page  https://127.0.0.1:" in said
 
 
-async def test_the_python_client_is_felt_over_wss(service, authority):
-    async with connect(service.url, tls=trusting(authority.ca)) as client:
-        await client.scene([{"object_id": "table", "name": "Oak_Table"}], ambient_c=21.0)
-        assert (await client.touch("contact", "table"))["type"] == "ok"
-
-
 async def test_a_client_that_does_not_know_the_authority_does_not_connect(service):
     with pytest.raises(ssl.SSLCertVerificationError):
         async with connect(service.url):

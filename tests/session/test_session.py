@@ -274,24 +274,6 @@ def test_a_scene_at_skin_temperature_carries_no_thermal_cue():
     assert not decision.thermal_cue
 
 
-def test_stop_holds_until_release_and_a_new_contact():
-    hold = Hold()
-    session = SceneSession(SessionSettings(owner=True), hold)
-    session.receive(scene(TABLE), 0.0)
-    session.receive(touch(), 1.0)
-    assert only(session.receive(Stop(id=3, scope="all"), 1.1), HoldOutputs)
-    hold.stop("all")
-    session.rest()
-    for phase in ("contact", "slide", "approach"):
-        with pytest.raises(MessageError) as refused:
-            session.receive(touch(phase), 1.2)
-        assert refused.value.code == "unsafe"
-    session.receive(touch("release"), 1.3)
-    with pytest.raises(MessageError, match="held by stop"):
-        session.receive(touch("slide"), 1.35)
-    assert only(session.receive(touch(), 1.4), PlayVibration)
-
-
 def test_a_changed_field_of_touches_is_named_once_and_one_of_scenes_each_time():
     session, changed = owner(TABLE), LeftOut(path="speed_mps", text="")
     for message, named in ((touch(), [[changed], None]), (scene(TABLE), [[changed]] * 2)):
@@ -658,11 +640,6 @@ def test_a_region_that_is_not_recognised_yet_leaves_the_plate_at_neutral():
     assert drive.setpoint_c == NEUTRAL_C
 
 
-def test_an_owner_sets_gains_and_the_feel_of_its_hands():
-    wanted = Set(id=3, thermal_gain=0.5, feel=Feel(left="amplitude", right="parametric"))
-    assert replies(owner().receive(wanted, 1.0), Ok)
-
-
 def test_thermal_gain_scales_the_deviation_from_neutral():
     session = owner(SceneObject(object_id="table", material="glass", temperature_c=23.0))
     (full,) = replies(session.receive(touch(), 1.0), Decision)
@@ -691,18 +668,25 @@ def test_a_service_clock_that_jumps_back_does_not_block_frames():
     assert rate.admits(50.0)
 
 
-def test_a_stop_is_not_undone_by_the_other_hand():
+def test_a_stop_holds_each_hand_until_its_own_release_and_a_new_contact():
     hold = Hold()
     session = SceneSession(SessionSettings(owner=True), hold)
     session.receive(scene(TABLE), 0.0)
     session.receive(touch(hand="left"), 1.0)
     session.receive(touch(hand="right"), 1.0)
+    assert only(session.receive(Stop(id=3, scope="all"), 1.1), HoldOutputs)
     hold.stop("all")
     session.rest()
     session.receive(touch("release", hand="left"), 1.1)
-    for phase in ("contact", "slide"):
-        with pytest.raises(MessageError):
-            session.receive(touch(phase, hand="right"), 1.2)
+    for phase, hand in (
+        ("contact", "right"),
+        ("slide", "right"),
+        ("approach", "right"),
+        ("slide", "left"),
+    ):
+        with pytest.raises(MessageError, match="held by stop") as refused:
+            session.receive(touch(phase, hand=hand), 1.2)
+        assert refused.value.code == "unsafe"
     assert only(session.receive(touch(hand="left"), 1.3), PlayVibration)
     with pytest.raises(MessageError):
         session.receive(touch(hand="right"), 1.4)

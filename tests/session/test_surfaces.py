@@ -96,13 +96,6 @@ def test_the_plate_is_driven_for_the_surface_under_the_hand():
     assert setpoint_c(3) < setpoint_c(2) - 2.0  # steel is colder than linen
 
 
-def test_a_touch_that_names_no_surface_is_on_the_largest():
-    session = session_of(ROOM)
-    [decision] = replies(touched(session), Decision)
-
-    assert (decision.material, decision.surface) == ("wood", 0)
-
-
 def test_an_object_of_one_surface_is_decided_on_as_before():
     one = SceneObject(object_id="room", surfaces=[ObjectSurface(name="Oak")])
     for alone in (one, SceneObject(object_id="room", name="Oak")):

@@ -190,9 +190,3 @@ def test_a_voice_for_an_actuator_is_refused(tmp_path, capsys):
     assert main(["feel", "wood", "--voice", "sound", "--save", str(tmp_path / "x.ahap")]) == 2
     assert "--voice" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
-
-
-def test_a_material_that_is_not_known_is_refused_with_the_nearest(tmp_path, capsys):
-    assert main(["feel", "wod", "--save", str(tmp_path / "x.wav")]) == 2
-    assert "nearest is `wood`" in capsys.readouterr().err
-    assert not list(tmp_path.iterdir())
