@@ -160,9 +160,10 @@ async def test_a_thousand_random_and_mutated_messages_each_get_an_answer_and_cha
         await until(service, lambda found: found["plate"]["setpoint_c"] == 32.0)  # of tests before
         before = status(service)
         while refused < 1000:
-            data: bytes | str = mutated(rng, corpus) if rng.random() < 0.7 else rng.randbytes(200)
+            raw = mutated(rng, corpus) if rng.random() < 0.7 else rng.randbytes(200)
+            data: bytes | str = raw
             with contextlib.suppress(UnicodeDecodeError):
-                data = data.decode() if refused % 2 else data
+                data = raw.decode() if refused % 2 else raw
             if is_taken_in_part(data):
                 continue
             await client.socket.send(data)

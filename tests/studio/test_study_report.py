@@ -180,7 +180,9 @@ def test_pairs_are_tested_by_t_within_people_and_by_sign_where_all_differ_alike(
 def test_intervals_by_person_are_students_on_the_mean_and_on_the_logit_of_the_share() -> None:
     means = [2.0, 3.5, 4.0, 6.5]
     expected = stats.t.interval(0.95, 3, 4.0, stats.sem(means))
-    assert statistics.mean_by_person(means) == (4.0, pytest.approx(expected))
+    mean, interval = statistics.mean_by_person(means)
+    assert mean == 4.0
+    assert interval == pytest.approx(expected)
     assert statistics.mean_by_person([2.0]) == (2.0, None)
     right, of = np.array([9, 4, 7, 2]), np.array([10, 10, 8, 10])
     for each, variance in (  # equation (1); and of people alike, that of independent trials

@@ -195,8 +195,8 @@ def test_a_gallery_with_all_its_layers_and_own_references_comes_back_as_it_was(
         expected = whole.beliefs(asked, is_flat)
         assert np.allclose(back.beliefs(asked, is_flat), expected, atol=5e-3)
     assert np.ptp(whole.beliefs(asked) - whole.beliefs(asked, np.ones(5, np.bool_))) > 0.02
-    shown, expected = (dict(each.match_texture(asked).beliefs) for each in (back, whole))
-    assert shown == pytest.approx(expected, abs=5e-3)
+    shown, said = (dict(each.match_texture(asked).beliefs) for each in (back, whole))
+    assert shown == pytest.approx(said, abs=5e-3)
 
 
 def test_a_gallery_of_another_encoder_is_refused_naming_both(tmp_path: Path) -> None:

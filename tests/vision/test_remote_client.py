@@ -189,12 +189,13 @@ def test_a_crop_of_which_it_believes_nothing_is_matched_here_by_its_embedding(
     shared: Shared, fault: str
 ) -> None:
     gallery = shared.galleries["shipped"].gallery
-    recogniser = FrameRecogniser(NeverLoaded(shared), gallery, asked := tried(remote(shared)))
+    encoder = NeverLoaded(shared)
+    recogniser = FrameRecogniser(encoder, gallery, asked := tried(remote(shared)))
     shared.fault = fault
     try:
         shown = SceneContext("scene", "cup")
         recognition = recogniser.recognise(view(3), "cup", 0.0, force=True, shown=shown)
-        recogniser._encoder.name = "another"
+        encoder.name = "another"
         with pytest.raises(AssertionError, match="loads its encoder"):
             recogniser.recognise(view(3), "cup", 0.0, force=True, shown=shown)
     finally:
