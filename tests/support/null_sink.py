@@ -20,6 +20,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from pace import until
 
 from hapticvlm.errors import HapticVLMError
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
@@ -183,7 +184,7 @@ class Recording:
 
 @contextmanager
 def recording(channels: int = 1, channel_map: str | None = None) -> Iterator[Recording]:
-    """Record the sink's monitor as fast as the server hands it out, interleaved.
+    """Record the sink's monitor as fast as the server hands it out, interleaved, once it does.
 
     `channel_map` is the sink's: PipeWire sorts channels by their names whatever it is told.
     """
@@ -199,6 +200,7 @@ def recording(channels: int = 1, channel_map: str | None = None) -> Iterator[Rec
     reader.start()
     recorded.reader = reader
     try:
+        until(lambda: recorded.chunks)  # what is played before is not recorded
         yield recorded
     finally:
         process.kill()
