@@ -388,6 +388,13 @@ def test_a_live_source_is_looked_at_and_felt_until_it_is_ended(browser, service,
         expect(page.locator(f"#{source}")).to_have_attribute("aria-pressed", "false")
 
 
+def press(page: Page) -> None:
+    page.mouse.down()
+    page.wait_for_timeout(300)
+    page.mouse.up()
+    page.wait_for_timeout(150)
+
+
 @pytest.mark.nightly
 def test_the_wooden_and_the_metal_half_of_one_picture_sound_different(browser, service):
     halves = [
@@ -411,11 +418,9 @@ def test_the_wooden_and_the_metal_half_of_one_picture_sound_different(browser, s
             expect(page.locator(".word")).to_contain_text(material)
             page.evaluate("() => { heard.length = 0; }")
             for _ in range(3):
-                page.mouse.down()
-                page.wait_for_timeout(300)
-                page.mouse.up()
-                page.wait_for_timeout(150)
-            heard[material] = np.array(page.evaluate("window.heard"))
+                press(page)
+            until(lambda: np.any(page.evaluate("heard")), lambda: press(page))
+            heard[material] = np.array(page.evaluate("heard"))
     shapes = []
     for wave in heard.values():
         power = np.abs(np.fft.rfft(wave, 1 << 16)) ** 2
