@@ -24,6 +24,7 @@ from feel_file import IMPACTS, TEXTURES, Json
 from numpy.typing import NDArray
 
 SOON = 1e-9
+FORMS = ["amplitude", "parametric"]
 Floats = NDArray[np.float64]
 State = tuple[float, float]  # value and slope of a smoothed number
 # One turn of a sine as a loop: a hum is played as everything else, and its rate is its frequency.
@@ -115,10 +116,11 @@ class Player:
     def plan(self, name: str, form: str, now: float) -> Json:
         """Return the next moments of a hand as a `vibration` event; empty lists are silence."""
         pad, step_s = self.feel["rules"]["pad"], self.feel["rules"]["step_s"]
-        period_s = pad["period_s"][form]
+        is_form, at = self._is_word("form", form, FORMS), self._clock(now)
+        period_s = pad["period_s"][form if is_form else FORMS[0]]
         plan: Json = {"period_ms": 1000 * period_s, "amplitude": []}
         plan |= {"frequency_hz": [], "transients": []}
-        hand, at = self._hands.get(name), self._clock(now)
+        hand = self._hands[name] if is_form and self._is_word("hand", name) else None
         if hand is None or at is None or hand.lease_until is None:
             return plan
         if hand.lease_until <= at:
@@ -362,13 +364,16 @@ class Player:
         return {"level": level, "hz": hertz, "drives": drives}
 
     def _knows(self, touch: Json) -> bool:
-        for name in ("phase", "hand", "interaction"):
-            word, words = touch.get(name), self.feel["words"][name]
-            if word not in words and not (name == "interaction" and word is None):
-                listed = ", ".join(words)
-                self._note(name, f"{word!r} is not one of {listed}: the touch is refused")
-                return False
-        return True
+        is_kind = touch.get("interaction") is not None
+        names = ("phase", "hand", "interaction") if is_kind else ("phase", "hand")
+        return all(self._is_word(name, touch.get(name)) for name in names)
+
+    def _is_word(self, field: str, word: Any, words: list[str] | None = None) -> bool:  # noqa: ANN401
+        words = words or self.feel["words"][field]
+        if word not in words:
+            listed = ", ".join(words)
+            self._note(field, f"{word!r} is not one of {listed}: the call is refused")
+        return word in words
 
     def _notes_milliseconds(self, hand: _Hand, phase: str, now: float) -> None:
         gap, hand.touched_at = now - hand.touched_at, now

@@ -197,7 +197,15 @@ def problems(case: Json, wave: Wave) -> list[str]:
 
 def hostile() -> Json:
     """Return the cases that every player meets as the service does, and files that it refuses."""
-    return {"touches": [*_hostile_touches()], "times": _hostile_times(), "files": [*_broken()]}
+    wrong = (None, "middle", "__proto__", "")
+    calls = [{"hand": hand, "form": "amplitude", "says": "hand"} for hand in wrong]
+    calls += [{"hand": "right", "form": form, "says": "form"} for form in wrong]
+    return {
+        "touches": [*_hostile_touches()],
+        "times": _hostile_times(),
+        "calls": calls,
+        "files": [*_broken()],
+    }
 
 
 def unmarked(value: Any) -> Any:

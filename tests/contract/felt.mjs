@@ -14,7 +14,7 @@ globalThis.setInterval = (call, wait) => every(call, wait, true);
 globalThis.clearTimeout = globalThis.clearInterval = (id) => timers.delete(id);
 Math.random = () => 0.5;
 
-const {Haptics, Pulses, Felt, FeelPlayer, openFeel} = await import('../../examples/webxr/client/index.js');
+const {Bake, Haptics, Pulses, Felt, FeelPlayer, openFeel} = await import('../../examples/webxr/client/index.js');
 const {decode, encode} = await import('@msgpack/msgpack');
 const feel = openFeel(JSON.parse(readFileSync(new URL('../../examples/webxr/client/feel.true.json', import.meta.url))));
 const STRIKE = 0.2; // the vibration of a struck glass is above it
@@ -180,5 +180,29 @@ function gone() {
   return {after, other: strongest(one, now - 50)};
 }
 
+/** Returns the names of calls with values of no sense that throw, and what they left in the prototype of all objects. */
+function odd() {
+  const file = new URL('../identity_cases.json', import.meta.url);
+  const bake = new Bake(JSON.parse(readFileSync(file)));
+  const felt = new Felt(null, feel, {materials: bake, mode: 'baked'});
+  const calls = {
+    touch: (odd) => felt.touch(odd),
+    hand: (odd) => felt.touch({phase: 'contact', hand: odd, object_id: 'cup'}),
+    id: (odd) => felt.touch({phase: 'contact', hand: 'left', object_id: odd}),
+    bakedOf: (odd) => odd ?? felt.bakedOf(odd),
+    surface: (odd) => bake.surface(odd),
+    find: (odd) => bake.find({object_id: odd, paths: [odd], material: odd}),
+  };
+  const throws = (call) => [null, undefined, 7, '__proto__', {}].some((each) => {
+    try {
+      call(each);
+      return false;
+    } catch {
+      return true;
+    }
+  });
+  return {thrown: Object.keys(calls).filter((name) => throws(calls[name])), inherited: Object.keys(Object.prototype)};
+}
+
 const scripts = Object.entries(JSON.parse(readFileSync(0, 'utf8')));
-console.log(JSON.stringify({gone: gone(), said: Object.fromEntries(scripts.map(([name, steps]) => [name, play(steps)]))}));
+console.log(JSON.stringify({odd: odd(), gone: gone(), said: Object.fromEntries(scripts.map(([name, steps]) => [name, play(steps)]))}));

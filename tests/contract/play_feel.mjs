@@ -56,6 +56,14 @@ function slid({times, phase = 'slide'}) {
   return {plans: played, said};
 }
 
+/** Returns the plan of a hand and form while the right hand slides. */
+function asked({hand, form}) {
+  const said = [];
+  const player = new FeelPlayer(feels.true, () => ({material: 'wood'}), {say: (text) => said.push(text)});
+  player.touch({phase: 'slide', hand: 'right'}, 5);
+  return {isHeld: player.isHeld(hand), plan: player.plan(hand, form, 5.02), said};
+}
+
 /** Returns why a file with the edit of a case is refused. */
 function refusal({file = structuredClone(true_), path: [...way] = [], ...edit}) {
   const last = way.pop();
@@ -70,10 +78,11 @@ function refusal({file = structuredClone(true_), path: [...way] = [], ...edit}) 
   }
 }
 
-function hostile({touches, times, files}) {
+function hostile({touches, times = [], calls = [], files = []}) {
   return {
     touches: touches.map((each) => [felt(each.touch, each.surface, each.gain), felt(each.like, each.like_surface, each.like_gain)]),
     times: times.map(slid),
+    calls: calls.map(asked),
     files: files.map(refusal),
   };
 }

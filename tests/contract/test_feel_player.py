@@ -58,6 +58,12 @@ def test_a_time_that_is_not_in_seconds_is_named(hostile: Json) -> None:
         assert all(map(is_finite, answer["plans"]))
 
 
+def test_a_call_of_an_unknown_hand_or_form_is_refused_in_words(hostile: Json) -> None:
+    for case, answer in zip(HOSTILE["calls"], hostile["calls"], strict=True):
+        assert (answer["isHeld"], answer["plan"]["amplitude"]) == (False, [])
+        assert vectors.said(answer["said"]) == vectors.says(case), case
+
+
 def test_a_wrong_file_is_refused_with_its_field(hostile: Json) -> None:
     for case, message in zip(HOSTILE["files"], hostile["files"], strict=True):
         assert (message or "felt").startswith(case["field"]), case["name"]
@@ -73,7 +79,7 @@ def test_no_touch_of_a_grid_gives_a_number_that_is_not_finite() -> None:
         for speed, force in moved
     ]
     asked = [{"touch": touch, "like": None} for touch in touches]
-    answers = played("hostile", {"touches": asked, "times": [], "files": []})["touches"]
+    answers = played("hostile", {"touches": asked})["touches"]
     assert all(is_finite(one["plan"]) for one, _ in answers)
     assert sum(bool(one["plan"]["amplitude"]) for one, _ in answers) > len(answers) / 3
 
@@ -94,6 +100,10 @@ def felt() -> Json:
 def test_the_switch_between_service_and_bake_does_as_the_scripts_say(felt: Json) -> None:
     assert switch_cases.problems(felt["said"], "sound") == []
     assert "no service answers" in felt["said"]["mode service alone"]["why"]
+
+
+def test_a_call_with_a_value_of_no_sense_does_no_harm(felt: Json) -> None:
+    assert felt["odd"] == {"thrown": [], "inherited": []}
 
 
 def test_a_hand_feels_no_object_that_left_the_scene(felt: Json) -> None:

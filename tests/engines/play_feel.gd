@@ -16,7 +16,7 @@ var _feel: Dictionary
 var _opened_us: int
 var _cases := {}  # what -> the cases of it
 var _players: Dictionary[String, Callable] = {
-	"plans": _planned, "touches": _hostile, "times": _timed, "files": _refused, "sounds": _rendered
+	"plans": _planned, "touches": _hostile, "times": _timed, "calls": _asked, "files": _refused, "sounds": _rendered
 }
 var _switch: Switch
 var _switches: Dictionary[String, Callable]
@@ -103,6 +103,18 @@ func _timed(case: Dictionary) -> Dictionary:
 		player.touch({"phase": case.get("phase", "slide"), "hand": "right", "speed_mps": 0.4, "force_n": 1.5}, now)
 		plans.append(player.plan("right", "parametric", now))
 	return {"plans": plans, "said": player.said.values()}
+
+
+## Returns the plan of a hand and form while the right hand slides, once the hand was asked, muted and held.
+func _asked(case: Dictionary) -> Dictionary:
+	var player := FeelPlayer.new(_feel, func(_touch: Dictionary) -> Dictionary: return {"material": "wood"})
+	player.touch({"phase": "slide", "hand": "right", "speed_mps": 0.4, "force_n": 1.5}, 5.0)
+	var hand := str(case.hand)
+	var is_held := player.is_held(hand)
+	var plan := player.plan(hand, str(case.form), 5.02)
+	player.mute(hand, true)
+	player.hold(hand)
+	return {"is_held": is_held, "plan": plan, "said": player.said.values()}
 
 
 ## Returns why a file is refused.

@@ -118,6 +118,12 @@ def test_a_time_that_is_not_in_seconds_is_named(gdscript: Played) -> None:
         assert all(map(is_finite, answer["plans"]))
 
 
+def test_a_call_of_an_unknown_hand_or_form_is_refused_in_words(gdscript: Played) -> None:
+    for case, answer in zip(HOSTILE["calls"], gdscript.answers["calls"], strict=True):
+        assert (answer["is_held"], answer["plan"]["amplitude"]) == (False, [])
+        assert player_vectors.said(answer["said"]) == player_vectors.says(case), case
+
+
 def test_a_wrong_file_is_refused_with_its_field(gdscript: Played) -> None:
     pairs = zip(HOSTILE["files"], gdscript.answers["files"], strict=True)
     assert [(case, said) for case, said in pairs if not said.startswith(f"{case['field']}: ")] == []

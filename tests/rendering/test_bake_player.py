@@ -93,6 +93,15 @@ def test_a_time_that_is_not_in_seconds_is_named(case: Json) -> None:
     assert player.said == ({case["says"]} if case["says"] else set())
 
 
+@pytest.mark.parametrize("case", HOSTILE["calls"], ids=str)
+def test_a_call_of_an_unknown_hand_or_form_is_refused_in_words(case: Json) -> None:
+    said: list[str] = []
+    player = Player(FEELS["true"], lambda _: {"material": "wood"}, say=said.append)
+    player.touch({"phase": "slide", "hand": "right", **vectors.MOTION}, 5.0)
+    assert player.plan(case["hand"], case["form"], 5.02)["amplitude"] == []
+    assert vectors.said(said) == vectors.says(case)
+
+
 @pytest.mark.parametrize("case", HOSTILE["files"], ids=lambda case: case["name"])
 def test_a_wrong_file_is_refused_with_its_field(case: Json) -> None:
     with pytest.raises(ValueError, match=r".") as refusal:

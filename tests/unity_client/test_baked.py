@@ -67,7 +67,9 @@ def answers(build: mono.Build) -> Answers:
     plans.append({"events": [{**each, "at_s": 0.02 * at} for at, each in enumerate(MUTED)]})
     whole = json.loads(Path(FEELS[0]).read_text())
     files = [*(json.dumps(vectors.edited(whole, case)) for case in FILES), *TEXTS]
-    cases = json.dumps({"plans": plans, "sounds": SOUNDS, "files": files})
+    cases = json.dumps(
+        {"plans": plans, "calls": HOSTILE["calls"], "sounds": SOUNDS, "files": files}
+    )
     played: Answers = json.loads(build.run("baked.exe", *FEELS, text=cases, timeout=300.0 * PACE))
     return played
 
@@ -96,6 +98,13 @@ def test_a_hostile_touch_is_felt_as_the_one_that_the_service_would_feel(answers:
     for case, one, like in zip(HOSTILE["touches"], pairs[::2], pairs[1::2], strict=True):
         assert one["events"][-1] == like["events"][-1], case["name"]
     assert "nan" not in json.dumps([each["events"] for each in played]).lower()
+
+
+def test_a_call_of_an_unknown_hand_or_form_is_refused_in_words(answers: Answers) -> None:
+    for case, answer in zip(HOSTILE["calls"], answers["calls"], strict=True):
+        assert answer["state"] == f"{case['hand'] == 'right'} False"
+        assert answer["plan"]["amplitude"] == []
+        assert vectors.said(answer["said"]) == vectors.says(case), case
 
 
 def test_a_muted_hand_is_silent_and_the_other_one_is_not(answers: Answers) -> None:

@@ -40,6 +40,7 @@ export class Bake {
    * nothing of it. `hit` is the intersection of a Raycaster, which tells the surface.
    */
   bakedOf(object, hit) {
+    if (!object) return undefined; // of a ray that hit nothing
     const material = [object.material].flat()[hit?.face?.materialIndex ?? 0] ?? [object.material].flat()[0];
     let known = this.#parts.get(object);
     if (!known) this.#parts.set(object, (known = new Map()));
@@ -64,8 +65,8 @@ export class Bake {
   }
 
   /** Returns a surface: its material and what else the file says of it. */
-  surface({object_id: id, surface}) {
-    return this.#objects.get(id)?.[surface];
+  surface(part) {
+    return this.#objects.get(part?.object_id)?.[part.surface];
   }
 
   /** Returns the id that shares most pairs of letters with a name. */
@@ -104,7 +105,7 @@ export class Bake {
 
   /** Returns the object whose names agree farthest, from its own up to its parents'. */
   #byPath(paths, material, engine) {
-    for (const path of paths.map((each) => each.split('/'))) {
+    for (const path of paths.map((each) => `${each}`.split('/'))) {
       const candidates = this.#named.get(path.at(-1));
       if (!candidates) continue;
       const ranks = candidates.map(({names, isOf}) => 2 * shared(path, names) + isOf(engine));
@@ -147,7 +148,7 @@ function primitiveOf(object) {
 /** Returns a material's name as a whole, and without that of its texture's file before it. */
 function namesOf(name) {
   if (!name) return [];
-  const last = name.slice(name.lastIndexOf('/') + 1);
+  const last = `${name}`.split('/').at(-1);
   return last && last !== name ? [name, last] : [name];
 }
 

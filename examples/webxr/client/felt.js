@@ -113,7 +113,7 @@ export class Felt extends EventTarget {
   /** Sends a touch, as `Haptics.touch`. An object that left the scene is touched again from the next contact on. */
   touch(touch) {
     const now = performance.now();
-    const hand = this.#hands[touch.hand];
+    const hand = HANDS.includes(touch?.hand) && this.#hands[touch.hand];
     if (!hand) return void this.#player.touch(touch, now / 1000); // which says that there is no such hand
     if (touch.phase === 'slide' && touch.object_id !== undefined && touch.object_id === hand.gone) return;
     hand.gone = null;
@@ -138,7 +138,7 @@ export class Felt extends EventTarget {
    * Raycaster. An object that the bake does not have keeps its name as its id, and `silence` says so when it is touched.
    */
   bakedOf(object, hit) {
-    return this.#bake?.bakedOf(object, hit) ?? {object_id: object.userData?.name || object.name};
+    return this.#bake?.bakedOf(object, hit) ?? {object_id: object?.userData?.name || object?.name};
   }
 
   /** Returns what is felt of a touched object without the service: a surface of `materials.json`. */

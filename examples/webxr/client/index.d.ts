@@ -221,12 +221,12 @@ export class Bake {
   /** Throws an Error that names the first field that is wrong. */
   constructor(file: unknown);
   /** Returns the part of the bake that an object of three.js, A-Frame or Babylon.js is; `hit` tells the surface. */
-  bakedOf(object: {name: string; parent: any}, hit?: Hit): BakedPart | undefined;
+  bakedOf(object: {name: string; parent: any} | null | undefined, hit?: Hit): BakedPart | undefined;
   /** Remembers a loaded model of three.js, so that nameless meshes that a page makes of its geometries are found. */
   static learn(model: {traverse(visit: (object: any) => void): void}): void;
   /** Finds a thing by its id, else the path of its names, else its material's name. */
   find(query: BakeQuery): (Required<BakedPart> & {by: 'id' | 'path' | 'material'}) | undefined;
-  surface(part: Required<BakedPart>): FeltSurface | undefined;
+  surface(part: Required<BakedPart> | undefined): FeltSurface | undefined;
   /** Returns the id that is most like a name. */
   nearest(name: string): string | undefined;
 }

@@ -291,6 +291,7 @@ const MOST_DRIVES = 16;
 const MOST_DRIVE = 100;
 const MILLISECONDS = [5, 1000]; // "s" between two touches of a slide, which are ms
 const MOST_GAPS = 3;
+const FORMS = ['amplitude', 'parametric'];
 
 /** The two hands of one scene: receives touches, gives plans or samples. */
 class FeelPlayer {
@@ -362,16 +363,17 @@ class FeelPlayer {
 
   /** Whether a stop keeps this hand silent. */
   isHeld(name) {
-    return this.#hands.get(name)?.isHeld ?? false;
+    return this.#isWord('hand', name) && this.#hands.get(name).isHeld;
   }
 
   /** Returns the next 100 ms of a hand as {period_ms, amplitude, frequency_hz, transients}; empty lists are silence. */
   plan(name, form, now) {
     const {pad, step_s: stepS} = this.#rules;
-    const periodS = pad.period_s[form];
+    const isForm = this.#isWord('form', form, FORMS);
+    const periodS = pad.period_s[isForm ? form : FORMS[0]];
     const plan = {period_ms: 1000 * periodS, amplitude: [], frequency_hz: [], transients: []};
+    if (!isForm || !this.#isTime(now) || !this.#isWord('hand', name)) return plan;
     const hand = this.#hands.get(name);
-    if (!this.#isTime(now) || !hand) return plan;
     if (hand.leaseUntil <= now) {
       this.#rest(hand);
       return plan;
@@ -540,14 +542,13 @@ class FeelPlayer {
   }
 
   #knows(touch) {
-    for (const name of ['phase', 'hand', 'interaction']) {
-      const words = this.#feel.words[name];
-      const word = touch?.[name];
-      if (words.includes(word) || (name === 'interaction' && word == null)) continue;
-      this.#note(name, `${shown(word)} is not one of ${words.join(', ')}: the touch is refused`);
-      return false;
-    }
-    return true;
+    return this.#isWord('phase', touch?.phase) && this.#isWord('hand', touch.hand) && (touch.interaction == null || this.#isWord('interaction', touch.interaction));
+  }
+
+  #isWord(field, word, words = this.#feel.words[field]) {
+    if (words.includes(word)) return true;
+    this.#note(field, `${shown(word)} is not one of ${words.join(', ')}: the call is refused`);
+    return false;
   }
 
   #noteMilliseconds(hand, phase, now) {

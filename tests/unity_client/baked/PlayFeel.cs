@@ -1,4 +1,4 @@
-// Plays cases with the C# player: `baked.exe TRUE SOUND` reads {plans, sounds, files}, as schemas/vectors has them, and prints what the
+// Plays cases with the C# player: `baked.exe TRUE SOUND` reads {plans, calls, sounds, files}, as schemas/vectors has them, and prints what the
 // player makes of each. `baked.exe FILE identity` answers the queries of a file.
 using System;
 using System.Collections.Generic;
@@ -27,6 +27,7 @@ public static class PlayFeel
         Console.WriteLine(Text(new Map
         {
             { "plans", Maps(cases["plans"]).Select(Planned) },
+            { "calls", Maps(cases["calls"]).Select(Asked) },
             { "sounds", Maps(cases["sounds"]).Select(Rendered) },
             { "files", ((List<object>)cases["files"]).Select(Refused) },
         }));
@@ -66,6 +67,20 @@ public static class PlayFeel
         else if (each.ContainsKey("mute")) player.Mute((string)each["mute"], (bool)each["on"]);
         else player.Touch(TouchOf((Map)each["touch"], surfaces), now);
         return null;
+    }
+
+    // The plan of a hand and form while the right hand slides, once the hand was asked, muted and held.
+    private static Map Asked(Map one)
+    {
+        var said = new List<string>();
+        var player = new FeelPlayer(felt) { Said = said.Add };
+        player.Touch(new FeltTouch { Phase = "slide", Hand = "right", Surface = new FeltSurface { Material = "wood" } }, 5.0);
+        var hand = (string)one["hand"];
+        string state = player.IsActive(hand) + " " + player.IsHeld(hand);
+        Map plan = PlanOf(player.Plan(hand, (string)one["form"], 5.02));
+        player.Mute(hand, true);
+        player.Hold(hand);
+        return new Map { { "state", state }, { "plan", plan }, { "said", said } };
     }
 
     // The samples as base64, and the bytes that their second half took.
@@ -144,7 +159,7 @@ public static class PlayFeel
         return map != null && map.ContainsKey("$number") ? double.Parse((string)map["$number"], CultureInfo.InvariantCulture) : value;
     }
 
-    private static object PlanOf(FeltPlan plan)
+    private static Map PlanOf(FeltPlan plan)
     {
         return new Map
         {

@@ -104,10 +104,10 @@ namespace HapticVLM.Baked
             return null;
         }
 
-        /// <summary>Returns how a surface feels.</summary>
+        /// <summary>Returns how a surface feels; null: of nothing that was found.</summary>
         public FeltSurface SurfaceOf(BakeFound found)
         {
-            return objects[found.ObjectId][found.Surface].Felt;
+            return found == null ? null : objects[found.ObjectId][found.Surface].Felt;
         }
 
         /// <summary>Returns the id or name that shares most pairs of letters with a name, because the ids that Unity makes are not words; null: there is none.</summary>

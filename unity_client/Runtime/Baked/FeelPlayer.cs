@@ -13,6 +13,7 @@ namespace HapticVLM.Baked
         private const int MostDrives = 16;
         private const double Soon = 1e-9;
         private static readonly object HumKey = new object();
+        private static readonly string[] Forms = { "amplitude", "parametric" };
 
         private readonly Feel feel;
         private readonly Format.Rules rules;
@@ -55,9 +56,8 @@ namespace HapticVLM.Baked
         /// <summary>Receives a touch; returns whether it begins an impact, which asks for a plan at once.</summary>
         public bool Touch(FeltTouch touch, double now)
         {
-            bool isKnown = IsTime(now) && IsWord("phase", touch.Phase) && IsWord("hand", touch.Hand);
-            if (!isKnown || touch.Interaction != null && !IsWord("interaction", touch.Interaction)) return false;
-            Hand hand = Of(touch.Hand);
+            Hand hand = IsTime(now) && IsWord("phase", touch.Phase, feel.File.Words["phase"]) ? Of(touch.Hand) : null;
+            if (hand == null || touch.Interaction != null && !IsWord("interaction", touch.Interaction, feel.File.Words["interaction"])) return false;
             if (touch.Phase == "release")
             {
                 hand.IsArmed = hand.IsHeld;
@@ -93,27 +93,31 @@ namespace HapticVLM.Baked
         public void Hold(string name)
         {
             Hand hand = Of(name);
+            if (hand == null) return;
             hand.IsHeld = true;
             hand.IsArmed = false;
             Rest(hand);
         }
 
         /// <summary>Whether a stop keeps this hand silent.</summary>
-        public bool IsHeld(string hand)
+        public bool IsHeld(string name)
         {
-            return Of(hand).IsHeld;
+            Hand hand = Of(name);
+            return hand != null && hand.IsHeld;
         }
 
         /// <summary>Whether something of this hand sounds; the plan of one of which nothing does is empty.</summary>
-        public bool IsActive(string hand)
+        public bool IsActive(string name)
         {
-            return Of(hand).IsActive;
+            Hand hand = Of(name);
+            return hand != null && hand.IsActive;
         }
 
         /// <summary>Fades the samples of a hand and keeps it silent, or lets it be heard from its next touch.</summary>
         public void Mute(string name, bool isMuted)
         {
             Hand hand = Of(name);
+            if (hand == null) return;
             if (isMuted && !hand.IsMuted) LetGo(hand);
             hand.IsMuted = isMuted;
         }
@@ -121,10 +125,11 @@ namespace HapticVLM.Baked
         /// <summary>The next 100 ms of a hand; the form is amplitude or parametric.</summary>
         public FeltPlan Plan(string name, string form, double now)
         {
-            double periodS = pad.PeriodS[form];
+            bool isForm = IsWord("form", form, Forms);
+            double periodS = pad.PeriodS[isForm ? form : Forms[0]];
             var plan = new FeltPlan { PeriodS = periodS };
-            Hand hand = Of(name);
-            if (!IsTime(now) || hand == null || hand.LeaseUntil == null) return plan;
+            Hand hand = isForm && IsTime(now) ? Of(name) : null;
+            if (hand == null || hand.LeaseUntil == null) return plan;
             if (hand.LeaseUntil <= now)
             {
                 Rest(hand);
@@ -172,7 +177,7 @@ namespace HapticVLM.Baked
             {
                 int size = Math.Min(mix.Length, count - begin);
                 Array.Clear(mix, 0, size);
-                if (isTime) Render(size, now + (double)begin / outputHz);
+                if (isTime && outputHz > 0) Render(size, now + (double)begin / outputHz);
                 for (int at = 0; at < size; at++) wave[begin + at] = (float)mix[at];
             }
         }
@@ -520,20 +525,17 @@ namespace HapticVLM.Baked
             return b + 0.5 * share * (c - a + share * (2.0 * a - 5.0 * b + 4.0 * c - d + share * (3.0 * (b - c) + d - a)));
         }
 
+        /// <summary>The hand of this name; null: there is none, which is told.</summary>
         private Hand Of(string name)
         {
-            foreach (Hand hand in hands)
-            {
-                if (hand.Name == name) return hand;
-            }
-            return null;
+            string[] words = feel.File.Words["hand"];
+            return IsWord("hand", name, words) ? hands[Array.IndexOf(words, name)] : null;
         }
 
-        private bool IsWord(string field, string word)
+        private bool IsWord(string field, string word, string[] words)
         {
-            string[] words = feel.File.Words[field];
             if (Array.IndexOf(words, word) >= 0) return true;
-            Note(field, "'" + word + "' is not one of " + string.Join(", ", words) + ": the touch is refused");
+            Note(field, "'" + word + "' is not one of " + string.Join(", ", words) + ": the call is refused");
             return false;
         }
 

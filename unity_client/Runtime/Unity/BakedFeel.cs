@@ -43,14 +43,13 @@ namespace HapticVLM
             var paths = new List<string>();
             AddPaths(of, paths);
             if (target != null && target.gameObject != of) AddPaths(target.gameObject, paths);
-            BakeFound found = baked.Find(new BakeQuery
+            return baked.SurfaceOf(baked.Find(new BakeQuery
             {
                 ObjectId = target == null ? null : target.ObjectId,
                 Paths = paths.ToArray(),
                 Material = material == null ? null : Copies.Replace(material, ""),
                 Surface = surface,
-            });
-            return found == null ? null : baked.SurfaceOf(found);
+            }));
         }
 
         static void AddPaths(GameObject of, List<string> paths)

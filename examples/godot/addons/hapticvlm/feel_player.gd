@@ -6,6 +6,7 @@ extends RefCounted
 ## instead.
 
 const FeelFile := preload("feel_file.gd")
+const FORMS: Array[String] = ["amplitude", "parametric"]
 
 ## Factor of every vibration, 0..1.
 var gain: Variant = 1.0
@@ -87,6 +88,8 @@ func stop() -> void:
 
 ## Ends one hand, as `stop` does.
 func hold(name: String) -> void:
+	if not _is_word("hand", name, _hands.keys()):
+		return
 	_hands[name].is_held = true
 	_hands[name].is_armed = false
 	_hands[name].rest()
@@ -94,11 +97,13 @@ func hold(name: String) -> void:
 
 ## Returns whether a stop keeps this hand silent.
 func is_held(name: String) -> bool:
-	return _hands[name].is_held
+	return _is_word("hand", name, _hands.keys()) and _hands[name].is_held
 
 
 ## Fades a hand and keeps it silent, or lets its touches be heard from their next renewal.
 func mute(name: String, is_muted: bool) -> void:
+	if not _is_word("hand", name, _hands.keys()):
+		return
 	if is_muted and not _hands[name].is_muted:
 		_hands[name].let_go()
 	_hands[name].is_muted = is_muted
@@ -108,11 +113,12 @@ func mute(name: String, is_muted: bool) -> void:
 ## empty arrays are silence. The form is amplitude or parametric.
 func plan(name: String, form: String, now: Variant) -> Dictionary:
 	var pad: Dictionary = feel.rules.pad
-	var period_s: float = pad.period_s[form]
+	var is_form := _is_word("form", form, FORMS)
+	var period_s: float = pad.period_s[form if is_form else FORMS[0]]
 	var planned := {"period_ms": 1000.0 * period_s, "amplitude": [], "frequency_hz": [], "transients": []}
-	var hand: Hand = _hands.get(name)
-	if hand == null or not _is_time(now):
+	if not is_form or not _is_time(now) or not _is_word("hand", name, _hands.keys()):
 		return planned
+	var hand: Hand = _hands[name]
 	if hand.lease_until <= now:
 		hand.rest()
 		return planned
@@ -375,12 +381,19 @@ func _within(name: String, given: Variant, missing: Variant) -> Variant:
 
 
 func _knows(fields: Dictionary) -> bool:
-	for name: String in ["phase", "hand", "interaction"]:
-		var word: Variant = fields.get(name)
-		if not word in feel.words[name] and not (name == "interaction" and word == null):
-			_note(name, "`%s` is not one of %s: the touch is refused" % [word, ", ".join(feel.words[name])])
-			return false
-	return true
+	var interaction: Variant = fields.get("interaction")
+	return (
+		_is_word("phase", fields.get("phase"), feel.words.phase)
+		and _is_word("hand", fields.get("hand"), _hands.keys())
+		and (interaction == null or _is_word("interaction", interaction, feel.words.interaction))
+	)
+
+
+func _is_word(field: String, word: Variant, words: Array) -> bool:
+	if word in words:
+		return true
+	_note(field, "`%s` is not one of %s: the call is refused" % [word, ", ".join(words)])
+	return false
 
 
 func _note_milliseconds(hand: Hand, phase: String, now: float) -> void:
