@@ -11,6 +11,7 @@ from word_tables import words
 
 from hapticvlm.client.local_service import running
 from hapticvlm.commands import config_file, serve
+from hapticvlm.errors import UsageError
 from hapticvlm.rendering.heat.contact import PLATE_RESISTANCE
 from hapticvlm.server.options import Option
 from hapticvlm.server.settings import GROUPS, OPTIONS, ServeOptions
@@ -134,7 +135,7 @@ def test_a_file_that_is_wrong_is_refused_naming_file_field_and_cure(text, compla
 
 
 def test_a_file_that_cannot_be_read_is_refused(tmp_path):
-    with pytest.raises(ValueError, match="No such file"):
+    with pytest.raises(UsageError, match="No such file"):
         config_file.read(tmp_path / "none.toml")
     (tmp_path / "latin.toml").write_bytes(b'host = "\xe9"')
     with pytest.raises(ValueError, match="UTF-8"):

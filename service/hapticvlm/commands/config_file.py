@@ -18,6 +18,7 @@ import msgspec
 from msgspec import UNSET, Meta, UnsetType
 
 from hapticvlm import documents
+from hapticvlm.errors import UsageError
 from hapticvlm.server.options import Option
 from hapticvlm.server.settings import GROUPS, OPTIONS
 
@@ -60,12 +61,13 @@ _FILE = _struct(
 def read(path: Path) -> dict[str, Any]:
     """Return the file's options by field of `ServeOptions`; its paths are relative to it.
 
-    Raises ValueError naming the file, the field, the allowed values and what to do.
+    Raises UsageError when there is no such file, and ValueError naming the file, the field, the
+    allowed values and what to do.
     """
     try:
         checked = documents.read_toml(path, _FILE)
     except OSError as error:
-        raise ValueError(f"{path}: {error.strerror}; --config takes a TOML file") from None
+        raise UsageError(f"--config {path}: {error.strerror}; give a TOML file") from None
     except msgspec.ValidationError as error:
         raise ValueError(f"{path}: {_explain(str(error))}") from None
     except ValueError as error:

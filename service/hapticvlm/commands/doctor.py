@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hapticvlm.commands.parsing import add_json
-from hapticvlm.errors import UsageError
 
 if TYPE_CHECKING:
     from hapticvlm.commands.parsing import Commands
@@ -45,8 +44,6 @@ def add(commands: Commands) -> None:
 def _doctor(options: argparse.Namespace) -> int:
     from hapticvlm.commands.progress import working
 
-    if options.config is not None and not options.config.exists():
-        raise UsageError(f"--config {options.config}: no such file; give a TOML file")
     started = time.monotonic()
     with working("checking this machine"):
         findings = _examine(options, started + PATIENCE_S)
