@@ -92,11 +92,11 @@ def _replay(options: argparse.Namespace) -> int:
         recogniser = _recogniser(options) if options.recognise else None
         outcome = replay.replay(options.folder, table, recogniser)
         if options.wav is not None:
-            from hapticvlm.devices.speaker.audio import write_wav
+            from hapticvlm.rendering.vibration import wav
             from hapticvlm.rendering.vibration.sound_voice import in_voice
 
             wave = replay.waveform(outcome, touch_options.voices(options, table))
-            write_wav(options.wav, in_voice(wave, options.voice))
+            wav.write(options.wav, in_voice(wave, options.voice))
     if options.json:
         print(json.dumps(_fields(outcome, recognised=options.recognise)))
     else:

@@ -26,7 +26,6 @@ from hapticvlm.client.local_service import Service, ServiceError, ending_on_sigt
 from hapticvlm.client.sending import Outcome, stream
 from hapticvlm.demo import CAPTURE, summary
 from hapticvlm.demo.show import Show, waiting
-from hapticvlm.devices.speaker.audio import write_wav
 from hapticvlm.devices.speaker.output_list import has_output
 from hapticvlm.errors import HapticVLMError, shell_word
 from hapticvlm.materials import MATERIALS
@@ -34,6 +33,7 @@ from hapticvlm.recordings import timeline
 from hapticvlm.recordings.page import page
 from hapticvlm.recordings.page.moment import moment
 from hapticvlm.recordings.timeline import Timeline
+from hapticvlm.rendering.vibration import wav
 from hapticvlm.rendering.vibration.sound_voice import in_voice
 from hapticvlm.rendering.vibration.voices import Voices
 
@@ -64,7 +64,7 @@ def run(out: Path, *, quiet: bool, voice: str = "sound", as_json: bool = False) 
         outcome, show = _performed(capture, service, console)
     _record(show, out / "decisions.jsonl")
     session_timeline = _timeline(sessions, console)
-    write_wav(out / "vibration.wav", in_voice(session_timeline.wave, voice))
+    wav.write(out / "vibration.wav", in_voice(session_timeline.wave, voice))
     shared = moment(session_timeline)
     page.write(session_timeline, "the demo", out / "session.html", shared)
     figures = summary.write(capture, outcome, show.decisions, show.telemetry, out)

@@ -20,6 +20,7 @@ from hapticvlm.errors import UsageError
 from hapticvlm.materials import Material, find, nearest
 from hapticvlm.perception import NEUTRAL_C
 from hapticvlm.rendering import touch_ranges
+from hapticvlm.rendering.vibration import wav
 from hapticvlm.rendering.vibration.sound_voice import as_sound, in_voice
 from hapticvlm.rendering.vibration.vibration import INTERACTIONS, RATE_HZ, VOICES, Motion
 from hapticvlm.rendering.vibration.voices import Voices
@@ -27,7 +28,7 @@ from hapticvlm.touches import OWNED, ahap, haptic, owned
 from hapticvlm.touches.clip import Clip, clip, for_controllers
 from hapticvlm.touches.drawing import Drawing, draw
 from hapticvlm.touches.heat import Heat, ThermalInputs, heat
-from hapticvlm.touches.sound import Sound, sound, wav, write_wav
+from hapticvlm.touches.sound import Sound, sound
 
 AMBIENT_C = 22.0
 SPEED_MPS = 0.3
@@ -138,7 +139,7 @@ class FeltTouch:
         )
 
     def _repr_html_(self) -> str:
-        heard = wav(as_sound(self.vibration)[::HEARD_EVERY], RATE_HZ // HEARD_EVERY)
+        heard = wav.encoded(as_sound(self.vibration)[::HEARD_EVERY], RATE_HZ // HEARD_EVERY)
         address = f"data:audio/wav;base64,{base64.b64encode(heard).decode()}"
         return f'{self.plot().svg}<br><audio controls src="{address}"></audio>'
 
@@ -207,7 +208,7 @@ def save_clip(of: Clip, kind: str, path: Path) -> list[Path]:
     Returns the paths written. Raises OSError.
     """
     if kind == "wav":
-        write_wav(path, of.wave)
+        wav.write(path, of.wave)
     else:
         _write_json(path, haptic.document(of) if kind == "haptic" else ahap.document(of))
     heat_path = path.with_name(path.name + HEAT_SUFFIX)

@@ -1,4 +1,4 @@
-"""Renders the vibration half of a touch by the service's own voices; its spectrum; a WAV file.
+"""Renders the vibration half of a touch by the service's own voices, and its spectrum.
 
 Without an interaction the hand strikes and then rubs from RUB_AT_S on, as `contact` and `slide` of
 a scene would. Rubbing, carving and swinging go to and fro (rendering/vibration/vibration.py).
@@ -6,18 +6,14 @@ a scene would. Rubbing, carving and swinging go to and fro (rendering/vibration/
 
 from __future__ import annotations
 
-import io
 import math
-import wave
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from hapticvlm import documents
 from hapticvlm.materials import Material
 from hapticvlm.perception import drive_threshold_db
 from hapticvlm.rendering.vibration.textures import STROUHAL, rendered_hz
@@ -158,22 +154,6 @@ def spectrum(samples: NDArray[np.float32]) -> tuple[list[float], float]:
 def threshold_shape_db() -> list[float]:
     """Return the drive that is just felt at each of THIRDS, dB re that at 250 Hz."""
     return [float(level) for level in drive_threshold_db(np.array(THIRDS))]
-
-
-def write_wav(path: Path, samples: NDArray[np.float32]) -> None:
-    """Write (N,) float32 as 16-bit mono at RATE_HZ. Raises OSError."""
-    documents.replace_file(path, wav(samples))
-
-
-def wav(samples: NDArray[np.float32], rate_hz: int = RATE_HZ) -> bytes:
-    """Return (N,) float32 in [-1, 1] as a WAV file, 16-bit mono."""
-    raw = io.BytesIO()
-    with wave.open(raw, "wb") as file:
-        file.setnchannels(1)
-        file.setsampwidth(2)
-        file.setframerate(rate_hz)
-        file.writeframes((np.clip(samples, -1.0, 1.0) * 32767.0).astype("<i2").tobytes())
-    return raw.getvalue()
 
 
 def _command(material: str, interaction: str, motion: Motion, thickness_m: float | None) -> Command:

@@ -211,10 +211,3 @@ def _with_sizes(path: Path, longest_s: float) -> Path | io.BytesIO:
     sizes = (len(content) - 8, len(content) - start)
     riff, data = (size.to_bytes(4, "little") for size in sizes)
     return io.BytesIO(content[:4] + riff + content[8 : at + 4] + data + content[start:])
-
-
-def write_wav(path: Path, samples: NDArray[np.float32]) -> None:
-    """Write samples (N,) at RATE_HZ as a 16-bit WAV file, which every player reads."""
-    import soundfile
-
-    soundfile.write(path, np.clip(samples, -1.0, 1.0), RATE_HZ, format="WAV", subtype="PCM_16")

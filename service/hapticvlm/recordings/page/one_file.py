@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import base64
 import hashlib
-import io
 import json
 import re
 from collections.abc import Iterable
@@ -19,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hapticvlm.rendering.vibration import wav
 from hapticvlm.rendering.vibration.filters import resample
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 from hapticvlm.rendering.vibration.vibration_plan import PERIOD_S, PLAN_HZ, amplitudes
@@ -110,9 +110,5 @@ def plan(wave: NDArray[np.float32]) -> dict[str, Any]:
 
 def sound(wave: NDArray[np.float32], rate_hz: int = SOUND_HZ) -> bytes:
     """Return a wave (N,) at RATE_HZ as a WAV file at a lower rate."""
-    import soundfile
-
-    slowed = resample(wave, rate_hz, RATE_HZ) if wave.size else np.zeros(1, np.float32)
-    file = io.BytesIO()
-    soundfile.write(file, np.clip(slowed, -1.0, 1.0), rate_hz, format="WAV", subtype="PCM_16")
-    return file.getvalue()
+    slowed = resample(wave, rate_hz, RATE_HZ) if wave.size else np.zeros(1)
+    return wav.encoded(slowed, rate_hz)
