@@ -11,18 +11,20 @@ def is_loopback(host: str | None) -> bool:
     """Return whether a host name or address means this machine."""
     if host is None:
         return False
-    if host == "localhost":
-        return True
+    address = parsed(host)
+    return host == "localhost" or (address is not None and address.is_loopback)
+
+
+def parsed(host: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
+    """Return a host as an IP address, or None if it is a name."""
     try:
-        return ipaddress.ip_address(host).is_loopback
+        return ipaddress.ip_address(host)
     except ValueError:
-        return False
+        return None
 
 
 def require_address(host: str) -> None:
     """Refuse a malformed IP address; a name is the system's to look up. Raises ValueError."""
-    try:
-        if not host or ":" in host or host.rpartition(".")[2].isdigit():
-            ipaddress.ip_address(host)
-    except ValueError:
-        raise ValueError(f"--host {host!r}: not an IP address; {ADDRESSES}") from None
+    is_meant_as_one = not host or ":" in host or host.rpartition(".")[2].isdigit()
+    if is_meant_as_one and parsed(host) is None:
+        raise ValueError(f"--host {host!r}: not an IP address; {ADDRESSES}")

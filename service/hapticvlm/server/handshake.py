@@ -7,7 +7,7 @@ import hmac
 import itertools
 import logging
 import secrets
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -62,7 +62,6 @@ from hapticvlm.session.session import SceneSession
 from hapticvlm.session.settings import SessionSettings
 
 CLOSE_PROTOCOL = 4000
-GUESSES_LOGGED_S = 10.0
 CLOSE_MADE_ROOM = 4002
 SERVER_FULL = f"{MAX_CONNECTIONS} connections are open already: close one"
 
@@ -98,14 +97,11 @@ class Handshake:
         address: Address,
         gateway: Gateway,
         service_info: ServiceInfo,
-        clock: Callable[[], float],
     ) -> None:
         self._address = address
         self._gateway = gateway
         self._service_info = service_info
-        self._clock = clock
         self._numbers = itertools.count(1)
-        self._guesses = Guesses()
         self._admission = AdmissionControl(gateway)
 
     async def welcome(self, socket: ClientSocket) -> Connection | None:
@@ -159,9 +155,9 @@ class Handshake:
         return message
 
     async def slow_guess(self, peer: str) -> None:
-        """Count a wrong token, log it from time to time, and delay its sender."""
+        """Count and log a wrong token, and delay its sender."""
         self._gateway.counts[Count.REFUSED_TOKEN] += 1
-        self._guesses.note(peer, self._clock())
+        logger.warning("a wrong token from %s", peer)
         await asyncio.sleep(GUESS_S)
 
     def _open(
@@ -225,22 +221,6 @@ class Handshake:
                 crops_leave_machine=self._service_info.crops_elsewhere,
             ),
         )
-
-
-class Guesses:
-    """Logs wrong tokens: the first at once, then their number every few seconds."""
-
-    def __init__(self) -> None:
-        self._since = 0
-        self._logged_at = float("-inf")
-
-    def note(self, peer: str, now: float) -> None:
-        """Note a wrong token of this address."""
-        self._since += 1
-        if now - self._logged_at >= GUESSES_LOGGED_S:
-            logger.warning("%d wrong tokens, the newest from %s", self._since, peer)
-            self._since = 0
-            self._logged_at = now
 
 
 class AdmissionControl:

@@ -68,7 +68,7 @@ class WebSocketServer:
         self._local_pages = LoopbackPages(self._policy, self._overrides)
         limiter: SocketLimiter[ClientSocket] = SocketLimiter(gateway.counts)
         self._listener = Listener(limiter, self._answer, self._serve, MAX_MESSAGE_BYTES)
-        self._handshake = Handshake(address, gateway, service_info, clock)
+        self._handshake = Handshake(address, gateway, service_info)
         self._stop_slots = StopOnlySlots()
         self._refused_origins: set[str] = set()
 

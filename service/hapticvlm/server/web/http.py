@@ -8,7 +8,6 @@ or to the local network for the token (lan_pages.py).
 from __future__ import annotations
 
 import http
-import ipaddress
 import json
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -19,7 +18,7 @@ from urllib.parse import urlsplit
 from websockets.datastructures import Headers
 from websockets.http11 import Response
 
-from hapticvlm.server.addresses import is_loopback
+from hapticvlm.server.addresses import is_loopback, parsed
 from hapticvlm.server.edge.request import HttpRequest
 from hapticvlm.server.web import metrics
 from hapticvlm.server.web.lan_pages import CHALLENGE, HERE_ONLY, LanPages, is_token, qr_code, reach
@@ -95,21 +94,12 @@ class AccessPolicy:
             return True
         if host is None or is_loopback(self.host):
             return False
-        return host in self.names or is_address(host)
+        return host in self.names or parsed(host) is not None
 
 
 def hosts_of(origins: Iterable[str]) -> frozenset[str]:
     """Return the host names of these origins."""
     return frozenset(host for host in map(_host_of, origins) if host is not None)
-
-
-def is_address(host: str) -> bool:
-    """Return whether a host is an address and no name."""
-    try:
-        ipaddress.ip_address(host)
-    except ValueError:
-        return False
-    return True
 
 
 def answer(

@@ -21,6 +21,8 @@ from urllib.parse import urlsplit
 
 import segno
 
+from hapticvlm.server.addresses import parsed
+
 CHALLENGE = 'Basic realm="HapticVLM: any name, and the token as password", charset="UTF-8"'
 ANYWHERE = ("192.0.2.1", 9)  # TEST-NET-1 (RFC 5737): nothing is sent to it
 HERE_ONLY = "Pages go to this machine only. For a phone or headset start `hapticvlm serve --lan`."
@@ -54,7 +56,7 @@ class LanPages:
         # A page of any site can have its own name point to this machine and then read from it as
         # from itself (DNS rebinding). Its browser still says that name to us, so a name that is
         # not ours is refused. A bare address is safe: nobody can point an address elsewhere.
-        return name is not None and (name in self.names or _address(name) is not None)
+        return name is not None and (name in self.names or parsed(name) is not None)
 
 
 def is_token(authorization: str, token: str) -> bool:
@@ -79,7 +81,7 @@ def own_names(certified: Iterable[str] = ()) -> frozenset[str]:
 
 def is_near(peer: str) -> bool:
     """Return whether an address is of this machine or of a private network."""
-    address = _address(peer)
+    address = parsed(peer)
     if isinstance(address, ipaddress.IPv6Address) and address.ipv4_mapped is not None:
         address = address.ipv4_mapped
     return address is not None and (address.is_private or address.is_link_local)
@@ -106,10 +108,3 @@ def own_address() -> str | None:
         probe.connect(ANYWHERE)  # UDP only picks the interface
         return str(probe.getsockname()[0])
     return None
-
-
-def _address(text: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
-    try:
-        return ipaddress.ip_address(text)
-    except ValueError:
-        return None
