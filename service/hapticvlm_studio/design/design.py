@@ -28,6 +28,7 @@ import msgspec
 import numpy as np
 
 from hapticvlm import documents
+from hapticvlm.errors import shell_word, why_no_folder
 from hapticvlm_studio.design import form as forms
 from hapticvlm_studio.design.form import NOTHING, Form
 from hapticvlm_studio.design.stimuli import Stimulus, StudyError, revive
@@ -152,7 +153,7 @@ class _Head(msgspec.Struct):
 
 
 def read_design(folder: Path) -> Design:
-    """Read study.json. Raises StudyError when it is missing, of another format or damaged."""
+    """Read study.json. Raises OSError, and StudyError for one that is missing or damaged."""
     path = folder / HEAD
     try:
         content = documents.read_json(path, dict[str, Any])
@@ -169,8 +170,11 @@ def read_design(folder: Path) -> Design:
             head.order,
             forms.revive(head.form),
         )
-    except OSError as error:
-        raise StudyError(f"{path}: {error.strerror}; is {folder} a study's folder?") from None
+    except (FileNotFoundError, NotADirectoryError):
+        if not folder.is_dir():
+            raise StudyError(f"{why_no_folder(folder)}; give the folder of a study") from None
+        cure = f"`hapticvlm study run {shell_word(folder)}` runs it"
+        raise StudyError(f"{folder}: no study was run in this folder; {cure}") from None
     except StudyError as error:
         raise StudyError(f"{path}: {error}") from None
     except ValueError as error:

@@ -6,7 +6,7 @@ from dataclasses import replace
 from difflib import get_close_matches
 from pathlib import Path
 
-from hapticvlm.errors import shell_word
+from hapticvlm.errors import shell_word, why_no_folder
 from hapticvlm_studio.design import form as forms
 from hapticvlm_studio.design import patterns
 from hapticvlm_studio.design.design import HEAD, Design, Plan, design, read_design, write_design
@@ -44,6 +44,8 @@ def layout(folder: Path) -> tuple[Design, StudyFile]:
 
 def _no_study(folder: Path) -> str:
     """Return an error that names the study in a neighbouring folder that was probably meant."""
+    if folder.is_file():
+        return f"{why_no_folder(folder)}; give the folder of a study"
     others = [path for path in folder.absolute().parent.glob("*/") if path.name != folder.name]
     studies = [path.name for path in others if (path / FILE).exists()]
     near = get_close_matches(folder.name, studies, n=1)

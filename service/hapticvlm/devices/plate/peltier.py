@@ -34,6 +34,8 @@ from hapticvlm.devices.plate.session import PlateSession
 from hapticvlm.processes.priority import request_priority
 from hapticvlm.rendering.heat.limits import PlateReading
 
+CLEAR_S = 1.0  # for the board to answer
+KEEP_LAG_S = 12.0  # for a return to neutral, and the answer
 HANDSHAKE_S = 8.0  # a boot loader that waits for a program is deaf for up to 6 s
 READ_BYTES = 256
 REOPEN_PAUSES_S = (
@@ -178,16 +180,16 @@ class Peltier:
                 self._end_read()
             return self._session.reading(now)
 
-    def clear(self, fault: str, patience_s: float = 1.0) -> None:
+    def clear(self, fault: str) -> None:
         """Unlatch one fault, given its name or number, and wait for the answer.
 
-        Blocks for up to `patience_s`, so do not call it on an event loop. Raises DeviceError if the
+        Blocks for up to CLEAR_S, so do not call it on an event loop. Raises DeviceError if the
         board refuses or does not answer, ValueError if there is no such fault.
         """
         number = faults.number_of(fault)
         with self._lock:
             self._session.clear(number)
-        answer = self._await_answer(patience_s)
+        answer = self._await_answer(CLEAR_S)
         if answer is Answer.NOT_LATCHED:
             raise DeviceError(f"{faults.FIRMWARE[number].name} is not latched")
         if answer is Answer.PERSISTS:
@@ -201,13 +203,13 @@ class Peltier:
         """Lag of the plate's thermistors as the board keeps it, in s; None if it has none."""
         return self._session.lag_s
 
-    def keep_lag(self, lag_s: float, patience_s: float = 12.0) -> None:
+    def keep_lag(self, lag_s: float) -> None:
         """Store the lag of the plate's thermistors (s, 0 to 1) on the board, for good.
 
         The board takes it only while the plate is off, so this waits for a return to neutral.
-        Blocks for up to `patience_s`. Raises DeviceError when the board refuses or is too old.
+        Blocks for up to KEEP_LAG_S. Raises DeviceError when the board refuses or is too old.
         """
-        until = self._clock() + patience_s
+        until = self._clock() + KEEP_LAG_S
         answer: Answer | None = Answer.DRIVING
         while answer is Answer.DRIVING and self._clock() < until:
             with self._lock:

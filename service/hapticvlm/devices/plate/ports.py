@@ -142,10 +142,19 @@ def _exclusive(url: str) -> dict[str, Any]:
 
 
 def _reason(error: Exception) -> str:
-    number = error.errno if isinstance(error, OSError) else None
+    # pyserial puts the system's error behind one of its own, and for an address without a port a
+    # TypeError or its like, which says nothing to a user.
+    cause = error if getattr(error, "errno", None) else error.__context__ or error
+    if isinstance(cause, TypeError | ValueError | KeyError):
+        return "no address of a port; write it as socket://HOST:PORT"
+    number = next(iter(cause.args), None)  # termios has an error of its own, with the same number
     if number in (errno.EAGAIN, errno.EBUSY):
         return "another program has it open, perhaps `hapticvlm serve`"
-    return os.strerror(number) if number else str(error)
+    if number == errno.ENOTTY:
+        return "not a serial port"
+    if isinstance(number, int) and number > 0:
+        return os.strerror(number)
+    return getattr(cause, "strerror", "") or str(error)
 
 
 def _present() -> list[tuple[PortInfo, bool]]:
