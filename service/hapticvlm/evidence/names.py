@@ -64,7 +64,9 @@ _PRIMITIVE = re.compile(
 )
 _ENDING = re.compile(r"[\u3040-\u309f]*")  # hiragana
 _VOWEL = re.compile(r"[aeiouy]")  # a word without one is a code: "Fridge_SBS"
-_PARTICIPLE = re.compile(r"[a-z]{3,}[^e\W]ed")  # of unknown words no head: "Pot_Smashed"
+# An unknown word that ends as a participle tells what happened to a thing and does not name one, so
+# that "Pot_Smashed" is read as a pot. Short words ("seed") and those on -eed ("reed") may name one.
+_PARTICIPLE = re.compile(r"[a-z]{3,}[^e\W]ed")
 _THINGS: frozenset[Kind] = frozenset(("thing", "picky", "phrase"))
 _STUFFS: frozenset[Kind] = frozenset(("word", "form"))
 
