@@ -2,6 +2,7 @@
 
 import argparse
 import csv
+import shlex
 import socket
 import subprocess
 import sys
@@ -53,7 +54,7 @@ def test_each_wrong_use_is_answered_in_one_line_that_names_the_cure(tmp_path, ca
     offenders = []
     for use, named in uses:
         try:
-            code: object = main(use.replace("nosuch", str(tmp_path / "nosuch")).split())
+            code: object = main(shlex.split(use.replace("nosuch", str(tmp_path / "nosuch"))))
         except SystemExit as end:
             code = end.code
         said = capsys.readouterr().err.replace(str(tmp_path / "nosuch"), "nosuch")

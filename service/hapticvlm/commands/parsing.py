@@ -7,7 +7,7 @@ import re
 import sys
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
-from itertools import takewhile
+from itertools import pairwise, takewhile
 from typing import (
     TYPE_CHECKING,
     Any,
@@ -74,8 +74,11 @@ class Parser(argparse.ArgumentParser):
         flags = [flag for action in self._actions for flag in action.option_strings]
         if any(action.nargs == argparse.REMAINDER for action in self._actions):
             return
-        for word in words:
+        for before, word in pairwise(["", *words]):
             name = word.partition("=")[0]
+            if not word or (word.startswith("--") and word == f"{name}="):  # "$VARIABLE" not set
+                of = name or before
+                self.error(f"{of if of.startswith('-') else 'an argument'}: empty; give a value")
             if word == "--":
                 return
             if word.startswith("--") and not any(flag.startswith(name) for flag in flags):
