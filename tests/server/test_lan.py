@@ -105,6 +105,7 @@ def test_links_are_printed_and_to_a_terminal_alone_the_token_and_its_code(
     print_ready(options, 8790, DEVICES, has_priority=False)
     shown = capsys.readouterr().out
     assert str(lan.token_file()) in shown
+    assert "to hear it: --speaker default" in shown
     if not is_terminal:
         assert str(options.token) not in shown
         assert "\u2588" not in shown

@@ -133,7 +133,7 @@ def _status(plate: Peltier, options: argparse.Namespace) -> None:
         report = {"plate": plate.name, "simulated": plate.simulated, "lag_s": plate.lag_s}
         print(json.dumps({**report, **dataclasses.asdict(reading), "counts": plate.counts}))
         return
-    print(f"{plate.name}{' (simulated)' if plate.simulated else ''}")
+    print(plate.name)
     print(f"  plate {_degrees(reading.plate_c)}, sink {_degrees(reading.sink_c)}")
     print(f"  dose {reading.dose_cem43:.3f} CEM43, heated {reading.heated_s:.0f} s")
     lag = "unknown: hapticvlm calibrate plate" if plate.lag_s is None else f"{plate.lag_s:.2f} s"

@@ -195,7 +195,7 @@ def print_ready(
     for line in _addresses(options, port):
         print(line, flush=True)
     for label, device in (("speaker", devices.speaker), ("plate", devices.peltier)):
-        print(f"  {label:<12} {device.name}{' (simulated)' if device.simulated else ''}")
+        print(f"  {label:<12} {device.name}")
         if label == "speaker" and (heard := _heard(options)):
             print(f"  {'':<12} {heard}")
     for output in worn:
@@ -239,8 +239,8 @@ def _models(options: ServeOptions) -> Iterator[str]:
 
 def _heard(options: ServeOptions) -> str:
     """Say in which voice an output plays that may be heard and not felt; empty for others."""
-    if options.speaker is None:
-        return "to hear it: --speaker default, or the page above"
+    if options.speaker == "simulated":
+        return "to hear it: --speaker default, or the pages above"
     if options.voice == "sound":
         return "plays as sound, for ears; --voice true is for a palm speaker"
     if options.speaker == "default":

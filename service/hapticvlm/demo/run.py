@@ -183,6 +183,5 @@ def _next_steps(session: Path) -> str:
         "  dashboard   hapticvlm serve, then open http://127.0.0.1:8790/ in a browser\n"
         "  pictures    http://127.0.0.1:8790/try: drop a picture of yours and touch it\n"
         "  your scene  connect it to ws://127.0.0.1:8790/ (shortest: examples/touch.py)\n"
-        "  Unity       add the package in unity_client/ (README.md there: five steps);\n"
-        "              the protocol is schemas/messages.schema.json and schemas/vectors/"
+        "  tutorials   Unity, Godot, three.js, notebook, study: docs/tutorials/"
     )
