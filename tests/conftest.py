@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import itertools
 import json
+import logging
 import signal
 import time
 import urllib.request
@@ -22,6 +23,7 @@ from websockets.asyncio.client import connect as open_socket
 
 from hapticvlm.client.connection import Connection
 from hapticvlm.client.local_service import Service, running
+from hapticvlm.server.log_writer import LogWriter
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -45,6 +47,14 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
     """Skip or fail a test whose toolchain is absent before its fixtures are built."""
     for marker in item.iter_markers("needs_toolchain"):
         require(*marker.args)
+
+
+def pytest_runtest_teardown() -> None:
+    """Take the log back from a service that a test began here: its writer ends with its process."""
+    root = logging.getLogger()
+    for writer in [each for each in root.handlers if isinstance(each, LogWriter)]:
+        root.removeHandler(writer)
+        writer.close()
 
 
 @pytest.fixture(scope="module")
