@@ -5,7 +5,6 @@ import json
 import os
 import re
 import socket
-import subprocess
 import sys
 import threading
 import time
@@ -17,6 +16,7 @@ from typing import Any
 
 import pytest
 from certificates import Authority
+from in_process import hapticvlm
 from intiface_engine import IntifaceEngine
 from pace import PACE, until
 from plate_ports import Cable
@@ -37,15 +37,8 @@ TOKEN = "a token of a dozen"
 
 
 def doctor(*arguments: str) -> tuple[int, dict[str, Any]]:
-    done = subprocess.run(
-        [sys.executable, "-m", "hapticvlm", "doctor", "--json", *arguments],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=PATIENCE_S,
-    )
-    assert done.stdout, done.stderr
-    return done.returncode, json.loads(done.stdout)
+    done = hapticvlm("doctor", "--json", *arguments)
+    return done.code, json.loads(done.out)
 
 
 def config(folder: Path, **stated: object) -> str:
@@ -67,15 +60,9 @@ def test_a_machine_without_problems_gets_ok(tmp_path):
 
 def test_what_will_not_work_is_exit_code_1_and_has_a_cure_in_its_line(tmp_path):
     path = config(tmp_path, peltier="/dev/nowhere", gallery="none", host="0.0.0.0")
-    done = subprocess.run(
-        [sys.executable, "-m", "hapticvlm", "doctor", "--config", path],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=PATIENCE_S,
-    )
-    assert done.returncode == 1
-    wrong = [line for line in done.stdout.splitlines() if line.startswith("WRONG")]
+    done = hapticvlm("doctor", "--config", path)
+    assert done.code == 1
+    wrong = [line for line in done.out.splitlines() if line.startswith("WRONG")]
     assert len(wrong) == 3
     for about, cause in (("encoder", "none"), ("address", "--token"), ("plate", "/dev/nowhere")):
         assert any(about in line and cause in line and "->" in line for line in wrong)
