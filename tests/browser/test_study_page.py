@@ -21,7 +21,7 @@ from playwright.sync_api import Browser, Page
 from ports import free_port
 from quick_patterns import NAMES, quick_patterns
 
-pytestmark = [pytest.mark.browser, pytest.mark.realtime]
+pytestmark = [pytest.mark.nightly, pytest.mark.browser, pytest.mark.realtime]
 
 STEP_MS = 120_000 * PACE
 REPEATS = 2

@@ -25,10 +25,6 @@ pytestmark = [pytest.mark.process, pytest.mark.slow]
 PATIENCE_S = 180.0 * pace.PACE  # loading takes seconds, on a busy machine many
 
 
-def thirty_one():
-    return says("31 °C")
-
-
 def hangs(*_):
     time.sleep(8.0)
 
@@ -93,28 +89,35 @@ async def until_touched(client, claim):
     raise AssertionError("no such decision")
 
 
-async def test_an_endpoints_reading_is_felt_labelled_and_stated_in_welcome():
-    with endpoint(thirty_one()) as served, running(["--vlm-url", served.url]) as service:
-        async with scene(service) as client:
-            assert client.welcome["privacy"]["frames_leave_machine"]
-            assert client.welcome["models"]["vlm"].startswith("Qwen")
-            decision = await until_touched(client, lambda d: d["ambient_source"] == "vlm")
+@pytest.fixture(scope="module")
+def told():
+    """A service whose endpoint says 31 degC, and that endpoint."""
+    with endpoint(says("31 °C")) as served, running(["--vlm-url", served.url]) as service:
+        yield service, served
+
+
+async def test_a_scene_that_states_its_ambient_is_never_asked_about(told):
+    service, served = told
+    async with scene(service, ambient_c=12.0) as client:
+        for number in range(40):
+            await client.ask(**frame(number))
+            await asyncio.sleep(0.05)
+        await client.touch("contact", "table")
+        decision = await client.event("decision", object_id="table")
+    assert (decision["ambient_source"], decision["ambient_c"]) == ("scene", 12.0)
+    assert not [asked for asked in served.questions if "°C" in json.dumps(asked)]
+
+
+async def test_an_endpoints_reading_is_felt_labelled_and_stated_in_welcome(told):
+    service, _ = told
+    async with scene(service) as client:
+        assert client.welcome["privacy"]["frames_leave_machine"]
+        assert client.welcome["models"]["vlm"].startswith("Qwen")
+        decision = await until_touched(client, lambda d: d["ambient_source"] == "vlm")
     assert decision["ambient_c"] == 31.0
     assert decision["ambient_low_c"] <= decision["ambient_c"] <= decision["ambient_high_c"]
     assert decision["surface_c"] == pytest.approx(decision["ambient_c"])
     assert any("frames are sent there" in line for line in service.printed)
-
-
-async def test_a_scene_that_states_its_ambient_is_never_asked_about():
-    with endpoint(thirty_one()) as served, running(["--vlm-url", served.url]) as service:
-        async with scene(service, ambient_c=12.0) as client:
-            for number in range(40):
-                await client.ask(**frame(number))
-                await asyncio.sleep(0.05)
-            await client.touch("contact", "table")
-            decision = await client.event("decision", object_id="table")
-        assert (decision["ambient_source"], decision["ambient_c"]) == ("scene", 12.0)
-        assert not [asked for asked in served.questions if "°C" in json.dumps(asked)]
 
 
 @pytest.mark.parametrize(
