@@ -13,7 +13,8 @@ from PIL import Image
 from webxr_frames import LOOK
 from webxr_scene import Visit, visiting
 
-pytestmark = [pytest.mark.browser, pytest.mark.needs_toolchain("chromium", "three")]
+three = pytest.mark.needs_toolchain("chromium", "three")
+pytestmark = [pytest.mark.nightly, pytest.mark.browser, three]
 
 LOOK_MS = 10_000 * PACE  # to draw, send and look at a picture
 NEUTRAL_C = 32.0
@@ -35,14 +36,12 @@ def visit() -> Iterator[Visit]:
         yield visit
 
 
-@pytest.mark.nightly
 def test_the_table_holds_all_four_materials_and_things_of_two(visit: Visit) -> None:
     truths = visit.truths()
     assert set(truths.values()) == {"wood", "glass", "fabric", "metal"}
     assert truths["hammer head"] != truths["hammer handle"]
 
 
-@pytest.mark.nightly
 def test_every_object_touched_has_its_true_material_by_what_the_scene_says(visit: Visit) -> None:
     truths = visit.truths()
     decided = {key: visit.touch(key) or {"material": "none"} for key in truths}
@@ -51,14 +50,12 @@ def test_every_object_touched_has_its_true_material_by_what_the_scene_says(visit
     assert all(decision["pattern"] for decision in decided.values())
 
 
-@pytest.mark.nightly
 def test_held_metal_draws_the_plate_to_the_setpoint_of_its_decision(visit: Visit) -> None:
     decision = visit.touch("kettle", feels_plate=True)
     assert decision["setpoint_c"] < NEUTRAL_C - 2
     assert decision["setpoint_c"] - 0.1 <= decision["plate"]["setpoint_c"] < NEUTRAL_C - 1
 
 
-@pytest.mark.nightly
 def test_the_panel_says_what_was_decided_and_why(visit: Visit) -> None:
     visit.touch("vase")
     visit.page.locator("#drawer").evaluate("drawer => (drawer.hidden = false)")
@@ -81,7 +78,6 @@ def seen(visit: Visit, key: str) -> tuple[Any, Any]:
 
 
 @pytest.mark.parametrize("key", ["hammer head", "bottle"])
-@pytest.mark.nightly
 def test_a_picture_is_turned_to_its_object_and_filled_by_it(visit: Visit, key: str) -> None:
     image, mask = seen(visit, key)
     rows, columns = np.nonzero(mask)
@@ -92,7 +88,6 @@ def test_a_picture_is_turned_to_its_object_and_filled_by_it(visit: Visit, key: s
     assert image[mask > 0].std() > 5
 
 
-@pytest.mark.nightly
 def test_a_hand_before_an_object_is_left_out_of_its_picture(visit: Visit) -> None:
     alone, mask = seen(visit, "bowl")
     visit.modules.evaluate(HOLD_BEFORE, ["bowl", *HEAD])
@@ -101,7 +96,6 @@ def test_a_hand_before_an_object_is_left_out_of_its_picture(visit: Visit) -> Non
     assert np.abs(image.astype(float) - alone).max() < 4
 
 
-@pytest.mark.nightly
 def test_frames_alone_are_looked_at_by_the_encoder(visit: Visit) -> None:
     truths = visit.truths()
     visit.modules.evaluate("({main}) => main.tell('frames')")
@@ -113,7 +107,6 @@ def test_frames_alone_are_looked_at_by_the_encoder(visit: Visit) -> None:
     assert {item["rung"] for item in seen} == {"encoder"}
 
 
-@pytest.mark.nightly
 def test_the_service_sends_a_controller_the_vibration_of_what_it_touches(visit: Visit) -> None:
     visit.modules.evaluate(
         """({main}) => {
@@ -130,7 +123,6 @@ def test_the_service_sends_a_controller_the_vibration_of_what_it_touches(visit: 
     assert "amplitude" not in plans[-1]
 
 
-@pytest.mark.nightly
 def test_a_controller_is_drawn_where_it_is_held(visit: Visit) -> None:
     visit.touch("linen")
     drawn = visit.modules.evaluate(
@@ -143,6 +135,5 @@ def test_a_controller_is_drawn_where_it_is_held(visit: Visit) -> None:
     assert drawn < 0.06
 
 
-@pytest.mark.nightly
 def test_nothing_went_wrong_in_the_page(visit: Visit) -> None:
     assert visit.complaints == []

@@ -9,8 +9,9 @@ from hapticvlm.vision.loading import load_encoder
 from hapticvlm_lab.training import describing, flat_layer
 from hapticvlm_lab.training.describing import NAMES
 
+pytestmark = pytest.mark.nightly  # the whole file: it imports torch
 
-@pytest.mark.nightly
+
 def test_crops_are_read_with_their_kit(tmp_path: Path) -> None:
     toy = np.full((224, 224, 4), (150, 90, 40, 255), np.uint8)
     photograph = np.random.default_rng(2).integers(0, 255, (224, 224, 4), np.uint8)
