@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 
 import pytest
-from pace import until
+from pace import PACE, until
 
 import hapticvlm
 from hapticvlm.processes.supervised import Child, ChildError, Started
@@ -33,6 +33,16 @@ def given_much(data, control):
     """Say ready once all of what was given has arrived."""
     Started((str(len(data)),)).send(control)
     with_nothing_to_say(control)
+
+
+def starved(control):
+    Started().send(control)
+    raise MemoryError
+
+
+def broken(control):
+    Started().send(control)
+    raise RuntimeError("a defect")
 
 
 def interrupted(control):
@@ -79,6 +89,27 @@ def test_a_child_that_hangs_is_replaced_by_another_once_it_is_gone(watched):
     until(lambda: child.supervise(time.monotonic(), is_well=True) is None and child.ready_at)
     assert child.pid != first
     assert first not in [process.pid for process in multiprocessing.active_children()]
+
+
+def test_a_closed_child_may_end_by_itself_and_never_outlives_this_process(watched):
+    child = watched(obedient)
+    child.start()
+    (process,) = (each for each in multiprocessing.active_children() if each.pid == child.pid)
+    assert process.daemon
+    child.close(10.0 * PACE)
+    assert process.exitcode == 0
+
+
+@pytest.mark.parametrize("target", [starved, broken])
+def test_only_a_child_that_runs_out_of_memory_ends_without_a_traceback(watched, target, capfd):
+    child = watched(target)
+    child.start()
+    said = until(lambda: child.supervise(time.monotonic(), is_well=True))
+    assert said == "the child died (exit code 1); restarted at once"
+    told = capfd.readouterr().err
+    assert ("the child ended: no memory" in told, "Traceback" in told) == (
+        (True, False) if target is starved else (False, True)
+    )
 
 
 def test_a_child_that_dies_in_the_middle_of_its_first_message_is_said_to_have_died(watched):
