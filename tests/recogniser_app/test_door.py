@@ -15,9 +15,10 @@ import uvicorn
 from pace import PACE
 from uvicorn.server import ServerState
 
+import hapticvlm_recogniser_app.door as door_module
 from hapticvlm.vision.remote import contract
 from hapticvlm_recogniser_app.door import STRANGER_S, Door, Strangers
-from hapticvlm_recogniser_app.settings import TOKEN
+from hapticvlm_recogniser_app.settings import ADMITTED, TOKEN
 
 SECRET = "the-token-of-this-test"
 CROWD = 600
@@ -88,22 +89,46 @@ def test_a_crowd_of_strangers_keeps_no_client_out(app, said):
             one.close()
 
 
-async def test_a_refused_body_does_not_stay_with_its_socket():
-    async def refuse(_scope, _receive, send):
+@contextlib.asynccontextmanager
+async def door_of_one():
+    """A door whose application takes a while to answer, and both ends of its one socket."""
+
+    async def answer(scope, _receive, send):
+        scope[ADMITTED] = "a client" if scope["path"] == "/client" else None
+        await asyncio.sleep(0.01)
         await send({"type": "http.response.start", "status": 401, "headers": []})
         await send({"type": "http.response.body", "body": b""})
 
     http = type("OwnDoor", (Door,), {"strangers": Strangers()})
-    config = uvicorn.Config(refuse, http=http, ws="none", lifespan="off", log_config=None)
+    config = uvicorn.Config(
+        answer, http=http, ws="none", lifespan="off", log_config=None, timeout_keep_alive=3600
+    )
     config.load()
     door = http(config=config, server_state=ServerState(), app_state={})
     server = await asyncio.get_running_loop().create_server(lambda: door, "127.0.0.1", 0)
     async with server:
         reader, writer = await asyncio.open_connection(*server.sockets[0].getsockname())
+        yield door, reader, writer
+        writer.close()
+
+
+async def test_a_refused_body_does_not_stay_with_its_socket():
+    async with door_of_one() as (door, reader, writer):
         writer.write(SAID["half a body"])
         assert b"401" in await asyncio.wait_for(reader.readline(), 10.0 * PACE)
         assert not door.cycle.body
-        writer.close()
+
+
+async def test_a_socket_is_a_clients_from_request_to_request(monkeypatch):
+    monkeypatch.setattr(door_module, "STRANGER_S", 0.2)
+    async with door_of_one() as (_, reader, writer):
+        for path in (b"/client", b"/client", b"/stranger"):
+            writer.write(b"GET %s HTTP/1.1\r\nHost: x\r\n\r\n" % path)
+            await asyncio.wait_for(reader.readuntil(b"0\r\n\r\n"), 10.0 * PACE)
+            if path == b"/client":
+                await asyncio.sleep(0.6)
+                assert not reader.at_eof()
+        assert await asyncio.wait_for(reader.read(), 10.0 * PACE) == b""
 
 
 def test_a_client_keeps_its_socket_while_a_stranger_loses_it(app):

@@ -29,6 +29,7 @@ def test_names_that_none_can_ask_for_are_refused(text):
 
 
 def test_replicas_are_a_number_or_a_range():
+    assert Scale() == Scale(replicas=(1, 1), gpus=0.0, queue=128)
     assert (read_replicas("3"), read_replicas("1:4")) == ((3, 3), (1, 4))
     for text in ("0", "4:1", "many", "1:"):
         with pytest.raises(ValueError, match="--replicas"):
