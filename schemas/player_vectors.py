@@ -113,7 +113,8 @@ def plan_problems(case: Json, played: Json) -> list[str]:
     return [
         f"{case['name']} {at_s} {form}: {own}, not {wanted}"
         for at_s, form, wanted, own in plans
-        if not _are_near(_plan_numbers(wanted), _plan_numbers(own))
+        if own["period_ms"] != wanted["period_ms"]
+        or not _are_near(_plan_numbers(wanted), _plan_numbers(own))
     ]
 
 

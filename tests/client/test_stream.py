@@ -79,6 +79,7 @@ async def test_the_middle_is_felt_from_the_first_frame_to_the_last(service, tmp_
     assert max(leases) == 1
     assert ended["leases"] == 0
     assert outcome.sent["touch"] == len(touches)
+    assert outcome.sent.total() == outcome.answers.total() + outcome.unanswered
     assert touches[-1].t_s > 1.9
 
 

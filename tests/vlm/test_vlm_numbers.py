@@ -71,7 +71,7 @@ def test_a_planted_number_is_read_back(encode, number: int) -> None:
     assert found.low_c == pytest.approx(number - COVERAGE / 2, abs=1e-6)
     assert found.high_c == pytest.approx(number + COVERAGE / 2, abs=1e-6)
     assert found.share == pytest.approx(1.0, abs=1e-6)
-    assert found.prompt_sd_c is None
+    assert (found.prompt_sd_c, found.seconds) == (None, 0.0)
 
 
 def test_a_digit_that_goes_on_is_not_the_number_it_begins_with() -> None:
