@@ -14,13 +14,15 @@ from typing import Any
 
 import pytest
 from gltf_room import OBJECT, SURFACES, glb, write_room
-from PIL import Image
+from PIL import Image, features
 from word_tables import cases
 
 from hapticvlm.scenes import files, gltf, reading
 from hapticvlm.scenes.reading import read_scene
 from hapticvlm.scenes.scene import Scene, SceneError
 from hapticvlm.session import scene_objects
+from hapticvlm.vision.files import decode_frame
+from hapticvlm.vision.pictures import decode_upright
 
 Document = dict[str, Any]
 TABLES = Path(__file__).with_name("scene_files.json")
@@ -495,6 +497,15 @@ def test_a_texture_that_git_lfs_keeps_elsewhere_says_so(tmp_path: Path) -> None:
     (tmp_path / "t.png").write_bytes(b"version https://git-lfs.github.com/spec/v1\noid sha256:0\n")
     with pytest.raises(SceneError, match="git lfs pull"):
         picture(scene_of(tmp_path, textured({"uri": "t.png"})))()
+
+
+@pytest.mark.skipif(not features.check("avif"), reason="this Pillow reads no AVIF")
+def test_a_texture_in_avif_alone_is_read(tmp_path: Path) -> None:
+    Image.new("RGB", (8, 8), "red").save(tmp_path / "t.avif")
+    image = {"uri": "t.avif", "mimeType": "image/avif"}
+    only = {"extensions": {"EXT_texture_avif": {"source": 0}}}
+    frame = decode_frame(picture(scene_of(tmp_path, textured(image, only)))(), Path("t"))
+    assert decode_upright(frame, 1)[0, 0].argmax() == 0
 
 
 def test_whole_numbers_may_be_written_with_a_point(tmp_path: Path) -> None:

@@ -49,7 +49,7 @@ _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 _AT_ONCE = 1 << 18  # triangles whose area is computed together: 30 MB
 _DTYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS = {"SCALAR": 1, "VEC3": 3}
-_UNREADABLE = {"image/ktx2": "KTX2", "image/vnd-ms.dds": "DDS", "image/avif": "AVIF"}
+_UNREADABLE = {"image/ktx2": "KTX2", "image/vnd-ms.dds": "DDS"}
 
 
 def read_scene(

@@ -21,7 +21,7 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageCms
+from PIL import Image, ImageCms, features
 
 from hapticvlm import documents
 from hapticvlm.errors import HapticVLMError
@@ -268,7 +268,7 @@ def _read(path: Path) -> bytes:
 
 def _open(path: Path, data: bytes) -> Image.Image:
     try:
-        image = Image.open(BytesIO(data), formats=FORMATS)
+        image = Image.open(BytesIO(data), formats=_formats(data))
     except (Image.DecompressionBombError, Image.DecompressionBombWarning):
         limit = f"more than {Image.MAX_IMAGE_PIXELS or 0:,} px"
         raise FileError(f"{path}: {limit}; shrink it") from None
@@ -279,6 +279,12 @@ def _open(path: Path, data: bytes) -> Image.Image:
     if count > 1:
         raise FileError(f"{path}: an animation of {count} pictures; save the one you mean")
     return image
+
+
+def _formats(data: bytes) -> tuple[str, ...]:
+    """Return the formats to try; AVIF, which maps of scenes use, where Pillow has it (11.3)."""
+    is_avif = _NOT_READ["AVIF"].match(data) and features.check("avif")
+    return ("AVIF",) if is_avif else FORMATS
 
 
 def _orientation(image: Image.Image) -> int:
