@@ -108,6 +108,18 @@ def test_a_surface_that_agrees_or_says_nothing_changes_no_belief() -> None:
 
 
 @pytest.mark.parametrize(
+    ("name", "surface", "material"),
+    [("Desk", "Gold", "metal"), ("Bench", "Earth", "stone"), ("Desk", "Red", "wood")],
+)
+def test_a_metal_or_soil_of_a_surface_says_more_than_what_its_object_is_usually_of(
+    name: str, surface: str, material: str
+) -> None:
+    evidence = from_name(name, surface=surface)
+    assert evidence is not None
+    assert evidence.material == material
+
+
+@pytest.mark.parametrize(
     ("name", "material"), [("Hose", "rubber"), ("Coin", "metal"), ("Gift", None), ("Pot", None)]
 )
 def test_english_wins_over_words_of_other_languages(name: str, material: str | None) -> None:

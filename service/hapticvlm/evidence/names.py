@@ -67,6 +67,8 @@ _VOWEL = re.compile(r"[aeiouy]")  # a word without one is a code: "Fridge_SBS"
 # An unknown word that ends as a participle tells what happened to a thing and does not name one, so
 # that "Pot_Smashed" is read as a pot. Short words ("seed") and those on -eed ("reed") may name one.
 _PARTICIPLE = re.compile(r"[a-z]{3,}[^e\W]ed")
+# What a surface's name rests on is trusted more than the same in an object's: "Earth", "Gold".
+_OF_SURFACES: dict[Ground, Ground] = {"stuff_before_unknown": "stuff", "weak": "usual"}
 _THINGS: frozenset[Kind] = frozenset(("thing", "picky", "phrase"))
 _STUFFS: frozenset[Kind] = frozenset(("word", "form"))
 
@@ -187,8 +189,7 @@ def _of_surface(surface: str, name: str, lexicon: Lexicon) -> Reading | None:
     if own is None:
         return None
     reading = reading or own
-    is_stuff = reading.ground == "stuff_before_unknown"
-    return replace(reading, ground="stuff") if is_stuff else reading
+    return replace(reading, ground=_OF_SURFACES.get(reading.ground, reading.ground))
 
 
 def _is_clean(name: str, lexicon: Lexicon) -> bool:
