@@ -16,8 +16,10 @@ var surface_of: Callable
 var said := {}
 var feel: Dictionary
 var step_s: float
-var smooth_s: float
 var sound_hz: float
+## Of the step that is taken: its length in time constants of a smoothed number, and how far that falls.
+var smoothing: float
+var decay: float
 
 var _hands := {}
 var _grains := {}
@@ -30,7 +32,6 @@ func _init(file: Dictionary, surfaces: Callable, hz := 0.0) -> void:
 	surface_of = surfaces
 	sound_hz = hz
 	step_s = feel.rules.step_s
-	smooth_s = feel.rules.smooth_s
 	for name: String in feel.words.hand:
 		_hands[name] = Hand.new(sound_hz > 0.0)
 
@@ -203,6 +204,7 @@ func _feel(hand: Hand, fields: Dictionary, kind: String, onset: bool) -> void:
 	var strength: float = _within("impact_gain", surface.get("impact_gain"), 1.0)
 	var thickness_m: Variant = _within("thickness_m", surface.get("thickness_m"), null)
 	hand.wishes.clear()
+	hand.is_followed = false
 	if hand.touches and surface.get("hum") != null:
 		_hum(hand, surface.hum)
 	var name: Variant = surface.get("material")
@@ -265,7 +267,7 @@ func _strike(hand: Hand, facts: Dictionary, kind: String, speed: float, force: f
 func _texture(facts: Dictionary, grain_name: String, speed: float) -> Array:
 	var voices := []
 	for layer: Dictionary in facts.layers:
-		var clip: Dictionary = feel.loops[layer.loop]
+		var clip := FeelVoices.unpacked(feel.loops[layer.loop])
 		var values := {"clip": clip, "facts": layer, "at": draw() * clip.seconds, "flow": Vector2(speed, 0.0)}
 		voices.append(FeelVoices.Voice.new(FeelVoices.layer, values))
 	if facts.breaks != null:
@@ -275,11 +277,16 @@ func _texture(facts: Dictionary, grain_name: String, speed: float) -> Array:
 
 ## Lets a hand sound for `dt`, s; returns the power for a pad, and adds samples to `part`.
 func _advance(hand: Hand, dt: float, part := PackedFloat64Array()) -> Vector3:
-	for voice in hand.voices:
-		if voice.to != null:  # what followed a wish; impacts and grains ring
-			voice.aim = 0.0
-	for wish in hand.wishes:
-		_follow(hand, wish)
+	if not hand.is_followed:
+		hand.is_followed = true
+		for voice in hand.voices:
+			if voice.to != null:  # what followed a wish; impacts and grains ring
+				voice.aim = 0.0
+		for wish in hand.wishes:
+			_follow(hand, wish)
+	if smoothing != dt / feel.rules.smooth_s:
+		smoothing = dt / feel.rules.smooth_s
+		decay = exp(-smoothing)
 	var power := Vector3.ZERO
 	var step: float = dt / feel.rules.fade_s
 	var has_ended := false
@@ -289,6 +296,7 @@ func _advance(hand: Hand, dt: float, part := PackedFloat64Array()) -> Vector3:
 		power += voice.advance.call(self, hand, voice, before, dt, part)
 		has_ended = has_ended or (voice.fade == 0.0 and voice.aim == 0.0)
 	if has_ended:
+		hand.is_followed = false  # another texture may begin
 		hand.voices = hand.voices.filter(func(voice: FeelVoices.Voice) -> bool: return voice.fade != 0.0 or voice.aim != 0.0)
 	return power
 
@@ -320,6 +328,7 @@ func _ahead(hand: Hand, period_s: float, periods: int) -> Array:
 	var voices := hand.voices.duplicate()
 	var memories := voices.map(func(voice: FeelVoices.Voice) -> Array: return voice.memory())
 	var drawn := _drawn
+	var is_followed := hand.is_followed
 	var size := roundi(period_s / step_s)
 	var powers := []
 	for period in periods:
@@ -328,6 +337,7 @@ func _ahead(hand: Hand, period_s: float, periods: int) -> Array:
 			power += _advance(hand, step_s)
 		powers.append(power / size)
 	_drawn = drawn
+	hand.is_followed = is_followed
 	hand.voices = voices
 	for at in voices.size():
 		voices[at].recall(memories[at])
@@ -428,6 +438,7 @@ class Hand:
 	var touched_at := 0.0
 	var gaps := 0
 	var wishes: Array[FeelVoices.Wish] = []
+	var is_followed := false  # each wish has its voices, and they know it
 	var voices: Array[FeelVoices.Voice] = []
 	var _fades: bool  # as samples do; a plan ends at once
 
@@ -444,6 +455,7 @@ class Hand:
 	## Ends what sounds: at once for a plan, with a fade for samples. An impact of which nothing was played is dropped.
 	func let_go() -> void:
 		wishes.clear()
+		is_followed = false
 		time = NAN
 		if not _fades:
 			voices.clear()

@@ -44,9 +44,9 @@ class Voice:
 	var palm := 0.0
 	var pad := 0.0
 	var rate := 1.0
-	var felt := 0.0
+	var read := Vector3.ZERO  # of a loop: its rate, loudness and frequency
+	var read_at := NAN  # the speed at which it was read
 	var hz := 0.0
-	var read_at := NAN  # the speed at which a loop was read
 	var to: Wish
 	var fade := 0.0
 	var aim := 0.0
@@ -89,17 +89,14 @@ static func shot(player: FeelPlayer, _hand: FeelPlayer.Hand, voice: Voice, befor
 	var clip := voice.clip
 	var step := maxi(int(voice.at / player.step_s + SOON), 0)
 	var power := Vector3.ZERO
-	var drives: PackedFloat64Array = clip.drive
-	if step < drives.size():
-		var drive := voice.pad * voice.fade * drives[step]
-		var loud: float = voice.pad * voice.fade * clip.felt[step]
-		var turned: float = drive * clip.hz[step]
-		power = Vector3(drive * drive, loud * loud, turned * turned)
+	var powers: PackedVector3Array = clip.powers
+	if step < powers.size():
+		power = (voice.pad * voice.fade) ** 2 * powers[step]
 	if part:
 		mix(part, clip, false, voice.at, voice.rate / player.sound_hz, voice.palm * before, voice.palm * voice.fade)
 	voice.at += voice.rate * dt
 	voice.has_begun = true
-	if voice.at >= clip.seconds and step >= drives.size():
+	if step >= powers.size() and voice.at >= clip.seconds:
 		voice.fade = 0.0
 		voice.aim = 0.0
 	return power
@@ -109,30 +106,29 @@ static func shot(player: FeelPlayer, _hand: FeelPlayer.Hand, voice: Voice, befor
 static func layer(player: FeelPlayer, _hand: FeelPlayer.Hand, voice: Voice, before: float, dt: float, part: PackedFloat64Array) -> Vector3:
 	var clip := voice.clip
 	var old := voice.level.x
-	voice.level = smoothed(voice.level, voice.target, dt / player.smooth_s)
-	voice.flow = smoothed(voice.flow, voice.to.pitch, dt / player.smooth_s)
+	voice.level = smoothed(player, voice.level, voice.target)
+	voice.flow = smoothed(player, voice.flow, voice.to.pitch)
 	if voice.flow.x != voice.read_at:
 		voice.read_at = voice.flow.x
 		var on := place(player.feel.speeds_mps, voice.flow.x)
-		voice.rate = value(clip.rate, on)
-		voice.felt = value(clip.felt, on)
-		voice.hz = value(clip.hz, on)
+		var reads: PackedVector3Array = clip.reads
+		var below := mini(int(on), reads.size() - 2)
+		voice.read = reads[below].lerp(reads[below + 1], on - below)
 	var gain := voice.level.x * voice.fade
-	var track: Dictionary = clip.drive
-	var steps: PackedByteArray = track.bytes
-	var step := int(voice.at / player.step_s + SOON) % steps.size()
-	var drive: float = gain * track.peak * fall[steps[step]]
+	var rate := voice.read.x
+	var drives: PackedFloat64Array = clip.drives
+	var drive := gain * drives[int(voice.at / player.step_s + SOON) % drives.size()]
 	if part:
-		mix(part, clip, true, voice.at, voice.rate / player.sound_hz, old * before, gain)
-	voice.at = fposmod(voice.at + voice.rate * dt, clip.seconds)
-	var loud := drive * voice.felt
-	var turned := drive * voice.hz
+		mix(part, clip, true, voice.at, rate / player.sound_hz, old * before, gain)
+	voice.at = fposmod(voice.at + rate * dt, clip.seconds)
+	var loud := drive * voice.read.y
+	var turned := drive * voice.read.z
 	return Vector3(drive * drive, loud * loud, turned * turned)
 
 
 ## The fibres that break under a blade, a grain each: `rate` of them in each s. `at` is the distance to the next one.
 static func breaks(player: FeelPlayer, hand: FeelPlayer.Hand, voice: Voice, _before: float, dt: float, _part: PackedFloat64Array) -> Vector3:
-	voice.level = smoothed(voice.level, voice.target, dt / player.smooth_s)
+	voice.level = smoothed(player, voice.level, voice.target)
 	voice.at -= voice.rate * dt
 	if voice.at < 0.0:
 		var gain := (0.4 + 0.6 * player.draw()) * voice.level.x * voice.fade
@@ -146,7 +142,7 @@ static func breaks(player: FeelPlayer, hand: FeelPlayer.Hand, voice: Voice, _bef
 static func press(player: FeelPlayer, hand: FeelPlayer.Hand, voice: Voice, _before: float, dt: float, _part: PackedFloat64Array) -> Vector3:
 	var rules: Dictionary = player.feel.rules
 	var old := voice.level.x
-	voice.level = smoothed(voice.level, voice.target, dt / player.smooth_s)
+	voice.level = smoothed(player, voice.level, voice.target)
 	var deeper := voice.level.x - old
 	if voice.level.x >= voice.at and voice.flow.x < dt:
 		var late_s := maxf(maxf(voice.flow.x, dt * (voice.at - old) / deeper if deeper > 0.0 else 0.0), 0.0)
@@ -178,13 +174,13 @@ static func hum(player: FeelPlayer, _hand: FeelPlayer.Hand, voice: Voice, before
 	return power
 
 
-## Returns value and slope of a number that follows its target through two low-passes, after a time in their length.
-static func smoothed(state: Vector2, target: float, time: float) -> Vector2:
+## Returns value and slope of a number that follows its target through two low-passes, after a step of the player.
+static func smoothed(player: FeelPlayer, state: Vector2, target: float) -> Vector2:
 	var distance := state.x - target
 	if absf(distance) + absf(state.y) < NEGLIGIBLE:
 		return Vector2(target, 0.0)
-	var push := state.y + distance
-	return Vector2(distance + push * time, state.y - push * time) * exp(-time) + Vector2(target, 0.0)
+	var push := (state.y + distance) * player.smoothing
+	return Vector2((distance + push) * player.decay + target, (state.y - push) * player.decay)
 
 
 ## Returns the place of a value on an axis: the number of the entry below it, and the share of the next one.
@@ -199,27 +195,39 @@ static func value(table: Array, at: float) -> float:
 	return lerpf(table[below], table[below + 1], at - below)
 
 
-## Returns 1 - share of one clip and share of another, with samples if it is heard.
+## Adds to a loop, once, what a texture reads: by speed its rate, loudness and frequency, and by step its drive.
+static func unpacked(loop: Dictionary) -> Dictionary:
+	if not loop.has("reads"):
+		loop.reads = PackedVector3Array(range(loop.rate.size()).map(
+			func(at: int) -> Vector3: return Vector3(loop.rate[at], loop.felt[at], loop.hz[at])
+		))
+		loop.drives = PackedFloat64Array()
+		_add(loop.drives, loop.drive.bytes, loop.drive.peak, fall)
+	return loop
+
+
+## Returns 1 - share of one clip and share of another: the power for a pad by step, and samples if it is heard.
 static func blended(one: Dictionary, other: Dictionary, share: float, is_heard: bool) -> Dictionary:
-	var clip := {
-		"rate_hz": one.rate_hz,
-		"seconds": maxf(one.seconds, other.seconds),
-		"most": lerpf(one.most, other.most, share),
-		"drive": PackedFloat64Array(),
-		"felt": PackedFloat64Array(),
-		"hz": PackedFloat64Array(),
-		"wave": PackedFloat64Array(),
-	}
+	var clip := {"rate_hz": one.rate_hz, "seconds": maxf(one.seconds, other.seconds), "most": lerpf(one.most, other.most, share)}
+	var drive := PackedFloat64Array()
+	var felt := PackedFloat64Array()
+	var hz := PackedFloat64Array()
+	var wave := PackedFloat64Array()
 	for part: Array in [[one, 1.0 - share], [other, share]]:
 		if part[1] == 0.0:
 			continue
-		for name: String in ["drive", "felt"]:
-			_add(clip[name], part[0][name].bytes, part[1] * part[0][name].peak, fall)
-		_add(clip.hz, part[0].hz, part[1], hertz)
+		_add(drive, part[0].drive.bytes, part[1] * part[0].drive.peak, fall)
+		_add(felt, part[0].felt.bytes, part[1] * part[0].felt.peak, fall)
+		_add(hz, part[0].hz, part[1], hertz)
 		if is_heard:
-			_add(clip.wave, part[0].wave, part[1] * part[0].peak, signed)
+			_add(wave, part[0].wave, part[1] * part[0].peak, signed)
+	felt.resize(drive.size())
+	hz.resize(drive.size())
+	clip.powers = PackedVector3Array()
+	for at in drive.size():
+		clip.powers.append(Vector3(drive[at] ** 2, felt[at] ** 2, (drive[at] * hz[at]) ** 2))
 	if is_heard:
-		clip.padded = PackedFloat64Array([0.0, 0.0]) + clip.wave + PackedFloat64Array([0.0, 0.0, 0.0])
+		clip.padded = PackedFloat64Array([0.0, 0.0]) + wave + PackedFloat64Array([0.0, 0.0, 0.0])
 	return clip
 
 
