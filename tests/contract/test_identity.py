@@ -37,7 +37,6 @@ def asked(*arguments: str | Path) -> Any:
 @pytest.fixture(scope="module")
 def meshes(tmp_path_factory: pytest.TempPathFactory) -> list[dict[str, Any]]:
     """The things that three.js finds in a scene whose names are as hard as exporters make them."""
-    folder = tmp_path_factory.mktemp("scene")
     parts = [{"attributes": {"POSITION": at}, "material": int(at == 2)} for at in range(4)]
     one, two = {"primitives": parts[:1], "name": "Cup"}, {"primitives": parts[1:], "name": "Twins"}
     nodes: list[dict[str, Any]] = [
@@ -56,6 +55,11 @@ def meshes(tmp_path_factory: pytest.TempPathFactory) -> list[dict[str, Any]]:
         "materials": [{"name": "Oak"}, {"name": "M.Steel"}],
         "accessors": [{"componentType": 5126, "count": 3, "type": "VEC3"}] * 4,
     }
+    return found_in(document, tmp_path_factory.mktemp("scene"))
+
+
+def found_in(document: dict[str, Any], folder: Path) -> list[dict[str, Any]]:
+    """Return what three.js makes of a scene, and what its bake has of that."""
     path = folder / "scene.gltf"
     path.write_text(json.dumps(document), encoding="utf-8")
     assert main(["bake", str(path), "-o", str(folder / "baked")]) == 0
@@ -76,6 +80,27 @@ def test_a_copy_or_a_nameless_mesh_of_the_page_is_felt_as_the_part_that_it_was_m
     meshes: list[dict[str, Any]], how: str
 ) -> None:
     assert [mesh for mesh in meshes if mesh["is"][1] not in mesh[how][1]] == []
+
+
+def test_a_lower_level_of_detail_is_felt_as_its_original_whatever_its_own_material(
+    tmp_path: Path,
+) -> None:
+    levels = {"extensions": {"MSFT_lod": {"ids": [1]}}}
+    document = {
+        "asset": {"version": "2.0"},
+        "scenes": [{"nodes": [0, 1]}],
+        "nodes": [{"name": "Chair", "mesh": 0, **levels}, {"name": "Chair.far", "mesh": 1}],
+        "meshes": [
+            {"primitives": [{"attributes": {"POSITION": 0}, "material": at}]} for at in (0, 1)
+        ],
+        "materials": [{"name": "Oak", **levels}, {"name": "Blur"}],
+        "accessors": [{"componentType": 5126, "count": 3, "type": "VEC3"}],
+    }
+    meshes = found_in(document, tmp_path)
+    assert [(mesh["is"], mesh["found"]) for mesh in meshes] == [
+        ([0, 0], [0, [0]]),
+        ([1, 0], [0, [0]]),
+    ]
 
 
 def test_what_babylon_copies_is_felt_as_the_part_that_it_was_made_of() -> None:
