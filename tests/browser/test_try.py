@@ -23,6 +23,7 @@ from playwright.sync_api import Browser, Page, expect
 from profiles import profile_with_red_and_green_swapped
 from qr_codes import read_from_page
 from static_server import served
+from tiers import nightly_except
 from try_page import DROP, PAGES, at, next_picture, sample, visit
 from webxr_scene import EXAMPLES
 
@@ -302,7 +303,7 @@ def test_an_uncertain_spot_takes_the_pictures_word_only_where_its_own_best_guess
         assert page.evaluate("pictures") == 3  # both spots, and the whole picture for one of them
 
 
-@pytest.mark.parametrize("size", [(1280, 900), (900, 700), (400, 800)])
+@pytest.mark.parametrize("size", nightly_except(2, [((1280, 900),), ((900, 700),), ((400, 800),)]))
 def test_the_picture_fills_the_window_and_stays_whatever_is_said(browser, service, size):
     """A picture that grew or shrank under a resting hand would be touched elseservice."""
     with visit(browser, service, size=size) as page:

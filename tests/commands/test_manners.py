@@ -1,12 +1,14 @@
 """Every command explains itself, and speaks JSON only when asked."""
 
 import argparse
+import importlib.util
 import json
-import subprocess
+import socket
 import sys
 from pathlib import Path
 
 import pytest
+from in_process import hapticvlm
 
 from hapticvlm.commands import main
 from hapticvlm.errors import installing
@@ -90,23 +92,18 @@ MODELS = "torch transformers safetensors"
     ],
 )
 def test_a_package_that_will_be_needed_is_asked_for_before_the_service_starts(
-    options: list[str], package: str, installed: str
+    options, package, installed, monkeypatch
 ):
-    without = (
-        "import importlib.util, sys\n"
-        "found = importlib.util.find_spec\n"
-        f"importlib.util.find_spec = lambda name: None if name == '{package}' else found(name)\n"
-        "from hapticvlm.commands.main import main\n"
-        f"sys.exit(main(['serve', '--port', '0', *{options!r}]))"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", without], capture_output=True, text=True, check=False, timeout=300
-    )
-    assert done.returncode == 2
-    (line,) = done.stderr.splitlines()
+    there = importlib.util.find_spec
+    without = lambda name: None if name == package else there(name)  # noqa: E731
+    monkeypatch.setattr(importlib.util, "find_spec", without)
+    with socket.create_server(("127.0.0.1", 0)) as taken:  # where it would serve otherwise
+        done = hapticvlm("serve", "--port", str(taken.getsockname()[1]), *options)
+    assert done.code == 2
+    (line,) = done.err.splitlines()
     assert line.startswith(f"hapticvlm serve: needs {package}: `")
     assert line.endswith(f"install {installed}`")
-    assert not done.stdout
+    assert not done.out
 
 
 @pytest.mark.parametrize(
