@@ -1,6 +1,7 @@
 """The capture format: folders and videos, read in time order, refused with file and line."""
 
 import json
+import os
 import re
 from pathlib import Path
 
@@ -25,6 +26,11 @@ def test_a_line_becomes_the_protocols_fields_with_its_pictures(tmp_path):
     (found,) = read(tmp_path).lines()
     assert (found.t_s, found.type, found.truth) == (0.5, "frame", "wood")
     assert found.message() == {"width": 4, "image": b"jpeg", "mask": b"png"}
+    os.truncate(tmp_path / "m.png", 16 * 2**20 + 1)
+    with pytest.raises(
+        CaptureError, match=r"m\.png: larger than 16 .*a line of the capture names it"
+    ):
+        found.message()
 
 
 @pytest.mark.parametrize(

@@ -25,6 +25,7 @@ from websockets.asyncio.server import serve
 from websockets.exceptions import ConnectionClosed
 
 from hapticvlm.client.local_service import running
+from hapticvlm.commands.doctor import sentence
 from hapticvlm.devices.plate import protocol as line
 from hapticvlm.devices.plate.peltier import Peltier
 from hapticvlm.doctor import devices, machine, network
@@ -235,6 +236,19 @@ def test_what_this_package_states_is_understood_whole():
     core, extras = machine.packages()
     assert core.verdict == "ok"
     assert extras.verdict == "ok"
+
+
+def test_the_findings_are_summed_up_and_a_slow_encoder_is_not_loaded():
+    slow = machine.encoder(ServeOptions(encoder="facebook/convnextv2-tiny-22k-224"))
+    assert (slow.verdict, "not loaded, because it is slow" in slow.message) == ("ok", True)
+    note, wrong = Finding("clock", "note", ""), Finding("plate", "wrong", "")
+    for findings, begins in (
+        ([slow], "Nothing is wrong: "),
+        ([slow, note], "Nothing is wrong; 1 note on"),
+        ([note, note], "Nothing is wrong; 2 notes on"),
+        ([slow, wrong, note], "1 wrong (plate): "),
+    ):
+        assert sentence(findings).startswith(begins)
 
 
 def test_a_check_that_hangs_delays_nothing():

@@ -15,6 +15,8 @@ def test_only_the_token_lets_in():
     for header in (None, "", "Bearer", "Bearer ", "Bearer wrong", "Basic correct horse"):
         assert one.client(header) is None
     assert tokens.Tokens({}).client(None) == tokens.ONLY
+    with pytest.raises(UsageError, match=f"set {TOKEN} or {TOKENS}, not both"):
+        tokens.Tokens({TOKEN: "correct horse", TOKENS: "clients.toml"})
 
 
 def test_the_token_of_one_client_is_withdrawn_alone_and_a_damaged_file_changes_nothing(
