@@ -420,7 +420,7 @@ def test_the_wooden_and_the_metal_half_of_one_picture_sound_different(browser, s
             page.evaluate("() => { heard.length = 0; }")
             for _ in range(3):
                 press(page)
-            until(lambda: np.any(page.evaluate("heard")), lambda: press(page))
+            until(lambda: bool(np.any(page.evaluate("heard"))), lambda: press(page))
             heard[material] = np.array(page.evaluate("heard"))
     shapes = []
     for wave in heard.values():

@@ -13,8 +13,8 @@ from hapticvlm import documents
 from hapticvlm.rendering.vibration.vibration import RATE_HZ
 
 
-def encoded(samples: NDArray[np.float32], rate_hz: int = RATE_HZ) -> bytes:
-    """Return (N,) float32 as a WAV file; samples beyond -1..1 are clipped."""
+def encoded(samples: NDArray[np.floating], rate_hz: int = RATE_HZ) -> bytes:
+    """Return a wave (N,) as a WAV file; samples beyond -1..1 are clipped."""
     raw = io.BytesIO()
     with wave.open(raw, "wb") as file:
         file.setnchannels(1)
