@@ -1,13 +1,14 @@
 """Tells people and animals by the scores of ImageNet's 1,000 classes, which the shipped graph has.
 
-ImageNet has 398 classes of animals. It has none of a person, but classes that a face is taken for:
-what is worn or held at a face (a wig, lipstick, a flute), and persons of a trade. Their
-probabilities are summed, and a ramp turns each sum into a belief, since a few per cent of them
-appear in pictures of anything. A person from behind, a hand and clothes do not count. Nor does
+ImageNet has 398 classes of animals. It has none of a person or a hand, but classes that people are
+taken for: what is held at a face (lipstick, a flute), what is worn (a wig, a suit, a bikini), and
+persons of a trade. Their probabilities are summed, and a ramp turns each sum into a belief, since a
+few per cent of them appear in pictures of anything. Garments that are often photographed without a
+person (T-shirts, jeans, pyjamas) do not count: a person in those may be taken for fabric. Nor does
 noise, which the network takes for an insect or a rug: there, neighbouring pixels hardly agree.
 
-Classes and ramps were chosen on halves of Caltech 101 (animals, and faces split by person) and of
-photographs of materials; hapticvlm_lab/training/LOG.md has the figures of the other halves.
+hapticvlm_lab/training/LOG.md says on which pictures classes and ramps were chosen, and has the
+figures of the others.
 """
 
 from __future__ import annotations
@@ -34,10 +35,18 @@ _ANIMALS = np.array([number for number in range(398) if number not in _AS_MATTER
 # mask, panpipe, shower cap, sunscreen, wig, Windsor tie, bow tie; ball player, groom, scuba diver
 _AT_A_FACE = (
     *(551, 558, 584, 629, 643, 678, 680, 683, 684, 691, 699, 793, 838, 903, 906, 457),
-    *(981, 982, 667),
+    *(981, 982, 983),
+)
+# academic gown, bathing cap, bearskin, bikini, bonnet, cowboy hat, football helmet, fur coat, gown,
+# kimono, lab coat, two kinds of maillot, military uniform, miniskirt, mortarboard, sombrero, stole,
+# suit, two kinds of sunglasses; of those at a face bow tie, wig, ball player, groom, scuba diver
+_WORN = (
+    *(400, 433, 439, 445, 452, 515, 560, 568, 578, 614, 617, 638, 639, 652, 655, 667, 808, 824),
+    *(834, 836, 837, 457, 903, 981, 982, 983),
 )
 _ANIMAL_RAMP = (0.5, 0.9)  # sums of probability with belief 0 and 1
 _FACE_RAMP = (0.25, 0.45)
+_WORN_RAMP = (0.08, 0.2)  # a few per cent are seldom in pictures without people
 _LEAST_AGREEMENT = 0.6  # correlation of neighbouring pixels of the crop, below which it is noise
 
 
@@ -56,7 +65,8 @@ def belief(classes: Floats) -> Floats:
     """Turn probabilities of classes (N, 1000) into beliefs in people and animals (N,)."""
     animal = np.interp(classes[:, _ANIMALS].sum(axis=1), _ANIMAL_RAMP, (0.0, 1.0))
     face = np.interp(classes[:, _AT_A_FACE].sum(axis=1), _FACE_RAMP, (0.0, 1.0))
-    return np.asarray(np.maximum(animal, face), np.float32)
+    worn = np.interp(classes[:, _WORN].sum(axis=1), _WORN_RAMP, (0.0, 1.0))
+    return np.asarray(np.maximum(np.maximum(animal, face), worn), np.float32)
 
 
 def _is_noise(crop: Crop) -> bool:
