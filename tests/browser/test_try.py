@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 from dashboard_scene import AXE, PATIENCE_MS
 from grounds import GROUNDS, drawn
+from matplotlib.cbook import get_sample_data
 from PIL import Image
 from playwright.sync_api import Browser, Page, expect
 from profiles import profile_with_red_and_green_swapped
@@ -274,6 +275,24 @@ def test_a_shared_window_that_gives_no_picture_is_told_until_it_does(browser, se
         expect(page.locator("#told")).to_contain_text("minimised")
         page.evaluate("shared.dispatchEvent(new Event('unmute'))")
         expect(page.locator("#told")).to_have_text("")
+
+
+def test_a_new_picture_shows_no_card_until_it_is_pointed_at_and_a_person_is_not_felt(
+    browser, service
+):
+    with visit(browser, service) as page:
+        sample(page)
+        at(page, 0.5, 0.8)
+        expect(page.locator("#card")).to_be_visible()
+        with next_picture(page):  # the pointer still lies over the picture
+            page.locator("#file").set_input_files(get_sample_data("grace_hopper.jpg", False))
+        expect(page.locator("#card")).to_be_hidden()
+
+        at(page, 0.5, 0.3)
+        page.mouse.down()
+        expect(page.locator("#material")).to_have_text("I do not feel people or animals")
+        expect(page.locator("#motion")).to_have_text("nothing to feel here")
+        expect(page.locator("#because dd").first).to_contain_text("a person or an animal")
 
 
 def test_a_wrong_answer_is_corrected_by_a_choice_that_stays(browser, service):

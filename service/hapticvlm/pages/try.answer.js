@@ -49,13 +49,15 @@ function remark(decision) {
   return decision.material !== "unknown" || decision.neutral_because ? "" : `it feels like ${felt.material(decision)}`;
 }
 
-// Says what the hand does and how strongly that is felt now. Returns the words of the card beside the finger.
+// Says what the hand does and how strongly that is felt now. Returns the words of the card beside the finger; null before a
+// picture has been pointed at.
 export function showMotion(hand, speed, level) {
   const decision = isBefore() ? null : scene.decision();
   const act = felt.gesture({ pressed: hand.pressed, touchedFor: performance.now() - hand.pressedAt, speed });
-  const motion = act === null ? "press to feel it" : felt.motion(act, level);
+  const motion = decision?.neutral_because ? "nothing to feel here" : act === null ? "press to feel it" : felt.motion(act, level);
   setText(byId("feels"), decision ? felt.feels(decision) : "");
   setText(byId("motion"), motion);
+  if (isBefore()) return null;
   if (!decision) return { word: scene.target()?.thing?.material ?? "…", source: "", decision: null, motion };
   return { word: headline(decision), source: remark(decision), decision, motion };
 }
@@ -72,9 +74,10 @@ function offerLikeliest({ material, felt: rendered, runner_up: next, evidence })
 
 function because(decision) {
   const { material, confidence, source, runner_up: next, evidence, surface_c: surface, contact_c: contact } = decision;
+  const living = decision.neutral_because === "living" && evidence.find((one) => one.material === "living");
   const looks = evidence.map((one) => `${one.rung}: ${one.material} ${percent(one.confidence)}`);
   return [
-    ["sure", `${percent(confidence)}, ${felt.SOURCES[source] ?? "as stated"}${material !== "unknown" && next ? `; next ${next}` : ""}`],
+    ["sure", living ? `${percent(living.confidence)}, a person or an animal` : `${percent(confidence)}, ${felt.SOURCES[source] ?? "as stated"}${material !== "unknown" && next ? `; next ${next}` : ""}`],
     ["seen", scene.isWhole ? SEEN[scene.thing ? "thing" : "picture"] : SEEN.part],
     ["evidence", looks.join("; ") || "none"],
     ["felt as", felt.material(decision)],

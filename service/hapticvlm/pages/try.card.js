@@ -103,10 +103,12 @@ function paint() {
   text(pen, source, 14, 19, "500 12px", "#b9c6cf");
   dot(pen, 20, 37, materialColour(decision?.felt ?? decision?.material));
   fitted(pen, word, 32, 45, 24);
-  dot(pen, 20, 63, decision?.thermal_cue ? warmthColour(decision.setpoint_c) : "#55636d");
-  text(pen, decision ? feels(decision) : "", 32, 67, "500 12.5px", "#e9eff3");
-  dot(pen, 20, 82, "#45d3bf");
-  text(pen, motion, 32, 86, "500 12.5px", "#e9eff3");
+  const warmth = decision?.thermal_cue ? warmthColour(decision.setpoint_c) : "#55636d";
+  const lines = [[decision ? feels(decision) : "", warmth], [motion, "#45d3bf"]].filter(([words]) => words);
+  for (const [at, [words, colour]] of lines.entries()) {
+    dot(pen, 20, 63 + 19 * at, colour);
+    text(pen, words, 32, 67 + 19 * at, "500 12.5px", "#e9eff3");
+  }
   ribbon(pen);
   clearTimeout(hiding);
   if (Number.isFinite(until)) hiding = setTimeout(paintSoon, until - performance.now());
