@@ -78,6 +78,9 @@ def read(path: Path, eye: Eye | None = None, touched: Touched | None = None) -> 
     if path.is_dir():
         if eye or touched:
             raise CaptureError(f"{path}: --eye and --centre are for videos, and this is a folder")
+        if not (path / LINES).exists():
+            cure = "give a folder that `hapticvlm serve --record` wrote"
+            raise CaptureError(f"{path}: holds no {LINES}; {cure}")
         lines = read_lines(path / LINES)
         frames = sum(line.type == "frame" for line in lines)
         return Capture(path, lines[-1].t_s if lines else 0.0, frames, _lines=lines)

@@ -67,7 +67,8 @@ class Parser(argparse.ArgumentParser):
         self._refuse_unknown(args or ())  # before its value is taken for another argument
         parsed, unknown = super().parse_known_args(args, namespace)
         if unknown:
-            self.error(f"{unknown[0]}: one word too many")
+            is_option = unknown[0].startswith("-")
+            self.error(f"{unknown[0]}: {'no such option' if is_option else 'one word too many'}")
         return parsed, unknown
 
     def _refuse_unknown(self, words: Sequence[str]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -38,6 +39,7 @@ class Address:
 
     def __post_init__(self) -> None:
         require_address(self.host)
+        self._check_names()
         self._check_token()
         if self.scene_folder is not None and not self.scene_folder.is_dir():
             raise ValueError(
@@ -47,6 +49,17 @@ class Address:
             raise ValueError(
                 f"--pages-from lan has no effect while listening on {self.host}: add --host 0.0.0.0"
             )
+
+    def _check_names(self) -> None:
+        """Refuse what no request can have as its origin or its host."""
+        for origin in self.allowed_origins:
+            if not re.fullmatch(r"null|[^/]+://[^/]+", origin):
+                raise ValueError(
+                    f"--allow-origin {origin}: no origin; give one such as https://example.org"
+                )
+        for name in self.tunnels:
+            if "/" in name:
+                raise ValueError(f"--allow-host {name}: no name; give one such as example.org")
 
     def _check_token(self) -> None:
         """Refuse an empty token anywhere, and a missing or short one off loopback."""

@@ -140,7 +140,7 @@ def read_patterns(
     `table` holds the materials that may be named. Raises OSError, PatternError naming the file.
     """
     if not folder.is_dir():
-        raise NotADirectoryError(why_no_folder(folder))
+        raise NotADirectoryError(f"{why_no_folder(folder)}; give one of recordings")
     files = sorted(
         path
         for path in folder.iterdir()
