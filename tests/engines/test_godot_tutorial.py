@@ -1,7 +1,7 @@
 """Steps 3 to 6 of docs/tutorials/godot.md in a real engine: a new project with three boxes.
 
-The names come from the page. The addon is copied, the autoload is what enabling the plugin adds,
-and the hand is moved by a script.
+The names come from the page. The addon and the sample's script of a hand are copied, the autoload
+is what enabling the plugin adds, and the mouse touches as the page says.
 """
 
 import re
@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from godot_pack import project_files
-from godot_scene import PROJECT, playing
+from godot_scene import PROJECT, SIZE, playing
 
 pytestmark = [
     pytest.mark.nightly,
@@ -61,27 +61,18 @@ shape = SubResource("tip")
 [node name="Pulses" type="Node" parent="Hand"]
 script = ExtResource("pulses")
 """
-MOVED = """extends HapticHand
-var _s := 0.0
-var _said := ""
+TOLD = """extends "res://mouse_hand.gd"
 func _ready() -> void:
 	super()
 	HapticService.current.opened.connect(func(_w: Dictionary) -> void: _say("opened", {}))
 	HapticService.current.decided.connect(func(d: Dictionary) -> void: _say("decided", d))
-func _physics_process(delta: float) -> void:
-	if HapticService.current.is_open():
-		_s += delta
-	var at := fmod(_s, 9.0) / 3.0
-	var z := 0.21 if fmod(at, 1.0) > 0.3 else 0.5
-	global_position = Vector3(0.8 * (int(at) - 1) + 0.1 * sin(6.0 * _s), 0.0, z)
-	super(delta)
-	var reason: String = HapticService.current.silence()
-	if object != null and reason.is_empty() and _said != object.get_parent().name:
-		_said = object.get_parent().name
-		_say("felt", {"name": _said})
+func _process(_delta: float) -> void:
+	if object != null and HapticService.current.silence().is_empty():
+		_say("felt", {"name": object.get_parent().name})
 func _say(what: String, detail: Dictionary) -> void:
 	print("PROBE ", JSON.stringify({"what": what, "detail": detail}))
 """
+APART_PX = 52  # boxes 0.8 m apart, seen by the camera of HEAD
 
 
 def boxes() -> list[str]:
@@ -97,15 +88,20 @@ def test_the_boxes_of_the_tutorial_are_felt_as_their_names_say(tmp_path):
     for name, text in (
         ("project.godot", SETTINGS),
         ("boxes.tscn", scene + HAND),
-        ("hand.gd", MOVED),
+        ("hand.gd", TOLD),
     ):
         (tmp_path / name).write_text(text)
     shutil.copytree(ADDON, tmp_path / "addons" / "hapticvlm")
+    shutil.copy(PROJECT / "sample" / "mouse_hand.gd", tmp_path)
     with playing(project_files(tmp_path)) as game:
         game.wait_for("opened")
         ids = {name: f"Boxes/{name}" for name in names}  # behind its parents
-        found = {n: game.wait_for("decided", object_id=ids[n])["material"] for n in names}
-        for name in names:
+        found = {}
+        for at, name in enumerate(names):
+            game.page.mouse.move(SIZE[0] / 2 + APART_PX * (at - 1), SIZE[1] / 2)
+            game.page.mouse.down()
             game.wait_for("felt", name=name)
+            found[name] = game.wait_for("decided", object_id=ids[name])["material"]
+            game.page.mouse.up()
     assert found == dict(zip(names, ("wood", "metal", "fabric"), strict=True))
     assert [text for text in game.complaints if "HapticVLM" in text or "SCRIPT" in text] == []
