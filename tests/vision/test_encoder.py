@@ -59,7 +59,10 @@ def test_only_animals_that_do_not_look_like_matter_are_counted_and_nothing_else_
     classes[3, 903] = 0.9  # a wig
     classes[4, [617, 834]] = 0.1  # a lab coat and a suit, which people wear in pictures
     classes[5, [608, 610]] = 0.45  # jeans and a T-shirt, which also lie in drawers
-    assert living.belief(classes) == pytest.approx([1.0, 0.0, 0.0, 1.0, 1.0, 0.0])
+    found = [1.0, 0.0, 0.0, 1.0, 1.0, 0.0]
+    assert living.belief(classes, [False] * 6) == pytest.approx(found)
+    found[4] = 0.0  # a scene's own outline makes a suit a thing
+    assert living.belief(classes, [True] * 6) == pytest.approx(found)
 
 
 def test_a_sure_material_is_not_alive() -> None:

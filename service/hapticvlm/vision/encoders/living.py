@@ -21,7 +21,7 @@ from hapticvlm.evidence.ladder import SURE, Evidence, ranked
 from hapticvlm.materials import LIVING
 from hapticvlm.vision.encoders.encoder import Encoder, Floats
 from hapticvlm.vision.encoders.onnx_encoder import OnnxEncoder
-from hapticvlm.vision.pictures import Crop
+from hapticvlm.vision.pictures import Crop, central_mask
 
 # Left out of the animals: jellyfish, coral and trilobite, which are materials in imagenet.csv, and
 # 30 whose pictures look like weave, bark, gravel or tiles (snakes, insects, a shell, a shark).
@@ -58,15 +58,25 @@ def embed(encoder: Encoder, crops: Sequence[Crop]) -> tuple[Floats, Floats]:
     if not isinstance(encoder, OnnxEncoder) or not encoder.has_classes:
         return encoder.embed(crops), np.zeros(len(crops), np.float32)
     embeddings, classes = encoder.embed_and_classify(crops)
-    return embeddings, belief(classes) * [not _is_noise(crop) for crop in crops]
+    beliefs = belief(classes, [_is_outlined(crop) for crop in crops])
+    return embeddings, beliefs * [not _is_noise(crop) for crop in crops]
 
 
-def belief(classes: Floats) -> Floats:
-    """Turn probabilities of classes (N, 1000) into beliefs in people and animals (N,)."""
+def belief(classes: Floats, outlined: Sequence[bool]) -> Floats:
+    """Turn probabilities of classes (N, 1000) into beliefs in people and animals (N,).
+
+    In a picture without an outline (N,), a hat mostly has a head below it. A scene that outlines
+    one says that the hat is a thing.
+    """
     animal = np.interp(classes[:, _ANIMALS].sum(axis=1), _ANIMAL_RAMP, (0.0, 1.0))
     face = np.interp(classes[:, _AT_A_FACE].sum(axis=1), _FACE_RAMP, (0.0, 1.0))
     worn = np.interp(classes[:, _WORN].sum(axis=1), _WORN_RAMP, (0.0, 1.0))
+    worn = np.where(outlined, 0.0, worn)
     return np.asarray(np.maximum(np.maximum(animal, face), worn), np.float32)
+
+
+def _is_outlined(crop: Crop) -> bool:
+    return not np.array_equal(crop.mask, central_mask(len(crop.mask)))
 
 
 def _is_noise(crop: Crop) -> bool:
