@@ -91,6 +91,17 @@ def test_a_failed_question_leaves_the_default():
     assert (decision.ambient_source, decision.ambient_c) == ("default", 22.0)
 
 
+def test_a_picture_that_stands_still_is_asked_about_again_after_a_failure():
+    session = asking(TABLE)
+    session.answered(asked_ambient(session), None, 2.0)
+    asked = [
+        now
+        for now in range(2, 30)
+        if session.scene_view_received(ask_again(session, float(now)), None, float(now))
+    ]
+    assert asked == [21]
+
+
 def unknown_look(session, now=1.0):
     look = looks(session, frame(object_id="blob"), now)[False]
     return only(session.recognised(look, SOMETHING, {}, now), AskMaterial)

@@ -158,8 +158,6 @@ class SceneSession:
         self, request: RecognitionRequest, scene_view: SceneView | None, now: float
     ) -> list[Action]:
         """Receive the scene view; None: it has not changed."""
-        if scene_view is None:
-            return []
         view = self._model.surroundings.update_view(scene_view, now)
         return [] if view is None else [AskAmbient(request.picture, view)]
 

@@ -47,6 +47,7 @@ class Surroundings:
         self._views: OrderedDict[int, _View] = OrderedDict()
         self._numbers = 0
         self._here: int | None = None
+        self._seen: SceneView | None = None
         self._candidate: tuple[SceneView, float] | None = None
         self._viewed_at = self._asked_at = float("-inf")
         self._asking: int | None = None
@@ -66,8 +67,14 @@ class Surroundings:
         self._viewed_at = now
         return True
 
-    def update_view(self, scene_view: SceneView, now: float) -> int | None:
-        """Receive the newest scene view; return the number of the view to ask about, if any."""
+    def update_view(self, scene_view: SceneView | None, now: float) -> int | None:
+        """Receive the newest scene view; return the number of the view to ask about, if any.
+
+        None: it has not changed. A view settles, or is asked about again, although it stands still.
+        """
+        self._seen = scene_view = scene_view or self._seen
+        if scene_view is None:
+            return None
         known = self._find(scene_view)
         if known is not None and known == self._here:
             self._candidate = None
