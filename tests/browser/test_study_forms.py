@@ -13,6 +13,7 @@ from typing import Any, Literal
 import numpy as np
 import pytest
 from dashboard_scene import AXE, PATIENCE_MS
+from pace import PACE
 from phone import PHONE, complaints
 from playwright.sync_api import Browser, BrowserContext, Page, ViewportSize
 from quick_patterns import quick_patterns
@@ -110,7 +111,7 @@ def sat(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Sat:
     finally:
         context.close()
         process.terminate()
-        process.wait(30)
+        process.wait(30 * PACE)
         process.stdout.close()
     lines = (folder / "P01.jsonl").read_text(encoding="utf-8").splitlines()
     sat.events = [json.loads(line) for line in lines]

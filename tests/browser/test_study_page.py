@@ -106,7 +106,7 @@ def studying(folder: Path, patterns: Path, port: int) -> Iterator[subprocess.Pop
         yield process
     finally:
         process.terminate()
-        process.wait(30)
+        process.wait(30 * PACE)
         process.stdout.close()
 
 
@@ -192,7 +192,7 @@ def sat(page: Any, patterns: Path, tmp_path_factory: pytest.TempPathFactory) -> 
             answer_next(page, sat.folder)
         wait_until_asked(page)
         study.send_signal(signal.SIGKILL)
-        study.wait(30)
+        study.wait(30 * PACE)
     page.locator("#prompt", has_text="No connection").wait_for()
     sat.before = log_of(sat.folder)
     with studying(sat.folder, patterns, port):

@@ -9,6 +9,7 @@ import statistics
 import subprocess
 from pathlib import Path
 
+from pace import PACE
 from ports import free_port
 from scene_cases import of_clients
 
@@ -120,7 +121,7 @@ def test_kills_lose_no_touch_and_the_scene_is_registered_again(build, capsys):
                     rest = scene.stdout.read()
             assert line.startswith(f"round {number} accepted 90 sent 90 answered 90 ")
             assert "table wood kettle metal" in line
-        assert scene.wait(60) == 0
+        assert scene.wait(60 * PACE) == 0
     longest = figures(rest)["longest_cpu_ms"]
     with capsys.disabled():
         print(f"\nlongest turn of the main loop over {KILLS} kills: {longest:.2f} ms of thread CPU")
