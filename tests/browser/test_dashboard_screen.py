@@ -222,10 +222,13 @@ def test_the_gesture_of_this_moment_is_said_with_the_material(
             page.evaluate("words.length = 0")
             page.mouse.down()
             expect(page.locator("#feel-pattern")).to_contain_text(f"feels like wood: {gesture}")
-            for _ in range(600):  # a strike is over when one looks: each word is kept
+            for look in range(600):  # a strike is over when one looks: each word is kept
                 if FELT_WORDS & set(page.evaluate("words")):
                     break
                 page.wait_for_timeout(50)
+                if look % 60 == 59:  # one that comes too late on a busy machine is not felt
+                    page.mouse.up()
+                    page.mouse.down()
             else:
                 pytest.fail(f"nothing is felt of a {interaction}")
             page.mouse.up()

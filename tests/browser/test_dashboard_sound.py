@@ -78,10 +78,13 @@ def test_what_is_heard_of_a_strike_is_glass_for_glass_and_wood_for_wood(
     for name in own:
         page.locator("#trial-material").select_option(name)
         recorded(page)
-        hold(page, "strike")
-        page.wait_for_function(SOUNDS)
+        for _ in range(30):  # one that comes too late on a busy machine is not played
+            hold(page, "strike")
+            page.wait_for_timeout(HOLD_MS)
+            page.mouse.up()
+            if page.evaluate(SOUNDS):
+                break
         page.wait_for_timeout(HOLD_MS)
-        page.mouse.up()
         heard = spectrum(recorded(page), rate_hz, highest_hz)
         alike = {other: float(np.corrcoef(heard, shape)[0, 1]) for other, shape in own.items()}
         print(f"{name} heard, {voice}: correlation of spectra {alike}")
