@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -9,6 +10,7 @@ from typing import Any, cast
 
 import pytest
 from plate_ports import Cable
+from serial import SerialException
 
 from hapticvlm.devices.errors import DeviceError
 from hapticvlm.devices.plate import known_plates, ports
@@ -280,3 +282,16 @@ def test_doctor_opens_no_port_that_never_answered(desk: Desk) -> None:
     assert all(url in finding.message for url in desk.plugged)
     assert "--peltier" in (finding.cure or "")
     assert desk.written() == b""
+
+
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [
+        (OSError(errno.EBUSY, "busy"), "another program has it open, perhaps `hapticvlm serve`"),
+        (OSError(errno.ENOENT, "no"), os.strerror(errno.ENOENT)),
+        (Exception(errno.ENOTTY, "as termios says it"), "not a serial port"),
+        (SerialException("the board left"), "the board left"),
+    ],
+)
+def test_why_a_port_does_not_open_is_said_in_words(error: Exception, said: str) -> None:
+    assert ports._reason(error) == said
