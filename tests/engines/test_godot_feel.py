@@ -23,6 +23,7 @@ from godot_pack import TEMPLATE, project_files, write_game
 from godot_scene import PATIENCE_S, PROJECT
 from headless import LLVMPIPE, chromium
 from numpy.typing import NDArray
+from pace import PACE
 from static_server import served
 
 import player_vectors
@@ -138,9 +139,9 @@ def test_a_plan_of_any_gesture_takes_a_tenth_of_a_frame(
     with capsys.disabled():
         print("\nmedian ms of a plan:", {kind: round(ms, 2) for kind, ms in medians.items()})
         print(f"ms to open the file: {gdscript.opened_us / 1000:.0f}")
-    # Slower plans say how busy the machine is.
+    # Slower plans say how busy the machine is; all of them are slower on a slower one.
     quickest = {kind: us[len(us) // 10] / 1000 for kind, us in plans.items()}
-    assert max(quickest.values()) <= LONGEST_PLAN_MS, quickest
+    assert max(quickest.values()) <= LONGEST_PLAN_MS * PACE, quickest
 
 
 def test_the_switch_between_service_and_bake_does_as_the_scripts_say(gdscript: Played) -> None:
