@@ -95,7 +95,10 @@ def test_a_package_that_will_be_needed_is_asked_for_before_the_service_starts(
     options, package, installed, monkeypatch
 ):
     there = importlib.util.find_spec
-    without = lambda name: None if name == package else there(name)  # noqa: E731
+
+    def without(name: str) -> object:
+        return None if name == package else there(name)
+
     monkeypatch.setattr(importlib.util, "find_spec", without)
     with socket.create_server(("127.0.0.1", 0)) as taken:  # where it would serve otherwise
         done = hapticvlm("serve", "--port", str(taken.getsockname()[1]), *options)
