@@ -10,6 +10,7 @@ const SOUND_HZ := 12000.0
 const BLOCK := 120
 const CHANGED := 30
 const PICTURE_S := 1.0 / 72.0
+const FLOOR_TURNS := 12500  # 1 ms of a quiet machine, which a plan may take
 const NUMBERS := {"NaN": NAN, "Infinity": INF, "-Infinity": -INF}
 
 var _feel: Dictionary
@@ -21,6 +22,7 @@ var _players: Dictionary[String, Callable] = {
 var _switch: Switch
 var _switches: Dictionary[String, Callable]
 var _took_us := {}  # interaction and form -> the time of each plan in which something is felt
+var _floor_us := []  # the time of plain arithmetic, in turns with the plans
 
 
 func _ready() -> void:
@@ -54,7 +56,7 @@ func _process(_delta: float) -> void:
 	_say("speaker", await hear.listen())
 	for change: String in ["stop", "mute", "release"]:
 		_say("change", {"name": change, "wave": _changed(change)})
-	_say("done", {"plans_us": _took_us, "opened_us": _opened_us})
+	_say("done", {"plans_us": _took_us, "floor_us": _floor_us, "opened_us": _opened_us})
 
 
 func _planned(case: Dictionary) -> Dictionary:
@@ -77,6 +79,7 @@ func _planned(case: Dictionary) -> Dictionary:
 					var steps: PackedStringArray = case.name.split(" ")
 					var kind: String = "%s %s" % [steps[1] if steps[-1] == "0.4" else "several", form]
 					_took_us.get_or_add(kind, []).append(Time.get_ticks_usec() - began)
+					_floor_us.append(_arithmetic_us())
 		events.append(plans)
 	return {"events": events}
 
@@ -115,6 +118,15 @@ func _asked(case: Dictionary) -> Dictionary:
 	player.mute(hand, true)
 	player.hold(hand)
 	return {"is_held": is_held, "plan": plan, "said": player.said.values()}
+
+
+## Returns how long this engine takes for arithmetic that plans are measured against, us.
+func _arithmetic_us() -> int:
+	var began := Time.get_ticks_usec()
+	var state := Vector2.ONE
+	for turn in FLOOR_TURNS:
+		state = Vector2(0.9 * state.x + 0.1 * state.y, 0.9 * state.y)
+	return Time.get_ticks_usec() - began
 
 
 ## Returns why a file is refused.

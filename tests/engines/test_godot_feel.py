@@ -23,7 +23,6 @@ from godot_pack import TEMPLATE, project_files, write_game
 from godot_scene import PATIENCE_S, PROJECT
 from headless import LLVMPIPE, chromium
 from numpy.typing import NDArray
-from pace import PACE
 from static_server import served
 
 import player_vectors
@@ -51,7 +50,6 @@ script = ExtResource("1")
 
 
 AUDIBLE = ("--autoplay-policy=no-user-gesture-required",)  # else a page is silent until a click
-LONGEST_PLAN_MS = 1.0  # a frame of a headset is 11 ms
 LONGEST_SOUND_MS = 1.0  # of each 10 ms
 SOUND_HZ = 8000
 FADED_S = 0.02
@@ -76,6 +74,7 @@ class Played:
 
     answers: dict[str, list[Any]]
     plans_us: dict[str, list[float]]  # by interaction and form
+    floor_us: list[float]  # of plain arithmetic, in turns with the plans
     opened_us: float
     switched: dict[str, Any]  # what the motor was told while the service died and came back
     changed: dict[str, NDArray[np.float64]]  # of a stroke, half of them before the named change
@@ -139,9 +138,10 @@ def test_a_plan_of_any_gesture_takes_a_tenth_of_a_frame(
     with capsys.disabled():
         print("\nmedian ms of a plan:", {kind: round(ms, 2) for kind, ms in medians.items()})
         print(f"ms to open the file: {gdscript.opened_us / 1000:.0f}")
-    # Slower plans say how busy the machine is; all of them are slower on a slower one.
+    # Slower plans say how busy the machine is; on a slower one the floor takes longer, too.
+    floor = sorted(gdscript.floor_us)[len(gdscript.floor_us) // 10] / 1000
     quickest = {kind: us[len(us) // 10] / 1000 for kind, us in plans.items()}
-    assert max(quickest.values()) <= LONGEST_PLAN_MS * PACE, quickest
+    assert max(quickest.values()) <= floor, (floor, quickest)
 
 
 def test_the_switch_between_service_and_bake_does_as_the_scripts_say(gdscript: Played) -> None:
@@ -275,6 +275,7 @@ def played() -> Played:
     return Played(
         answers={what: details[what] for what in CASES},
         plans_us=done["plans_us"],
+        floor_us=done["floor_us"],
         switched={name: told for one in details["switch"] for name, told in one.items()},
         changed={one["name"]: np.array(one["wave"]) for one in details["change"]},
         damaged=details["damaged"],
