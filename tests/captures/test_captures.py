@@ -82,10 +82,10 @@ def test_a_video_gives_its_frames_at_their_times_with_the_sidecars_touches(tmp_p
 
 def test_what_is_recorded_can_be_read(tmp_path):
     recorder = Recorder(tmp_path / "capture.jsonl")
-    recorder.write(0.25, {"type": "touch", "phase": "contact"}, truth="wood")
+    recorder.write(1.23456789, {"type": "touch", "phase": "contact"}, truth="wood")
     recorder.close()
     (line,) = read(tmp_path).lines()
-    assert (line.t_s, line.fields, line.truth) == (0.25, {"phase": "contact"}, "wood")
+    assert (line.t_s, line.fields, line.truth) == (1.234568, {"phase": "contact"}, "wood")
 
 
 def decoded(line):

@@ -3,6 +3,8 @@
 import argparse
 import importlib.util
 import json
+import re
+import shlex
 import socket
 import sys
 from pathlib import Path
@@ -63,6 +65,13 @@ def test_every_command_explains_itself_in_whole_sentences():
     commands = [n for n, w in words.items() if len(w) == 2 and w[1] not in LABORATORY]
     assert [n for n in commands if not (ALL[n].description or "").strip().endswith(".")] == []
     assert [n for n in ALL if not ALL[n].format_help().startswith("usage: hapticvlm")] == []
+
+
+def test_each_example_in_a_help_is_a_call_that_the_command_line_takes():
+    for parser in ALL.values():
+        for call in re.findall(r"^  (\S+(?: [^\s>\\]+)*)", parser.epilog or "", re.MULTILINE):
+            program, *words = shlex.split(call)
+            assert (program, bool(PARSER.parse_args(words).program)) == ("hapticvlm", True)
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ import json
 import pytest
 from conftest import peer, status
 from in_process import hapticvlm
+from pace import until
 
 from hapticvlm.client.local_service import running
 
@@ -37,6 +38,7 @@ async def test_it_brings_the_outputs_of_another_owner_to_rest(service):
     ended = "the vibration has ended and the current of the plate is cut"
     assert done.out == f"stopped: {ended}; a new touch starts them again\n"
     assert held["right"], held
+    until(lambda: any("'hapticvlm stop' #2 connected as observer" in s for s in service.printed))
 
 
 def test_one_output_can_be_stopped_alone_and_a_wrong_token_stops_nothing(service):

@@ -246,14 +246,23 @@ def is_priority_permitted() -> bool:
 
 
 @pytest.mark.skipif(not is_priority_permitted(), reason="needs the right to real-time priority")
-def test_the_thread_has_real_time_priority_so_that_a_busy_loop_holds_up_no_off() -> None:
-    plate = simulated_plate(realtime=True)
+@pytest.mark.parametrize(
+    ("plate", "policy"),
+    [
+        (simulated_plate(realtime=True), "SCHED_FIFO"),
+        (simulated_plate(), "SCHED_OTHER"),
+        (Peltier("cable", open_port=Cable().open), "SCHED_OTHER"),
+    ],
+)
+def test_the_thread_has_real_time_priority_if_asked_so_that_a_busy_loop_holds_up_no_off(
+    plate: Peltier, policy: str
+) -> None:
     plate.start()
     try:
         (thread,) = (each for each in threading.enumerate() if each.name == "plate")
         assert thread.native_id is not None
-        number = thread.native_id
-        until(lambda: os.sched_getscheduler(number) == os.SCHED_FIFO)
+        until(lambda: plate.advance(time.monotonic()).plate_c is not None)
+        assert os.sched_getscheduler(thread.native_id) == getattr(os, policy)
     finally:
         plate.close()
 

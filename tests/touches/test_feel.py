@@ -107,8 +107,10 @@ def test_the_plate_leads_because_the_hand_approached():
     assert found.setpoint_c[-1] == pytest.approx(found.skin_c[-1], abs=0.2)
 
 
-def test_an_object_has_the_temperature_of_the_room_unless_stated(capsys):
-    assert feel(capsys, "wood")["thermal"]["surface_c"] == 22.0
+def test_object_and_hand_have_usual_temperature_and_force_unless_stated(capsys):
+    document = feel(capsys, "wood")
+    assert document["thermal"]["surface_c"] == 22.0
+    assert document["vibration"]["force_n"] == 1.0
     assert hapticvlm.feel("wood", ambient_c=15.0).heat.surface_c == 15.0
     assert hapticvlm.feel("wood", ambient_c=15.0, object_c=30.0).heat.surface_c == 30.0
 

@@ -99,7 +99,7 @@ def screen(number: int = 1, area: tuple[int, int, int, int] | None = None) -> It
 
 
 @contextmanager
-def camera(device: int | str = 0) -> Iterator[Grab]:
+def camera(device: int | str) -> Iterator[Grab]:
     """Open a camera by its number, or any other source that OpenCV opens by name."""
     refusal = f"camera {device}: not found, or in use by another program; try another --device N"
     # SILENT: OpenCV prints lines of its own for every camera that is not there.
