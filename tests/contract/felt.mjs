@@ -180,28 +180,59 @@ function gone() {
   return {after, other: strongest(one, now - 50)};
 }
 
+/** A service that welcomes a scene, and says no more. */
+class Deaf {
+  constructor() {
+    setTimeout(() => this.onmessage({data: encode({type: 'welcome', id: 1, owner: true, protocol: {major: 1, minor: 2}})}), 0);
+  }
+
+  send() {}
+
+  close() {}
+}
+
 /** Returns the names of calls with values of no sense that throw, and what they left in the prototype of all objects. */
 function odd() {
   const file = new URL('../identity_cases.json', import.meta.url);
   const bake = new Bake(JSON.parse(readFileSync(file)));
-  const felt = new Felt(null, feel, {materials: bake, mode: 'baked'});
+  timers.clear();
+  const haptics = new Haptics('ws://here', {WebSocket: Deaf});
+  const felt = new Felt(haptics, feel, {materials: bake});
+  haptics.feel({left: 'amplitude'});
+  const said = [];
+  const {warn} = console;
+  console.warn = (text) => said.push(text);
   const calls = {
-    touch: (odd) => felt.touch(odd),
     hand: (odd) => felt.touch({phase: 'contact', hand: odd, object_id: 'cup'}),
-    id: (odd) => felt.touch({phase: 'contact', hand: 'left', object_id: odd}),
-    bakedOf: (odd) => odd ?? felt.bakedOf(odd),
-    surface: (odd) => bake.surface(odd),
-    find: (odd) => bake.find({object_id: odd, paths: [odd], material: odd}),
+    place: (odd) => felt.touch({phase: 'contact', hand: 'left', object_id: odd, surface: odd}),
+    objects: (odd) => felt.scene([{object_id: odd, name: odd, surfaces: odd, odd}]),
+    part: (odd) => felt.bakedOf({name: odd, material: odd, userData: odd, parent: {isGroup: true, children: odd}}, odd),
+    query: (odd) => bake.find({object_id: odd, paths: odd, material: odd, engine: odd}),
+    path: (odd) => bake.find({paths: [odd]}),
+    learn: (odd) => Bake.learn(odd),
+    samples: (odd) => new FeelPlayer(feel, () => odd, {soundHz: 8000}).render(odd, 0),
   };
-  const throws = (call) => [null, undefined, 7, '__proto__', {}].some((each) => {
-    try {
-      call(each);
-      return false;
-    } catch {
-      return true;
+  for (const [name, of] of [['bake', bake], ['haptics', haptics], ['felt', felt]]) {
+    for (const method of ['scene', 'forget', 'feel', 'gains', 'touch', 'bakedOf', 'surfaceOf', 'surface', 'find', 'nearest']) {
+      if (of[method]) calls[`${name}.${method}`] = (odd) => of[method](odd);
     }
-  });
-  return {thrown: Object.keys(calls).filter((name) => throws(calls[name])), inherited: Object.keys(Object.prototype)};
+  }
+  const ring = {};
+  Object.assign(ring, {parent: ring, children: [ring]});
+  const thrown = [];
+  for (const [name, call] of Object.entries(calls)) {
+    for (const each of [null, undefined, 7, NaN, 'x', '__proto__', {}, [], [null], [7], [{}], Symbol('x'), () => 1, ring, [ring], -1, 1e300]) {
+      try {
+        call(each);
+        [felt.by, felt.silence, now += 40] && timers.forEach((timer) => timer.call());
+      } catch ({message}) {
+        thrown.push(`${name}: ${message}`);
+      }
+    }
+  }
+  felt.close();
+  console.warn = warn;
+  return {thrown, inherited: Object.keys(Object.prototype), saidTwice: said.filter((text, at) => said.indexOf(text) !== at)};
 }
 
 const scripts = Object.entries(JSON.parse(readFileSync(0, 'utf8')));

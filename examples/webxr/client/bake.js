@@ -5,11 +5,13 @@
  * glTF, three.js, Babylon.js and Godot spell them; an index decides only between surfaces of which nothing else is known.
  */
 import {checkFile} from './feel.js';
+import {isObject, textOf} from './fitting.js';
 import SCHEMA from './materials.schema.js';
 
 const AS_THE_SCENE = 'scene'; // the spelling of engines that keep names
 const originals = new WeakMap(); // geometry -> object of the loaded model that has it
 const DEEPEST = 32; // copies of copies
+const HIGHEST = 1000; // parents
 
 export class Bake {
   #objects; // [id, surfaces]
@@ -40,7 +42,7 @@ export class Bake {
    * nothing of it. `hit` is the intersection of a Raycaster, which tells the surface.
    */
   bakedOf(object, hit) {
-    if (!object) return undefined; // of a ray that hit nothing
+    if (!isObject(object)) return undefined; // of a ray that hit nothing
     const material = [object.material].flat()[hit?.face?.materialIndex ?? 0] ?? [object.material].flat()[0];
     let known = this.#parts.get(object);
     if (!known) this.#parts.set(object, (known = new Map()));
@@ -51,14 +53,15 @@ export class Bake {
 
   /** Remembers whose geometry is whose in a loaded model, for pages that make nameless meshes of them (react-three-fiber). */
   static learn(model) {
-    model.traverse((object) => object.geometry && originals.set(object, object).set(object.geometry, object));
+    (model?.scene ?? model)?.traverse?.((object) => object.geometry && originals.set(object, object).set(object.geometry, object));
   }
 
   /** Returns {object_id, surface, by} of what is known of a thing, by id, path or material; undefined: nothing is. */
-  find({object_id: id, paths = [], material, primitive, surface = 0, engine = AS_THE_SCENE}) {
-    let found = this.#byId(id);
+  find(query) {
+    const {object_id: id, paths, material, primitive, surface = 0, engine} = query ?? {};
+    let found = this.#byId(textOf(id));
     const by = found === undefined ? 'path' : 'id';
-    found ??= this.#byPath(paths, material, engine);
+    found ??= this.#byPath([paths].flat().map(textOf), material, textOf(engine) ?? AS_THE_SCENE);
     if (found !== undefined) return {object_id: found, surface: surfaceOf(this.#objects.get(found), material, primitive, surface), by};
     const named = namesOf(material).find((name) => this.#ofMaterial.has(name));
     return named === undefined ? undefined : {...this.#ofMaterial.get(named), by: 'material'};
@@ -105,7 +108,7 @@ export class Bake {
 
   /** Returns the object whose names agree farthest, from its own up to its parents'. */
   #byPath(paths, material, engine) {
-    for (const path of paths.map((each) => `${each}`.split('/'))) {
+    for (const path of paths.map((each = '') => each.split('/'))) {
       const candidates = this.#named.get(path.at(-1));
       if (!candidates) continue;
       const ranks = candidates.map(({names, isOf}) => 2 * shared(path, names) + isOf(engine));
@@ -128,28 +131,33 @@ function surfaceOf(surfaces, material, primitive, index) {
 }
 
 /** Returns an object and its parents. */
-const upwards = (object) => (object ? [object, ...upwards(object.parent)] : []);
+function upwards(object) {
+  const all = [];
+  for (let at = object; at && all.length < HIGHEST; at = at.parent) all.push(at);
+  return all;
+}
 
 /** Returns the path of an object as its engine spells it, and as the file does: three.js keeps that in `userData`. */
 function pathsOf(object) {
   const path = (nameOf) => (nameOf(object) ? [upwards(object).map(nameOf).filter(Boolean).reverse().join('/')] : []);
-  const own = ({name}) => name;
-  const copied = ({name}) => name?.replace(/^(Clone of )+|_instance_\d+$/g, '');
-  return {own: [...path(own), ...path(copied)], raw: path(({name, userData}) => userData?.name ?? name)};
+  const own = ({name}) => textOf(name);
+  const copied = ({name}) => textOf(name)?.replace(/^(Clone of )+|_instance_\d+$/g, '');
+  return {own: [...path(own), ...path(copied)], raw: path(({name, userData}) => textOf(userData?.name ?? name))};
 }
 
 /** Returns the index of a part in its mesh: the number that Babylon.js gives it, or its place in the Group of three.js. */
 function primitiveOf(object) {
-  const number = /_primitive(\d+)$/.exec(object.name)?.[1];
-  const place = object.parent?.isGroup ? object.parent.children.indexOf(object) : -1;
+  const number = /_primitive(\d+)$/.exec(textOf(object.name))?.[1];
+  const place = object.parent?.isGroup ? [object.parent.children].flat().indexOf(object) : -1;
   return number !== undefined ? Number(number) : place < 0 ? undefined : place;
 }
 
 /** Returns a material's name as a whole, and without that of its texture's file before it. */
 function namesOf(name) {
-  if (!name) return [];
-  const last = `${name}`.split('/').at(-1);
-  return last && last !== name ? [name, last] : [name];
+  const whole = textOf(name);
+  if (!whole) return [];
+  const last = whole.split('/').at(-1);
+  return last && last !== whole ? [whole, last] : [whole];
 }
 
 function shared(names, others) {
@@ -157,8 +165,8 @@ function shared(names, others) {
   return differs < 0 ? names.length : differs;
 }
 
-function pairsOf(text = '') {
-  const low = `${text}`.toLowerCase();
+function pairsOf(name) {
+  const low = (textOf(name) ?? '').toLowerCase();
   return new Set(Array.from({length: Math.max(0, low.length - 1)}, (_, at) => low.slice(at, at + 2)));
 }
 

@@ -6,6 +6,7 @@
  * plan (100 ms) has ended. It hands a hand back when the service sends that hand its next plan.
  */
 import {Bake} from './bake.js';
+import {isId, isObject, listed, textOf} from './fitting.js';
 import {FeelPlayer} from './player.js';
 
 const BRIDGE_MS = 60;
@@ -25,7 +26,7 @@ export class Felt extends EventTarget {
   #missing = null; // the touched object that the bake does not have, or has no material of
   #decided = new Map(); // materials that the service rendered, by object id and surface
   #mode;
-  #warned = new Set(); // ids of what is not felt
+  #warned = new Set(); // sentences
   #forms = {};
   #hands = Object.fromEntries(HANDS.map((name) => [name, {served: false, touches: false, vibrates: false, plannedAt: -Infinity, missed: null}]));
   #connectedAt = -Infinity;
@@ -83,16 +84,18 @@ export class Felt extends EventTarget {
 
   /** Describes all objects of the scene, as `Haptics.scene`. */
   scene(objects, fields = {}) {
+    const list = listed(objects, isObject, (text) => this.#warn(`scene: ${text}`));
+    if (!list) return;
     const before = this.#declared;
-    this.#declared = new Map(objects.map((object) => [object.object_id, object]));
+    this.#declared = new Map(list.map((object) => [textOf(object.object_id), object]));
     this.#baked.clear();
-    this.#haptics?.scene(objects, fields);
+    this.#haptics?.scene(list, fields);
     this.#drop([...before.keys()].filter((id) => !this.#declared.has(id)));
   }
 
   /** Removes objects by their ids, as `Haptics.forget`. */
   forget(ids) {
-    const gone = [...ids];
+    const gone = listed(ids, isId, (text) => this.#warn(`forget: ${text}`)) ?? [];
     for (const id of gone) this.#declared.delete(id);
     this.#haptics?.forget(gone);
     this.#drop(gone);
@@ -100,12 +103,14 @@ export class Felt extends EventTarget {
 
   /** Requests plans for these hands, as `Haptics.feel`. */
   feel(hands) {
+    if (!isObject(hands)) return this.#warn('feel: this is not {left, right}: the call is refused');
     this.#forms = hands;
     this.#haptics?.feel(hands);
   }
 
   /** Sets the gains of vibration and temperature, each 0 to 1. */
   gains(gains) {
+    if (!isObject(gains)) return this.#warn('gains: this is not {vibration_gain, thermal_gain}: the call is refused');
     if (gains.vibration_gain !== undefined) this.#player.gain = gains.vibration_gain;
     this.#haptics?.gains(gains);
   }
@@ -142,7 +147,8 @@ export class Felt extends EventTarget {
   }
 
   /** Returns what is felt of a touched object without the service: a surface of `materials.json`. */
-  surfaceOf({object_id: id, surface = 0}) {
+  surfaceOf(touch) {
+    const {id, surface} = placeOf(touch);
     const key = `${id} ${surface}`;
     if (!this.#baked.has(key)) this.#baked.set(key, this.#find(id, surface));
     const baked = this.#baked.get(key);
@@ -183,14 +189,20 @@ export class Felt extends EventTarget {
   }
 
   /** Notes why a touched surface is not felt; says it once in the console. */
-  #miss({object_id: id, surface = 0}, material) {
+  #miss(touch, material) {
+    const {id, surface} = placeOf(touch);
     this.#missing = null;
     if (material || id === undefined) return;
     if (this.#baked.get(`${id} ${surface}`)) this.#missing = `the material of \`${id}\` is unknown: correct it in materials.json, or bake with --unknown`;
     else this.#missing = `\`${id}\` is not in the bake; ${this.#bake ? `nearest is \`${this.#bake.nearest(id)}\`` : 'there is no materials.json'}: bake the scene again, or state its material`;
-    if (this.#warned.has(id) || this.#warned.size >= MOST_WARNINGS) return;
-    this.#warned.add(id);
-    if (this.by === 'baked') console.warn(`hapticvlm: ${this.#missing}`);
+    if (this.by === 'baked') this.#warn(this.#missing);
+  }
+
+  /** Writes a sentence to the console, once. */
+  #warn(text) {
+    if (this.#warned.has(text) || this.#warned.size >= MOST_WARNINGS) return;
+    this.#warned.add(text);
+    console.warn(`hapticvlm: ${text}`);
   }
 
   /** Whether the bake is felt by this hand. */
@@ -269,6 +281,12 @@ export class Felt extends EventTarget {
     this.#hands[name].vibrates = plan.amplitude.length > 0;
     this.dispatchEvent(new CustomEvent('vibration', {detail: {type: 'vibration', id: 0, hand: name, ...plan, stopped}}));
   }
+}
+
+/** Returns the touched object's id, undefined where it has none, and the index of the surface. */
+function placeOf(touch) {
+  const {object_id: id, surface} = touch ?? {};
+  return {id: textOf(id), surface: Number.isInteger(surface) ? surface : 0};
 }
 
 function materialOf({felt, material}) {

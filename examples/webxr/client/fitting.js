@@ -27,12 +27,31 @@ export function fitted(object, materials, say) {
   return fits;
 }
 
-/** Splits objects into pieces that a message may have; there is at least one piece, which may be empty. */
-export function pieces(objects) {
+/** Whether a value has fields. */
+export const isObject = (value) => typeof value === 'object' && value !== null;
+
+/** Returns a name or an id as a text; undefined: it is neither text nor number. */
+export const textOf = (name) => (typeof name === 'string' || typeof name === 'number' ? `${name}` : undefined);
+
+/** Whether a value is an object's id. */
+export const isId = (value) => typeof value === 'string';
+
+/** Returns the entries of a list of which `isFit` holds, or undefined if it is no list; `say(text)` gets what is left out. */
+export function listed(list, isFit, say) {
+  if (!isObject(list) || !list[Symbol.iterator]) return say('this is not a list: the call is refused');
+  const all = [...list];
+  const fit = all.filter(isFit);
+  if (fit.length < all.length) say(`${all.length - fit.length} of ${all.length} entries are of a wrong type: left out`);
+  return fit;
+}
+
+/** Splits objects into pieces that a message may have; there is at least one piece, which may be empty. `say(object, text)` gets what is left out. */
+export function pieces(objects, say) {
   const all = [[]];
   let bytes = 0;
   for (const object of objects) {
-    const size = encode(object, {ignoreUndefined: true}).length;
+    const size = sizeOf(object, (text) => say(object, text));
+    if (!size) continue;
     if (all.at(-1).length >= MOST_OBJECTS || (bytes + size > MOST_BYTES && bytes)) {
       all.push([]);
       bytes = 0;
@@ -41,4 +60,14 @@ export function pieces(objects) {
     bytes += size;
   }
   return all;
+}
+
+/** Returns the bytes of an object in a message, 0 for one that cannot be sent, such as a node of the page's scene. */
+function sizeOf(object, say) {
+  try {
+    return encode(object, {ignoreUndefined: true}).length;
+  } catch ({message}) {
+    say(`it cannot be sent (${message}): left out; state texts and numbers only`);
+    return 0;
+  }
 }

@@ -10,7 +10,7 @@
  * owner after each change of owner.
  */
 import {decode, encode} from '@msgpack/msgpack';
-import {fitted, pieces} from './fitting.js';
+import {fitted, isId, isObject, listed, pieces} from './fitting.js';
 
 const FIRST_WAIT = 250; // ms before the first reconnect, doubled each time, with jitter
 const LONGEST_WAIT = 5000;
@@ -92,8 +92,10 @@ export class Haptics extends EventTarget {
 
   /** Describes all objects of the scene, now and after each reconnect; replaces earlier objects. */
   scene(objects, fields = {}) {
+    const list = listed(objects, isObject, (text) => this.#leftOut(undefined, 'objects', text));
+    if (!list) return;
     this.#objects = new Map();
-    for (const object of objects) {
+    for (const object of list) {
       const id = object.object_id;
       if (this.#objects.has(id)) this.#leftOut(id, 'object_id', 'another object has this id: left out; give each object its own');
       else this.#objects.set(id, object);
@@ -104,16 +106,17 @@ export class Haptics extends EventTarget {
 
   /** Changes or adds one object, as {object_id, material}. */
   state(object) {
-    const known = {...this.#objects.get(object.object_id), ...object};
-    this.#objects.set(object.object_id, known);
+    const known = {...this.#objects.get(object?.object_id), ...object};
+    this.#objects.set(known.object_id, known);
     this.#fields ??= {};
     if (this.#isOpen) this.#sendObjects([known], {replace: false});
   }
 
   /** Removes objects by their ids. */
   forget(ids) {
-    for (const id of ids) this.#objects.delete(id);
-    if (this.#isOpen) this.#send('scene', {objects: [], replace: false, forget: [...ids]});
+    const gone = listed(ids, isId, (text) => this.#leftOut(undefined, 'forget', text)) ?? [];
+    for (const id of gone) this.#objects.delete(id);
+    if (this.#isOpen && gone.length) this.#send('scene', {objects: [], replace: false, forget: gone});
   }
 
   /** Requests `vibration` events for these hands, as {left: 'amplitude', right: 'amplitude'}. */
@@ -127,7 +130,8 @@ export class Haptics extends EventTarget {
   }
 
   /** Sends a touch: {phase, hand, object_id, surface?, speed_mps, force_n, interaction?}. */
-  touch({speed_mps, force_n, ...fields}) {
+  touch(touch) {
+    const {speed_mps, force_n, ...fields} = touch ?? {};
     if (!this.#isOwner) {
       this.lost.touches++;
       this.#ask();
@@ -135,7 +139,7 @@ export class Haptics extends EventTarget {
     }
     if (fields.phase === 'release') this.#isStopped = false;
     const id = fields.object_id;
-    if (id !== undefined && !this.#objects.has(id)) this.#warn(`a touch of \`${id}\`, which no scene has described: its id is read as a name`);
+    if (id !== undefined && !this.#objects.has(id)) this.#warn(`a touch of \`${String(id)}\`, which no scene has described: its id is read as a name`);
     this.#send('touch', {
       captured_at: seconds(),
       ...fields,
@@ -317,7 +321,7 @@ export class Haptics extends EventTarget {
   /** Sends objects as they fit the protocol, in as many messages as they need. */
   #sendObjects(objects, fields) {
     const fit = objects.map((object) => fitted(object, this.#materials, (path, text) => this.#leftOut(object.object_id, path, text)));
-    for (const [number, piece] of pieces(fit).entries()) {
+    for (const [number, piece] of pieces(fit, ({object_id: id}, text) => this.#leftOut(id, 'fields', text)).entries()) {
       const id = this.#send('scene', {...(number ? {replace: false} : fields), objects: piece});
       this.#pieces.set(id, piece);
     }
@@ -325,7 +329,7 @@ export class Haptics extends EventTarget {
 
   /** Tells of a part of the scene that was not sent or not taken. */
   #leftOut(object_id, path, text) {
-    this.#warn(`${object_id === undefined ? 'the scene' : `object \`${object_id}\``}, ${path}: ${text}`);
+    this.#warn(`${object_id === undefined ? 'the scene' : `object \`${String(object_id)}\``}, ${path}: ${text}`);
     this.#notify('left_out', {object_id, path, text});
   }
 
@@ -343,6 +347,7 @@ export class Haptics extends EventTarget {
   }
 
   #set(settings) {
+    if (!isObject(settings)) return this.#warn('settings that are not an object are not sent');
     Object.assign(this.#settings, settings);
     if (!this.#isOwner) return;
     const id = this.#send('set', settings);
@@ -359,7 +364,11 @@ export class Haptics extends EventTarget {
   #send(type, fields) {
     const id = ++this.#ids;
     const known = this.#minor < 2 ? withoutSurfaces(fields) : fields;
-    this.#socket.send(encode({type, id, ...known}, {ignoreUndefined: true}));
+    try {
+      this.#socket.send(encode({type, id, ...known}, {ignoreUndefined: true}));
+    } catch ({message}) {
+      this.#warn(`a ${type} cannot be sent: ${message}; state texts and numbers only`);
+    }
     return id;
   }
 

@@ -12,6 +12,7 @@ const MOST_DRIVES = 16;
 const MOST_DRIVE = 100;
 const MILLISECONDS = [5, 1000]; // "s" between two touches of a slide, which are ms
 const MOST_GAPS = 3;
+const MOST_SAMPLES = 1e6; // of one call
 const FORMS = ['amplitude', 'parametric'];
 
 /** The two hands of one scene: receives touches, gives plans or samples. */
@@ -123,10 +124,10 @@ export class FeelPlayer {
 
   /** Returns the next samples of both hands, -1..1, at `soundHz`; `now` is the time of the first. */
   render(count, now) {
-    const wave = new Float64Array(count);
+    const wave = new Float64Array(Number.isInteger(count) ? Math.min(Math.max(count, 0), MOST_SAMPLES) : 0);
     if (!this.#rate || !this.#isTime(now)) return wave;
     const piece = Math.max(1, Math.floor(this.#rules.step_s * this.#rate));
-    for (let begin = 0; begin < count; begin += piece) {
+    for (let begin = 0; begin < wave.length; begin += piece) {
       const part = wave.subarray(begin, begin + piece);
       const dt = part.length / this.#rate;
       const shift = this.#shift(part.length);

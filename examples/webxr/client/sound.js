@@ -23,7 +23,8 @@ export class FeltSound {
 
   /** Plays a touch on a surface: {material, impact_gain?, thickness_m?, hum?}, as `felt.surfaceOf(touch)` returns it. */
   touch(touch, surface) {
-    this.#node.port.postMessage({touch: {...touch, felt: surface}});
+    const {phase, hand, interaction, speed_mps, force_n} = touch ?? {}; // a page's own fields may be what no worklet can get
+    this.#node.port.postMessage({touch: {phase, hand, interaction, speed_mps, force_n, felt: surface}});
   }
 
   /** Ends everything within 20 ms; a hand is heard again after its release and a new approach or contact. */
