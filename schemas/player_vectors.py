@@ -13,7 +13,7 @@ import re
 import sys
 from collections.abc import Iterator
 from functools import lru_cache
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
 from typing import Any
 
@@ -48,6 +48,7 @@ MOST_DB = 3.0
 MOST_PITCH = 0.05
 MOST_ONSET_S = 0.002
 MOST_AMPLITUDE = 0.02  # of full scale, of a plan
+_OF_SURFACES = ("material", "impact_gain", "thickness_m", "hum")
 MOTION = {"speed_mps": 0.4, "force_n": 1.5}
 
 
@@ -209,8 +210,39 @@ def hostile() -> Json:
     }
 
 
+def grid() -> list[Json]:
+    """Return cases of touches in which each field has each value that strangers send."""
+    marked = [{"$number": name} for name in ("NaN", "Infinity", "-Infinity")]
+    numbers = [*marked, None, -1.0, 1e300]
+    values = [*numbers, 5000, True, "", "fast", "__proto__", [], [None], {}]
+    hum: Json = {"frequency_hz": 50, "level": 1, "drives": [0.5]}
+    surfaces: list[Json] = [{name: value} for name in _OF_SURFACES for value in values]
+    surfaces += [{"hum": {**hum, name: value}} for name in hum for value in values]
+    cases: list[Json] = []
+    for phase, kind in product(("approach", "contact", "slide"), (None, "press", "swing")):
+        touch: Json = {"phase": phase, "hand": "left", "object_id": "cup", "interaction": kind}
+        touch |= MOTION
+        touches: list[Json] = [{name: value} for name in (*touch, "surface") for value in values]
+        touches += [{"speed_mps": v, "force_n": n} for v, n in product(numbers, numbers)]
+        cases += [{"touch": {**touch, **fields}} for fields in touches]
+        if kind:
+            cases += [{"touch": touch, "surface": {"material": "wood", **one}} for one in surfaces]
+    cases += [{"touch": touch, "gain": value} for value in values]
+    return [{"like": None, **case} for case in cases]
+
+
+def is_in_range(plan: Json) -> bool:
+    """Return whether each number of a plan is finite and in its range."""
+    amplitude = plan["amplitude"] + [one["amplitude"] for one in plan["transients"]]
+    hertz = plan["frequency_hz"] + [one["frequency_hz"] for one in plan["transients"]]
+    pairs = [*((value, 1.0) for value in amplitude), *((value, 1000.0) for value in hertz)]
+    return all(isinstance(value, int | float) and 0.0 <= value <= most for value, most in pairs)
+
+
 def unmarked(value: Any) -> Any:
     """Return a hostile value: {"$number": "NaN"} stands for a number that JSON has not."""
+    if isinstance(value, list):
+        return [unmarked(part) for part in value]
     if isinstance(value, dict):
         if set(value) == {"$number"}:
             return float(value["$number"])

@@ -40,7 +40,8 @@ func _ready() -> void:
 func _process(_delta: float) -> void:
 	for what in _players:
 		if not _cases[what].is_empty():
-			_say(what, _players[what].call(_cases[what].pop_front()))
+			for turn in mini(10 if what == "touches" else 1, _cases[what].size()):
+				_say(what, _players[what].call(_cases[what].pop_front()))
 			return
 	if not _switches.is_empty():
 		var name: String = _switches.keys()[0]

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import base64
-import itertools
 import json
-import math
 import re
 import shutil
 import statistics
@@ -59,12 +57,7 @@ PLANS, SOUNDS, HOSTILE = (
     for name in ("player", "player_sound", "player_hostile")
 )
 SOUNDS = [case for case in SOUNDS if case["voice"] == "true"]
-NUMBERS = (0.4, *({"$number": name} for name in ("NaN", "Infinity", "-Infinity")), 1e300)
-GRID = [
-    {"touch": {**moved, "phase": phase, "hand": "left", "interaction": kind}, "like": None}
-    for phase, kind in (("approach", "swing"), *(("contact", kind) for kind in INTERACTIONS))
-    for moved in ({"speed_mps": v, "force_n": n} for v, n in itertools.product(NUMBERS, NUMBERS))
-]
+GRID = player_vectors.grid()
 CASES = {"plans": PLANS, "sounds": SOUNDS, **HOSTILE, "touches": HOSTILE["touches"] + GRID}
 
 
@@ -106,16 +99,16 @@ def test_a_hostile_touch_is_felt_as_the_one_that_the_service_would_feel(gdscript
         assert (case["name"], one["plan"], told) == (case["name"], like["plan"], wanted)
 
 
-def test_no_touch_of_a_grid_gives_a_number_that_is_not_finite(gdscript: Played) -> None:
+def test_no_touch_of_a_grid_gives_a_number_out_of_range(gdscript: Played) -> None:
     plans = [one["plan"] for one, _ in gdscript.answers["touches"][-len(GRID) :]]
-    assert all(map(is_finite, plans))
+    assert all(map(player_vectors.is_in_range, plans))
     assert sum(bool(plan["amplitude"]) for plan in plans) > len(GRID) / 2
 
 
 def test_a_time_that_is_not_in_seconds_is_named(gdscript: Played) -> None:
     for case, answer in zip(HOSTILE["times"], gdscript.answers["times"], strict=True):
         assert player_vectors.said(answer["said"]) == player_vectors.says(case), case["name"]
-        assert all(map(is_finite, answer["plans"]))
+        assert all(map(player_vectors.is_in_range, answer["plans"]))
 
 
 def test_a_call_of_an_unknown_hand_or_form_is_refused_in_words(gdscript: Played) -> None:
@@ -231,13 +224,6 @@ def test_a_surface_is_felt_as_decided_before_else_as_baked(gdscript: Played) -> 
     largest_where_there_is_no_third = "wood"
     expected = ["wood", "metal", largest_where_there_is_no_third]
     assert gdscript.switched["materials"] == expected
-
-
-def is_finite(plan: dict[str, Any]) -> bool:
-    """Whether each number of a plan is one; JSON has none that are not finite."""
-    numbers = [*plan["amplitude"], *plan["frequency_hz"]]
-    numbers += [one[name] for one in plan["transients"] for name in ("amplitude", "frequency_hz")]
-    return all(isinstance(number, int | float) and math.isfinite(number) for number in numbers)
 
 
 def played() -> Played:

@@ -39,7 +39,7 @@ Answers = dict[str, list[Any]]
 def touched(case: dict[str, Any], like: str = "") -> dict[str, Any]:
     """Return a hostile touch, or the one that it is felt like, as the events of a case."""
     touch = case["like" if like else "touch"]
-    hand = (touch or {}).get("hand", "right")
+    hand = touch["hand"] if touch else "right"
     felt = [{"touch": {**touch, "object_id": "cup"}, "at_s": 5.0}] if touch else []
     surfaces = {"cup": case.get(f"{like}surface", {"material": "wood"})}
     events = [*felt, {"plan": hand, "at_s": 5.02}]
@@ -64,6 +64,7 @@ def answers(build: mono.Build) -> Answers:
     """What the player makes of all cases, in their order."""
     hostile = [case for one in HOSTILE["touches"] for case in (touched(one), touched(one, "like_"))]
     plans = [*PLANS, *hostile, *map(timed, HOSTILE["times"])]
+    plans += map(touched, vectors.grid())
     plans.append({"events": [{**each, "at_s": 0.02 * at} for at, each in enumerate(MUTED)]})
     whole = json.loads(Path(FEELS[0]).read_text())
     files = [*(json.dumps(vectors.edited(whole, case)) for case in FILES), *TEXTS]
@@ -90,14 +91,20 @@ def test_it_renders_as_the_golden_vectors_say_and_takes_no_memory(answers: Answe
 
 def test_a_hostile_touch_is_felt_as_the_one_that_the_service_would_feel(answers: Answers) -> None:
     cases = [*HOSTILE["touches"], *HOSTILE["times"]]
-    played = answers["plans"][len(PLANS) : -1]
+    played = answers["plans"][len(PLANS) : -1 - len(vectors.grid())]
     pairs = played[: 2 * len(HOSTILE["touches"])]
     told = [*pairs[::2], *played[len(pairs) :]]
     for case, each in zip(cases, told, strict=True):
         assert vectors.said(each["said"]) == 2 * vectors.says(case), case["name"]
     for case, one, like in zip(HOSTILE["touches"], pairs[::2], pairs[1::2], strict=True):
         assert one["events"][-1] == like["events"][-1], case["name"]
-    assert "nan" not in json.dumps([each["events"] for each in played]).lower()
+
+
+def test_no_touch_of_a_grid_gives_a_number_out_of_range(answers: Answers) -> None:
+    played = [each for one in answers["plans"][len(PLANS) : -1] for each in one["events"]]
+    plans = [plan for each in played for plan in each.values() if plan]
+    assert all(map(vectors.is_in_range, plans))
+    assert sum(bool(plan["amplitude"]) for plan in plans) > len(vectors.grid())
 
 
 def test_a_call_of_an_unknown_hand_or_form_is_refused_in_words(answers: Answers) -> None:

@@ -37,6 +37,10 @@ public static class PlayFeel
     // Answers the queries of tests/identity_cases.json: [id, surface, by], or the nearest id.
     private static IEnumerable<object> Identified(BakedScene bake, Map file)
     {
+        bake.SurfaceOf(bake.Find(null) ?? new BakeFound { ObjectId = "no such thing" });
+        bake.Find(new BakeQuery { Paths = null });
+        bake.Find(new BakeQuery { Paths = new string[] { null } });
+        bake.SurfaceOf(new BakeFound { ObjectId = "Twins", Surface = 7 });
         foreach (Map each in Maps(file["queries"]).Select(one => (Map)one["ask"]))
         {
             var query = new BakeQuery { ObjectId = (string)Of(each, "object_id"), Material = (string)Of(each, "material") };
@@ -62,7 +66,7 @@ public static class PlayFeel
     private static object Done(FeelPlayer player, Map each, string form, Map surfaces)
     {
         double now = Number(each["at_s"]) ?? double.NaN;
-        if (each.ContainsKey("plan")) return PlanOf(player.Plan((string)each["plan"], form, now));
+        if (each.ContainsKey("plan")) return PlanOf(player.Plan(each["plan"] as string, form, now));
         if (each.ContainsKey("stop")) player.Stop();
         else if (each.ContainsKey("mute")) player.Mute((string)each["mute"], (bool)each["on"]);
         else player.Touch(TouchOf((Map)each["touch"], surfaces), now);
@@ -80,6 +84,8 @@ public static class PlayFeel
         Map plan = PlanOf(player.Plan(hand, (string)one["form"], 5.02));
         player.Mute(hand, true);
         player.Hold(hand);
+        player.Render(null, 1, 5.02);
+        player.Render(new float[1], 1000, 5.02);
         return new Map { { "state", state }, { "plan", plan }, { "said", said } };
     }
 
@@ -119,12 +125,12 @@ public static class PlayFeel
 
     private static FeltTouch TouchOf(Map touch, Map surfaces)
     {
-        string id = (string)Of(touch, "object_id") ?? "";
+        string id = Of(touch, "object_id") as string ?? "";
         return new FeltTouch
         {
-            Phase = (string)touch["phase"],
-            Hand = (string)touch["hand"],
-            Interaction = (string)Of(touch, "interaction"),
+            Phase = touch["phase"] as string,
+            Hand = touch["hand"] as string,
+            Interaction = Word(Of(touch, "interaction")),
             SpeedMps = Number(Of(touch, "speed_mps")),
             ForceN = Number(Of(touch, "force_n")),
             Surface = SurfaceOf((Map)Of(surfaces, id) ?? new Map { { "material", id } }),
@@ -134,15 +140,21 @@ public static class PlayFeel
     private static FeltSurface SurfaceOf(Map map)
     {
         object material = Of(map, "material");
-        var hum = (Map)Of(map, "hum");
-        var drives = hum == null ? null : (List<object>)Of(hum, "drives");
+        var hum = Of(map, "hum") as Map;
+        var drives = hum == null ? null : Of(hum, "drives") as List<object>;
         return new FeltSurface
         {
             Material = material == null ? null : material.ToString(),
             ImpactGain = Number(Of(map, "impact_gain")) ?? 1.0,
             ThicknessM = Number(Of(map, "thickness_m")),
-            Hum = hum == null ? null : new FeltHum { FrequencyHz = Number(Of(hum, "frequency_hz")), Level = Number(Of(hum, "level")), Drives = drives == null ? null : drives.Select(each => Number(each).Value).ToArray() },
+            Hum = hum == null ? null : new FeltHum { FrequencyHz = Number(Of(hum, "frequency_hz")), Level = Number(Of(hum, "level")), Drives = drives == null ? null : drives.Select(each => Number(each) ?? double.NaN).ToArray() },
         };
+    }
+
+    // What C# cannot state as a word is a wrong one.
+    private static string Word(object value)
+    {
+        return value == null ? null : value as string ?? "";
     }
 
     // What C# cannot state as a number is none.
