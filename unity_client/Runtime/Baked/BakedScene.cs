@@ -92,6 +92,7 @@ namespace HapticVLM.Baked
         /// <summary>Returns what this is in the bake; null: nothing of it is known.</summary>
         public BakeFound Find(BakeQuery query)
         {
+            if (query == null) return null;
             string id = ById(query.ObjectId);
             string by = id == null ? "path" : "id";
             if (id == null) id = ByPath(query);
@@ -107,7 +108,9 @@ namespace HapticVLM.Baked
         /// <summary>Returns how a surface feels; null: of nothing that was found.</summary>
         public FeltSurface SurfaceOf(BakeFound found)
         {
-            return found == null ? null : objects[found.ObjectId][found.Surface].Felt;
+            Part[] surfaces = null;
+            bool isThere = found != null && found.ObjectId != null && objects.TryGetValue(found.ObjectId, out surfaces) && found.Surface >= 0 && found.Surface < surfaces.Length;
+            return isThere ? surfaces[found.Surface].Felt : null;
         }
 
         /// <summary>Returns the id or name that shares most pairs of letters with a name, because the ids that Unity makes are not words; null: there is none.</summary>
@@ -144,9 +147,9 @@ namespace HapticVLM.Baked
         /// <summary>Returns the object whose names agree farthest, from its own up to its parents'.</summary>
         string ByPath(BakeQuery query)
         {
-            foreach (string path in query.Paths)
+            foreach (string path in query.Paths ?? new string[0])
             {
-                string[] names = path.Split('/');
+                string[] names = (path ?? "").Split('/');
                 List<Spelling> candidates;
                 if (!named.TryGetValue(names[names.Length - 1], out candidates)) continue;
                 int most = -1;

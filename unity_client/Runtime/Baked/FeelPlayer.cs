@@ -173,6 +173,7 @@ namespace HapticVLM.Baked
         public void Render(float[] wave, int count, double now)
         {
             bool isTime = IsTime(now);
+            count = wave == null ? 0 : Math.Min(count, wave.Length);
             for (int begin = 0; begin < count; begin += mix.Length)
             {
                 int size = Math.Min(mix.Length, count - begin);

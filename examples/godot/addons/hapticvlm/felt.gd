@@ -145,7 +145,7 @@ func touch(fields: Dictionary, now: float) -> bool:
 	var begins_impact := _player.touch(fields, now)
 	if hand == null:
 		return is_sent
-	var is_release: bool = fields.get("phase") == "release"
+	var is_release := str(fields.get("phase")) == "release"
 	hand.touches = not is_release
 	touched.emit(fields, now)
 	if is_release:
@@ -204,14 +204,14 @@ func step(now: float) -> void:
 ## Returns what is felt of a touched object without the service: a surface of `materials.json`.
 func surface_of(fields: Dictionary) -> Dictionary:
 	var id := "" if fields.get("object_id") == null else str(fields["object_id"])
-	var key := [id, 0 if fields.get("surface") == null else int(fields["surface"])]
+	var key := [id, HapticBake.whole(fields.get("surface"), 0)]
 	var stated: Dictionary = stated_of.call(id)
 	if not _baked.has(key):
 		_baked[key] = _find(id, key[1], stated)
 	var surface: Dictionary = _baked[key]
 	if _decided.has(key):
 		surface = surface.merged({"material": _decided[key]}, true)
-	elif surface.get("material") == null and not stated.get("material", "unknown") == "unknown":
+	elif surface.get("material") == null and str(stated.get("material", "unknown")) != "unknown":
 		surface = surface.merged({"material": stated["material"]}, true)
 	_missing = "" if surface.get("material") != null or id.is_empty() else _miss(id, _baked[key])
 	return surface
@@ -228,9 +228,9 @@ func _find(id: String, surface: int, stated: Dictionary) -> Dictionary:
 	if bake == null:
 		return {}
 	var query := {"object_id": id, "paths": [stated.get("name", id)], "surface": surface, "engine": "godot"}
-	var surfaces: Array = stated.get("surfaces", [])
-	if surface < surfaces.size():
-		query["material"] = surfaces[surface].get("name", "")
+	var surfaces: Variant = stated.get("surfaces")
+	if surfaces is Array and surface >= 0 and surface < surfaces.size() and surfaces[surface] is Dictionary:
+		query["material"] = surfaces[surface].get("name")
 	return bake.surface_of(bake.find(query))
 
 
@@ -288,7 +288,7 @@ func _post_plan(name: String, now: float) -> void:
 
 
 func _plan(name: String, now: float) -> Dictionary:
-	return _player.plan(name, forms.get(name, "amplitude"), now)
+	return _player.plan(name, str(forms.get(name, "amplitude")), now)
 
 
 func _post(name: String, plan: Dictionary, is_stopped := false) -> void:

@@ -95,7 +95,9 @@ func find(query: Dictionary) -> Dictionary:
 
 ## Returns how a found surface feels: its material and what else the file says of it.
 func surface_of(found: Dictionary) -> Dictionary:
-	return {} if found.is_empty() else _objects[found["object_id"]][found["surface"]]
+	var surfaces: Array = _objects.get(found.get("object_id"), [])
+	var at := whole(found.get("surface"), -1)
+	return surfaces[at] if at >= 0 and at < surfaces.size() else {}
 
 
 ## Returns the id that is most like a name.
@@ -120,15 +122,16 @@ func _by_id(id: String) -> String:
 
 ## Returns the object whose names agree farthest, from its own up to its parents'.
 func _by_path(query: Dictionary) -> String:
-	var engine: String = query.get("engine", AS_THE_SCENE)
+	var engine: Variant = query.get("engine")
 	var wanted := _names(query.get("material"))
-	for path: String in query.get("paths", []):
-		var names := path.split("/")
+	var paths: Variant = query.get("paths")
+	for path: Variant in paths if paths is Array or paths is PackedStringArray else []:
+		var names := str(path).split("/")
 		var best := ""
 		var most := -1
 		var best_has := false
 		for each: Array in _named.get(names[-1], []):
-			var is_own: bool = each[2] == engine or (each[2] == AS_THE_SCENE and not each[3].has(engine))
+			var is_own: bool = each[2] == str(engine) or (each[2] == AS_THE_SCENE and not each[3].has(engine))
 			var rank := 2 * _shared(names, each[0]) + int(is_own)
 			var has: bool = _objects[each[1]].any(
 				func(surface: Dictionary) -> bool: return _names(surface.name).any(func(name: String) -> bool: return name in wanted)
@@ -150,12 +153,17 @@ static func _surface(surfaces: Array, query: Dictionary) -> int:
 		if not named.is_empty():
 			candidates = named
 			break
-	var primitive := int(query.get("primitive", -1))
+	var primitive := whole(query.get("primitive"), -1)
 	for i: int in candidates:
 		if surfaces[i].get("primitives", []).any(func(each: float) -> bool: return int(each) == primitive):
 			return i
-	var index := int(query.get("surface", 0))
+	var index := whole(query.get("surface"), 0)
 	return index if index in candidates else candidates[0]
+
+
+## Returns a number without its fraction; `missing` for what is no number.
+static func whole(value: Variant, missing: int) -> int:
+	return int(value) if value is int or value is float else missing
 
 
 ## Returns a material's name as a whole, and without that of its texture's file before it.
