@@ -8,6 +8,7 @@ a user or a stranger names is opened by this module, which knows no field of any
 
 from __future__ import annotations
 
+import codecs
 import errno
 import json
 import os
@@ -28,6 +29,13 @@ PIECE_BYTES = 4 * MIB
 MAX_KEY_PARTS = 16  # of a dotted TOML key; a key of thousands of parts unfolds to gigabytes
 _ADDRESS = re.compile(r" <[^<>]* object at 0x[0-9a-f]+>")
 _TOO_DEEP = "nested too deep"
+# How files begin that are not text, however they are saved.
+_KINDS = {
+    b"\xff\xd8\xff": "a JPEG picture",
+    b"\x89PNG": "a PNG picture",
+    b"PK\x03\x04": "a ZIP archive or a workbook",
+    b"glTF": "a .glb scene",
+}
 _FORMULA_STARTS = tuple("=+-@\t\r\n\uff1d\uff0b\uff0d\uff20")  # the last four are full-width
 _READ_AS_MISSING = frozenset(
     ("NA", "N/A", "n/a", "NaN", "nan", "NULL", "null", "None", "<NA>", "#NA", "#N/A", "#N/A N/A")
@@ -148,11 +156,13 @@ def read_text(path: Path, max_bytes: int = MAX_BYTES) -> str:
 
 def read_toml(path: Path, kind: type[T], max_bytes: int = MAX_BYTES) -> T:
     """Read a TOML file as `kind`. Raises OSError, and ValueError that names the field."""
-    content = read_text(path, max_bytes)
+    content = read_bytes(path, max_bytes)
     try:
-        document = parse_toml(content)
+        document = parse_toml(content.decode("utf-8"))
     except tomllib.TOMLDecodeError as error:
         raise ValueError(f"not TOML: {error}; strings need quotes") from None
+    except UnicodeDecodeError as error:
+        raise ValueError(f"not TOML: {reason(error)}") from None
     return _converted(document, kind)
 
 
@@ -181,7 +191,7 @@ def reason(error: Exception) -> str:
         case OSError():
             return error.strerror or _ADDRESS.sub("", str(error))  # Pillow names its buffer
         case UnicodeDecodeError():
-            return f"byte {error.start + 1} is not UTF-8 text; save it as UTF-8"
+            return _why_no_text(error)
         case KeyError():
             return f"`{error.args[0]}` is missing"
         case RecursionError():
@@ -194,6 +204,16 @@ def reason(error: Exception) -> str:
             return "a value is of the wrong kind"
         case _:
             return str(error) or "incomplete"  # of this program, or of a library that reads files
+
+
+def _why_no_text(error: UnicodeDecodeError) -> str:
+    """Return what a file is instead of text, or which byte keeps it from being UTF-8."""
+    data = error.object
+    kind = next((kind for start, kind in _KINDS.items() if data.startswith(start)), None)
+    is_utf16 = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    if kind is not None or (b"\0" in data and not is_utf16):
+        return f"{kind or 'a binary file'}, and not text"
+    return f"byte {error.start + 1} is not UTF-8 text; save it as UTF-8"
 
 
 @contextmanager
