@@ -62,7 +62,7 @@ class Parser(argparse.ArgumentParser):
     ) -> tuple[argparse.Namespace, list[str]]:
         """Refuse an unknown option or a superfluous word in the name of this command."""
         if self._subparsers is not None:
-            self._refuse_unknown([*takewhile(lambda word: word.startswith("--"), args or ())])
+            self._refuse_unknown([*takewhile(lambda word: word.startswith("-"), args or ())])
             return super().parse_known_args(args, namespace)
         self._refuse_unknown(args or ())  # before its value is taken for another argument
         parsed, unknown = super().parse_known_args(args, namespace)
@@ -82,8 +82,14 @@ class Parser(argparse.ArgumentParser):
                 self.error(f"{of if of.startswith('-') else 'an argument'}: empty; give a value")
             if word == "--":
                 return
-            if word.startswith("--") and not any(flag.startswith(name) for flag in flags):
+            if word.startswith("-") and not self._is_known(word, flags):
                 self.error(f"{name}: no such option{_nearest(name, flags)}")
+
+    def _is_known(self, word: str, flags: Sequence[str]) -> bool:
+        """Whether a word that begins with a dash is -xVALUE, --option, a number, or "-" itself."""
+        if word.startswith("--"):
+            return any(flag.startswith(word.partition("=")[0]) for flag in flags)
+        return word[:2] in ("-", *flags) or bool(self._negative_number_matcher.match(word))
 
     def _print_message(self, message: str, file: Any = None) -> None:  # noqa: ANN401 - as argparse has it
         """Print help or an error; argparse's own swallows an OSError, such as of a full disk."""
