@@ -172,13 +172,18 @@ def read_design(folder: Path) -> Design:
         )
     except (FileNotFoundError, NotADirectoryError):
         if not folder.is_dir():
-            raise StudyError(f"{why_no_folder(folder)}; give the folder of a study") from None
+            raise no_study_folder(folder) from None
         cure = f"`hapticvlm study run {shell_word(folder)}` runs it"
         raise StudyError(f"{folder}: no study was run in this folder; {cure}") from None
     except StudyError as error:
         raise StudyError(f"{path}: {error}") from None
     except ValueError as error:
         raise StudyError(f"{path}: not a study's design ({documents.reason(error)})") from None
+
+
+def no_study_folder(folder: Path) -> StudyError:
+    """Return the error for a path that is not a folder."""
+    return StudyError(f"{why_no_folder(folder)}; give the folder of a study")
 
 
 def square(patterns: int) -> list[list[int]]:

@@ -6,10 +6,18 @@ from dataclasses import replace
 from difflib import get_close_matches
 from pathlib import Path
 
-from hapticvlm.errors import shell_word, why_no_folder
+from hapticvlm.errors import shell_word
 from hapticvlm_studio.design import form as forms
 from hapticvlm_studio.design import patterns
-from hapticvlm_studio.design.design import HEAD, Design, Plan, design, read_design, write_design
+from hapticvlm_studio.design.design import (
+    HEAD,
+    Design,
+    Plan,
+    design,
+    no_study_folder,
+    read_design,
+    write_design,
+)
 from hapticvlm_studio.design.form import FILE, Form, StudyFile
 from hapticvlm_studio.design.stimuli import StudyError
 
@@ -24,7 +32,7 @@ def layout(folder: Path) -> tuple[Design, StudyFile]:
     """
     read = forms.read(folder)
     if read is None:
-        raise StudyError(_no_study(folder))
+        raise no_study_folder(folder) if folder.is_file() else StudyError(_no_study(folder))
     form, file = read
     wanted = _designed(form, file)
     if not (folder / HEAD).exists():
@@ -44,8 +52,6 @@ def layout(folder: Path) -> tuple[Design, StudyFile]:
 
 def _no_study(folder: Path) -> str:
     """Return an error that names the study in a neighbouring folder that was probably meant."""
-    if folder.is_file():
-        return f"{why_no_folder(folder)}; give the folder of a study"
     others = [path for path in folder.absolute().parent.glob("*/") if path.name != folder.name]
     studies = [path.name for path in others if (path / FILE).exists()]
     near = get_close_matches(folder.name, studies, n=1)
