@@ -50,8 +50,6 @@ def test_one_output_can_be_stopped_alone_and_a_wrong_token_stops_nothing(service
     done = hapticvlm("stop", "peltier", *ask[2:], "a token of twelve")
     assert done.out == "stopped: the current of the plate is cut; a new touch starts them again\n"
     for arguments, told in (
-        (["stop", "--url", "http://127.0.0.1:9/"], "scheme isn't ws or wss; nothing was stopped"),
-        (["stop", "--url", "ws://127.0.0.1:99999/"], "out of range 0-65535; nothing was stopped"),
         ([*ask, "not the token here"], "token"),
         (["stop", "--url", "ws://127.0.0.1:9/"], "nothing listens there; nothing was stopped"),
     ):

@@ -7,21 +7,15 @@ from __future__ import annotations
 
 import asyncio
 import json
-import ssl
 from collections.abc import Callable
 from contextlib import AbstractAsyncContextManager
-from dataclasses import dataclass
-from functools import partial
-from pathlib import Path
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-from websockets.exceptions import InvalidURI, WebSocketException
 
-from hapticvlm.captures import Capture, CaptureError, Line
-from hapticvlm.client.connection import Client, Message, Refused, connect, trusting
+from hapticvlm.captures import Capture, Line
+from hapticvlm.client.connection import Client, Message
 from hapticvlm.client.sending import Outcome, stream
-from hapticvlm.errors import HapticVLMError, network_reason
 
 LATE_S = 0.25  # a shorter delay is not reported
 COLUMNS = (
@@ -32,37 +26,27 @@ COLUMNS = (
 )
 
 
-class StreamError(HapticVLMError):
-    """Raised when the service was not reached, or closed the connection."""
-
-
-@dataclass(frozen=True, slots=True)
-class Target:
-    """The service to send to; `ca` is the authority to trust for wss, a PEM file."""
-
-    url: str
-    token: str | None = None
-    ca: Path | None = None
-
-
-def run(opened: Callable[[], Capture], to: Target, *, as_json: bool) -> int:
+def run(
+    capture: Capture, service: Callable[[], AbstractAsyncContextManager[Client]], *, as_json: bool
+) -> int:
     """Stream one capture; print progress, decisions as they change and a summary.
 
-    Returns 0, or 1 where a message had no answer or was refused. Raises CaptureError, Refused, and
-    StreamError where no service is reached.
+    Returns 0, or 1 where a message had no answer or was refused. Raises CaptureError, Refused,
+    OSError and WebSocketException.
     """
-    try:
-        tls = None if to.ca is None else trusting(to.ca)
-    except OSError as error:
-        raise StreamError(f"--ca {to.ca}: {error.strerror}") from None
-    service = partial(connect, to.url, name="hapticvlm stream", token=to.token, tls=tls)
-    try:
-        return asyncio.run(_run(opened(), service, as_json=as_json))
-    except (CaptureError, Refused):
-        raise
-    except (OSError, WebSocketException, ValueError) as error:
-        reason = network_reason(error)
-        raise StreamError(f"{to.url}: {reason}; {_hint(error)}") from error
+    return asyncio.run(_run(capture, service, as_json=as_json))
+
+
+async def _run(
+    capture: Capture, service: Callable[[], AbstractAsyncContextManager[Client]], *, as_json: bool
+) -> int:
+    console = Console(stderr=as_json)
+    with Progress(*COLUMNS, console=console) as progress:
+        show = _Show(progress, capture, as_json=as_json)
+        async with service() as client:
+            outcome = await stream(client, capture, seen=show.seen)
+    console.print(_summary(outcome), highlight=False)
+    return 1 if outcome.unanswered or any("error" in name for name in outcome.answers) else 0
 
 
 def describe(decision: Message) -> str:
@@ -75,31 +59,6 @@ def describe(decision: Message) -> str:
         f"{decision['confidence']:4.0%} from {decision['source']:<8} "
         f"plate {decision['setpoint_c']:5.1f} degC{limited}"
     )
-
-
-def _hint(error: Exception) -> str:
-    if isinstance(error, ssl.SSLCertVerificationError):
-        return "give the authority that signed its certificate: --ca FILE"
-    if isinstance(error, (InvalidURI, ValueError)):
-        return "the address must be ws://HOST:PORT/ or, with a certificate, wss://HOST:PORT/"
-    if isinstance(error, (ssl.SSLError, WebSocketException)):
-        return "use the address, ws:// or wss://, that `hapticvlm serve` prints"
-    return "start a service with `hapticvlm serve`"
-
-
-async def _run(
-    capture: Capture,
-    service: Callable[[], AbstractAsyncContextManager[Client]],
-    *,
-    as_json: bool,
-) -> int:
-    console = Console(stderr=as_json)
-    with Progress(*COLUMNS, console=console) as progress:
-        show = _Show(progress, capture, as_json=as_json)
-        async with service() as client:
-            outcome = await stream(client, capture, seen=show.seen)
-    console.print(_summary(outcome), highlight=False)
-    return 1 if outcome.unanswered or any("error" in name for name in outcome.answers) else 0
 
 
 class _Show:

@@ -1,10 +1,12 @@
 """The options with which commands reach a running service: address, token, trusted authority.
 
-It also turns the error of an address that cannot be used into one line.
+It also turns the error of a service that is not reached, and of an address that cannot be listened
+at, into one line.
 """
 
 from __future__ import annotations
 
+import argparse
 import contextlib
 import errno
 import os
@@ -13,20 +15,28 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hapticvlm.errors import UsageError
+from hapticvlm.errors import UsageError, network_reason
 from hapticvlm.server.addresses import ADDRESSES
 
 if TYPE_CHECKING:
-    import argparse
+    from contextlib import AbstractAsyncContextManager
 
-    from hapticvlm.client.stream import Target
+    from hapticvlm.client import Client
 
 DEFAULT_URL = "ws://127.0.0.1:8790/"
+_FORM = "must be ws://HOST:PORT/ or, with a certificate, wss://HOST:PORT/"
+
+
+def add_url(parser: argparse.ArgumentParser) -> None:
+    """Declare --url."""
+    parser.add_argument(
+        "--url", type=_address, default=DEFAULT_URL, help="address of the service (%(default)s)"
+    )
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare --url, --token and --ca."""
-    parser.add_argument("--url", default=DEFAULT_URL, help="address of the service (%(default)s)")
+    add_url(parser)
     parser.add_argument(
         "--token", help="token of the service (the environment variable HAPTICVLM_TOKEN)"
     )
@@ -38,11 +48,54 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def target(options: argparse.Namespace) -> Target:
-    """Return the service that the options name."""
-    from hapticvlm.client.stream import Target
+def connecting(
+    options: argparse.Namespace, name: str, role: str = "scene"
+) -> AbstractAsyncContextManager[Client]:
+    """Return the connection to the service that the options name. Raises UsageError."""
+    from hapticvlm.client import connect, trusting
 
-    return Target(options.url, options.token or os.environ.get("HAPTICVLM_TOKEN"), options.ca)
+    tls = None
+    if options.ca is not None:
+        try:
+            tls = trusting(options.ca)
+        except OSError as error:  # OpenSSL's own has no words for people
+            reason = "has no certificate" if error.filename is None else error.strerror
+            raise UsageError(f"--ca {options.ca}: {reason}; give a PEM file") from None
+        if not options.url.startswith("wss:"):
+            raise UsageError(f"--ca is for wss://, and --url is {options.url}")
+    token = options.token or os.environ.get("HAPTICVLM_TOKEN")
+    return connect(options.url, name=name, role=role, token=token, tls=tls)
+
+
+@contextlib.contextmanager
+def reaching(url: str, *, result: str = "") -> Iterator[None]:
+    """Turn the error of a service that is not reached into a UsageError with its cure.
+
+    `result` says what this command did not do because of it.
+    """
+    import ssl
+
+    from websockets.exceptions import WebSocketException
+
+    try:
+        yield
+    except (OSError, WebSocketException) as error:
+        cure = "`hapticvlm serve` starts a service and prints its address"
+        if isinstance(error, ssl.SSLCertVerificationError):
+            cure = "give the authority that signed its certificate: --ca FILE"
+        raise UsageError(f"{url}: {network_reason(error)}; {result}{cure}") from None
+
+
+def _address(text: str) -> str:
+    """Check the form of --url, as argparse calls it."""
+    from websockets.exceptions import InvalidURI
+    from websockets.uri import parse_uri
+
+    try:
+        parse_uri(text)
+    except (InvalidURI, ValueError):
+        raise argparse.ArgumentTypeError(f"{text}: {_FORM}") from None
+    return text
 
 
 @contextlib.contextmanager

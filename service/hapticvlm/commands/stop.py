@@ -8,10 +8,8 @@ from typing import TYPE_CHECKING
 
 from hapticvlm.commands import service_address
 from hapticvlm.commands.parsing import add_json
-from hapticvlm.errors import HapticVLMError, network_reason
 
 if TYPE_CHECKING:
-    from hapticvlm.client.stream import Target
     from hapticvlm.commands.parsing import Commands
 
 SCOPES = {
@@ -25,10 +23,6 @@ Stop the outputs of a running service at once, whichever scene drives them. The 
 the current of the plate is cut. Both stay off until the scene that owns them begins a new touch.
 The service itself keeps running. Exit code 0: stopped; 2: no service was reached, or it refused.
 """
-
-
-class StopError(HapticVLMError):
-    """Raised when the service was not reached, so that nothing is known to have stopped."""
 
 
 def add(commands: Commands) -> None:
@@ -58,7 +52,7 @@ def add(commands: Commands) -> None:
 def _stop(options: argparse.Namespace) -> int:
     import asyncio
 
-    asyncio.run(_ask(service_address.target(options), options.scope))
+    asyncio.run(_ask(options))
     if options.json:
         print(json.dumps({"stopped": options.scope}))
         return 0
@@ -66,18 +60,8 @@ def _stop(options: argparse.Namespace) -> int:
     return 0
 
 
-async def _ask(to: Target, scope: str) -> None:
-    """Send `stop` and wait for the answer. Raises Refused, StopError."""
-    from websockets.exceptions import WebSocketException
-
-    from hapticvlm.client import connect, trusting
-
-    tls = None if to.ca is None else trusting(to.ca)
-    try:
-        async with connect(
-            to.url, name="hapticvlm stop", role="observer", token=to.token, tls=tls
-        ) as client:
-            await client.stop(scope)
-    except (OSError, WebSocketException, ValueError) as error:
-        cure = "nothing was stopped; check the address (`hapticvlm serve` prints it)"
-        raise StopError(f"{to.url}: {network_reason(error)}; {cure}") from None
+async def _ask(options: argparse.Namespace) -> None:
+    """Send `stop` and wait for the answer. Raises Refused, UsageError."""
+    with service_address.reaching(options.url, result="nothing was stopped; "):
+        async with service_address.connecting(options, "hapticvlm stop", "observer") as client:
+            await client.stop(options.scope)

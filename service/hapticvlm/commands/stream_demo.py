@@ -137,7 +137,10 @@ def _stream(options: argparse.Namespace) -> int:
         opened = partial(watch, live.Live(name, partial(live.camera, number or 0), eye), touched)
     elif number is not None or options.area is not None:
         raise UsageError("--device and --area are for screen and camera")
-    return run(opened, service_address.target(options), as_json=options.json)
+    capture = opened()
+    service = partial(service_address.connecting, options, "hapticvlm stream")
+    with service_address.reaching(options.url):
+        return run(capture, service, as_json=options.json)
 
 
 def _area(text: str) -> tuple[int, int, int, int]:

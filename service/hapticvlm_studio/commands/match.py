@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hapticvlm import documents
+from hapticvlm.commands import service_address
 from hapticvlm.commands.parsing import number_within
-from hapticvlm.commands.service_address import DEFAULT_URL
-from hapticvlm.errors import UsageError, network_reason, shell_word
+from hapticvlm.errors import UsageError, shell_word
 
 if TYPE_CHECKING:
     from hapticvlm.client import Client
@@ -52,7 +52,7 @@ def add(parts: Commands) -> None:
         metavar="DEGC",
         help="temperature of room and block (%(default)s)",
     )
-    match.add_argument("--url", default=DEFAULT_URL, help="address of the service (%(default)s)")
+    service_address.add_url(match)
 
 
 def _match(options: argparse.Namespace) -> int:
@@ -99,8 +99,6 @@ async def _ask(options: argparse.Namespace) -> tuple[list[float], bool]:
 
     Their mean is that of the running service from then on.
     """
-    from websockets.exceptions import WebSocketException
-
     from hapticvlm.client import connect
     from hapticvlm_studio.trials.player import NEUTRAL, Player, PresentationError
 
@@ -109,24 +107,21 @@ async def _ask(options: argparse.Namespace) -> tuple[list[float], bool]:
         for name, celsius in ((STEEL, options.room), (NEUTRAL.name, NEUTRAL.object_c))
     ]
     try:
-        async with connect(options.url, name="study match") as client:
-            await client.set(ownership="take")  # of a scene that touches nothing
-            await client.scene(things, ambient_c=options.room)
-            player = Player(client, SETTLE_C)
-            listening = asyncio.create_task(player.listen())
-            try:
-                found = [await _one(client, player, *each) for each in enumerate(STARTS, 1)]
-            finally:
-                listening.cancel()
-                await asyncio.gather(listening, return_exceptions=True)
-            await client.set(thermal_gain=statistics.geometric_mean(found))
-            return found, bool(client.welcome["devices"]["peltier"]["simulated"])
+        with service_address.reaching(options.url):
+            async with connect(options.url, name="study match") as client:
+                await client.set(ownership="take")  # of a scene that touches nothing
+                await client.scene(things, ambient_c=options.room)
+                player = Player(client, SETTLE_C)
+                listening = asyncio.create_task(player.listen())
+                try:
+                    found = [await _one(client, player, *each) for each in enumerate(STARTS, 1)]
+                finally:
+                    listening.cancel()
+                    await asyncio.gather(listening, return_exceptions=True)
+                await client.set(thermal_gain=statistics.geometric_mean(found))
+                return found, bool(client.welcome["devices"]["peltier"]["simulated"])
     except PresentationError as error:
         raise UsageError(f"{error}; no answer of {options.participant} was kept") from None
-    except (OSError, WebSocketException) as error:
-        raise UsageError(
-            f"{options.url}: {network_reason(error)}; start a plate with `hapticvlm serve`"
-        ) from None
 
 
 async def _one(client: Client, player: Player, number: int, strength: float) -> float:
