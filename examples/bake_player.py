@@ -185,25 +185,25 @@ class Player:
         gain = gain if kind in IMPACTS else 1.0
         thickness_m = self._within("thickness_m", surface.get("thickness_m"), None)
         hum = self._hum(surface.get("hum")) if hand.touches else None
-        hand.wishes = [_Wish("hum", hum["level"], hum, lambda: [_Hum()])] if hum else []
+        hand.fade()
+        if hum:
+            hand.follow("hum", hum["level"], hum, lambda: [_Hum()])
         name = surface.get("material")
         facts = self.feel["materials"].get(name) if isinstance(name, str) else None
         if facts is None:
             if name not in (None, "unknown"):
                 self._note("material", f"{name!r} is not in the feel file; bake it")
             return
-        if kind == "press" and facts["n_per_grain"] is not None:
-            hand.wishes.append(
-                _Wish(f"press {name}", gain, force, lambda: [_Press(facts, self.draw(), gain)])
-            )
         if onset and kind != "swing":
             self._strike(hand, facts, kind if kind in IMPACTS else "tap", (speed, force), gain)
+        if kind == "press" and facts["n_per_grain"] is not None:
+            hand.follow(f"press {name}", gain, force, lambda: [_Press(facts, self.draw(), gain)])
         if kind in TEXTURES:
             usual_m = facts["thickness_m"]
             thin = usual_m / (thickness_m or usual_m) if kind == "swing" else 1.0
             to = speed, force, speed * thin
-            begin = partial(self._texture, facts[kind], facts["grain"], to[2])
-            hand.wishes.append(_Wish((name, kind, thin), 1.0, to, begin))
+            begin = partial(self._texture, hand, facts[kind], facts["grain"], to[2])
+            hand.follow((name, kind, thin), 1.0, to, begin)
 
     def _strike(self, hand: _Hand, facts: Json, kind: str, motion: State, gain: float) -> None:
         ringing = hand.impacts()
@@ -228,11 +228,6 @@ class Player:
 
     def _pieces(self, hand: _Hand, dt: float) -> list[Piece]:
         """Let a hand sound for `dt`, s; return what sounds."""
-        for voice in hand.voices:
-            if not isinstance(voice, _Shot):
-                voice.aim = 0.0
-        for wish in hand.wishes:
-            self._follow(hand, wish)
         pieces: list[Piece] = []
         step = dt / self.feel["rules"]["fade_s"]
         for voice in hand.voices:  # grains that begin are added at the end, and sound at once
@@ -242,20 +237,15 @@ class Player:
         hand.voices = [voice for voice in hand.voices if voice.fade or voice.aim]
         return pieces
 
-    def _follow(self, hand: _Hand, wish: _Wish) -> None:
-        """Let the voices of a hand follow what its newest touch wants."""
-        same = [voice for voice in hand.voices if voice.key == wish.key]
-        textures = {voice.key for voice in hand.voices if isinstance(voice.key, tuple)}
-        is_texture = isinstance(wish.key, tuple)
-        if not same and not (is_texture and len(textures) > self.feel["rules"]["max_textures"]):
-            same = wish.begin()
-            hand.voices += same
-        for voice in same:
-            voice.key, voice.aim, voice.to = wish.key, wish.aim, wish.to
+    def _texture(self, hand: _Hand, facts: Json, grain: str, speed: float) -> list[Any]:
+        """Return the voices of a texture: a loop for each layer, and breaks.
 
-    def _texture(self, facts: Json, grain: str, speed: float) -> list[Any]:
-        """Return the voices of a texture: a loop for each layer, and breaks."""
+        Too many others that fade end at once.
+        """
         voices: list[Any] = []
+        others = {voice.key for voice in hand.voices if isinstance(voice, _Layer)}
+        if len(others) > self.feel["rules"]["max_textures"]:
+            hand.voices = [voice for voice in hand.voices if not isinstance(voice, _Layer)]
         for layer in facts["layers"]:
             clip = self.feel["loops"][layer["loop"]]
             at = self.draw() * clip["wave"].size / clip["rate_hz"]
@@ -315,7 +305,7 @@ class Player:
         """Let a hand that is planned sound until `now`."""
         left = 0.0 if hand.time is None else min(max(now - hand.time, 0.0), 0.5)
         hand.time = now
-        while left > SOON and (hand.voices or hand.wishes):
+        while left > SOON and hand.voices:
             self._pieces(hand, min(left, self.feel["rules"]["step_s"]))
             left -= self.feel["rules"]["step_s"]
 
@@ -391,15 +381,6 @@ class Player:
         if field not in self.said:
             self.said.add(field)
             self._say(f"{field}: {text}")
-
-
-class _Wish(NamedTuple):
-    """What the newest touch of a hand wants to sound, and to follow."""
-
-    key: Any
-    aim: float
-    to: Any
-    begin: Callable[[], list[Any]]
 
 
 @dataclass(kw_only=True)
@@ -565,7 +546,7 @@ class _Hum(_Voice):
 
 @dataclass
 class _Hand:
-    """One hand: its lease, its hold, what it wants to sound, and what sounds."""
+    """One hand: its lease, its hold, and what sounds."""
 
     ends_at_once: bool  # as a plan does; samples fade
     is_held: bool = False
@@ -575,12 +556,26 @@ class _Hand:
     time: float | None = None  # until which a plan has let it sound
     touched_at: float = 0.0
     gaps: int = 0
-    wishes: list[_Wish] = field(default_factory=list)
     voices: list[Any] = field(default_factory=list)
 
     def impacts(self) -> list[_Shot]:
         """Return the impacts that ring."""
         return [voice for voice in self.voices if voice.key in IMPACTS]
+
+    def follow(self, key: Any, aim: float, to: Any, begin: Callable[[], list[Any]]) -> None:  # noqa: ANN401
+        """Give the voices of a key what they follow, and begin them if there are none."""
+        same = [voice for voice in self.voices if voice.key == key]
+        if not same:
+            same = begin()
+            self.voices += same
+        for voice in same:
+            voice.key, voice.aim, voice.to = key, aim, to
+
+    def fade(self) -> None:
+        """Let fade what no touch goes on to want; impacts and grains ring."""
+        for voice in self.voices:
+            if not isinstance(voice, _Shot):
+                voice.aim = 0.0
 
     def fork(self) -> _Hand:
         """Return a copy that may sound ahead."""
@@ -590,7 +585,6 @@ class _Hand:
 
     def let_go(self) -> None:
         """End what sounds: at once for a plan, with a fade for samples."""
-        self.wishes = []
         begun = [each for each in self.voices if each.key not in IMPACTS or each.has_begun]
         self.voices = [] if self.ends_at_once else begun
         self.time = None

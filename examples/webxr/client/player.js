@@ -44,7 +44,7 @@ export class FeelPlayer {
     this.#rate = soundHz;
     this.#say = say;
     this.#voices = new Voices(feel);
-    this.#hands = new Map(feel.words.hand.map((name) => [name, {isHeld: false, isArmed: false, touches: false, leaseUntil: -Infinity, time: null, touchedAt: 0, gaps: 0, wishes: [], voices: []}]));
+    this.#hands = new Map(feel.words.hand.map((name) => [name, {isHeld: false, isArmed: false, touches: false, leaseUntil: -Infinity, time: null, touchedAt: 0, gaps: 0, voices: []}]));
   }
 
   /** Receives a touch at `now`; returns whether an impact begins, which asks for a plan at once. */
@@ -154,24 +154,24 @@ export class FeelPlayer {
     const gain = IMPACTS.includes(kind) ? impactGain : 1;
     const thickness = this.#within('thickness_m', surface.thickness_m, null);
     const hum = hand.touches ? this.#hum(surface.hum) : null;
-    hand.wishes = hum ? [{key: 'hum', aim: hum.level, to: hum, begin: () => [{kind: 'hum', fade: 0, turns: []}]}] : [];
+    for (const voice of hand.voices) if (voice.key) voice.aim = 0;
+    if (hum) this.#voices.follow(hand, 'hum', hum.level, hum, () => [{kind: 'hum', fade: 0, turns: []}]);
     const name = surface.material;
     const facts = this.#feel.materials.get(name);
     if (!facts) {
       if (name != null && name !== 'unknown') this.#note('material', `${shown(name)} is not in the feel file; bake it`);
       return;
     }
-    if (kind === 'press' && facts.n_per_grain !== null) hand.wishes.push({key: `press ${name}`, aim: gain, to: force, begin: () => this.#voices.pressOn(facts, gain)});
     if (onset && kind !== 'swing') this.#voices.strike(hand, facts, IMPACTS.includes(kind) ? kind : 'tap', speed, force, gain);
+    if (kind === 'press' && facts.n_per_grain !== null) this.#voices.follow(hand, `press ${name}`, gain, force, () => this.#voices.pressOn(facts, gain));
     if (!TEXTURES.includes(kind)) return;
     const pitch = kind === 'swing' && thickness ? (speed * facts.thickness_m) / thickness : speed;
     const key = `${kind} ${kind === 'swing' ? thickness : ''} ${name}`;
-    hand.wishes.push({key, aim: 1, to: [speed, force, pitch], isTexture: true, begin: () => this.#voices.texture(facts[kind], facts.grain, pitch)});
+    this.#voices.follow(hand, key, 1, [speed, force, pitch], () => this.#voices.texture(hand, facts[kind], facts.grain, pitch));
   }
 
   /** Ends what sounds: at once for plans, with a fade for samples. */
   #letGo(hand) {
-    hand.wishes = [];
     hand.voices = this.#rate ? hand.voices.filter((voice) => !voice.isImpact || voice.hasBegun) : [];
     hand.time = null;
     for (const voice of hand.voices) voice.aim = 0;
@@ -189,7 +189,7 @@ export class FeelPlayer {
     const step = this.#rules.step_s;
     let left = hand.time === null ? 0 : Math.min(Math.max(now - hand.time, 0), LONGEST_RUN_S);
     hand.time = now;
-    for (; left > SOON && (hand.voices.length || hand.wishes.length); left -= step) this.#voices.advance(hand, Math.min(left, step), () => {});
+    for (; left > SOON && hand.voices.length; left -= step) this.#voices.advance(hand, Math.min(left, step), () => {});
   }
 
   /** Returns the means of the squares of level, of loudness, and of level times frequency in the next steps. */

@@ -88,9 +88,9 @@ const TEXTURES = ['slide', 'carve', 'swing'];
 const MODULUS = 65537;
 
 /**
- * Advances voices of hands. A hand has `voices`, which sound, and `wishes`: what its newest touch wants to sound and to follow, as
- * {key, aim, to, begin, isTexture?}. A `sink` gets each piece that sounds: clip, place in it (s), rate, gain of its samples at the begin and the
- * end, then level, loudness and frequency for a pad, and the level that the compression follows.
+ * Advances voices of hands. A voice with a `key` follows touches by its values `to`; impacts and grains have none. A `sink` gets each piece
+ * that sounds: clip, place in it (s), rate, gain of its samples at the begin and the end, then level, loudness and frequency for a pad, and
+ * the level that the compression follows.
  */
 class Voices {
   drawn = 1;
@@ -102,8 +102,6 @@ class Voices {
 
   /** Lets a hand sound for `dt`, s. */
   advance(hand, dt, sink) {
-    for (const voice of hand.voices) if (voice.kind !== 'shot') voice.aim = 0;
-    for (const wish of hand.wishes) this.#follow(hand, wish);
     const step = dt / this.rules.fade_s;
     for (const voice of hand.voices) { // grains that begin are added at the end, and sound at once
       const before = voice.fade;
@@ -130,13 +128,25 @@ class Voices {
     hand.voices.push({kind: 'shot', isImpact: true, isNew: true, clip, palm, pad, fade: gain, aim: gain, rate, hz: facts.hz, at: this.#look(table.skip_s, speed, force)});
   }
 
-  /** Returns the voices of a texture: a loop for each layer, and breaks. */
-  texture({layers, breaks}, grain, speed) {
+  /** Gives the voices of a key what they follow, and begins them if there are none. */
+  follow(hand, key, aim, to, begin) {
+    let same = hand.voices.filter((voice) => voice.key === key);
+    if (!same.length) {
+      same = begin();
+      hand.voices.push(...same);
+    }
+    for (const voice of same) Object.assign(voice, {key, aim, to});
+  }
+
+  /** Returns the voices of a texture: a loop for each layer, and breaks. Too many others that fade end at once. */
+  texture(hand, {layers, breaks}, grain, speed) {
+    const others = new Set(hand.voices.filter(({kind}) => kind === 'layer').map(({key}) => key));
+    if (others.size > this.rules.max_textures) hand.voices = hand.voices.filter(({kind}) => kind !== 'layer');
     const voices = layers.map((facts) => {
       const clip = decoded(this.feel.loops.get(facts.loop));
-      return {kind: 'layer', isTexture: true, fade: 0, clip, facts, at: (this.#draw() * clip.size) / clip.rate_hz, flow: [speed, 0], level: [0, 0]};
+      return {kind: 'layer', fade: 0, clip, facts, at: (this.#draw() * clip.size) / clip.rate_hz, flow: [speed, 0], level: [0, 0]};
     });
-    return breaks ? [...voices, {kind: 'breaks', isTexture: true, fade: 0, facts: breaks, grain, toNext: this.#draw(), level: [0, 0]}] : voices;
+    return breaks ? [...voices, {kind: 'breaks', fade: 0, facts: breaks, grain, toNext: this.#draw(), level: [0, 0]}] : voices;
   }
 
   /** Returns the voice of a press on something that yields: a grain for each step that it deepens with the force. */
@@ -211,18 +221,6 @@ class Voices {
       sink(SINE, turn, rate, drive * before * weight, level * weight, level, level * along(pad.hum_felt, place), hz, level * Math.SQRT1_2);
       return (turn + rate * dt) % 1;
     });
-  }
-
-  /** Lets the voices of a hand follow what its newest touch wants. */
-  #follow(hand, {key, aim, to, isTexture, begin}) {
-    let same = hand.voices.filter((voice) => voice.key === key);
-    if (!same.length) {
-      const textures = new Set(hand.voices.filter((voice) => voice.isTexture).map((voice) => voice.key));
-      if (isTexture && textures.size > this.rules.max_textures) return;
-      same = begin();
-      hand.voices.push(...same);
-    }
-    for (const voice of same) Object.assign(voice, {key, aim, to});
   }
 
   #grain(hand, name, gain, late) {
@@ -323,7 +321,7 @@ class FeelPlayer {
     this.#rate = soundHz;
     this.#say = say;
     this.#voices = new Voices(feel);
-    this.#hands = new Map(feel.words.hand.map((name) => [name, {isHeld: false, isArmed: false, touches: false, leaseUntil: -Infinity, time: null, touchedAt: 0, gaps: 0, wishes: [], voices: []}]));
+    this.#hands = new Map(feel.words.hand.map((name) => [name, {isHeld: false, isArmed: false, touches: false, leaseUntil: -Infinity, time: null, touchedAt: 0, gaps: 0, voices: []}]));
   }
 
   /** Receives a touch at `now`; returns whether an impact begins, which asks for a plan at once. */
@@ -433,24 +431,24 @@ class FeelPlayer {
     const gain = IMPACTS.includes(kind) ? impactGain : 1;
     const thickness = this.#within('thickness_m', surface.thickness_m, null);
     const hum = hand.touches ? this.#hum(surface.hum) : null;
-    hand.wishes = hum ? [{key: 'hum', aim: hum.level, to: hum, begin: () => [{kind: 'hum', fade: 0, turns: []}]}] : [];
+    for (const voice of hand.voices) if (voice.key) voice.aim = 0;
+    if (hum) this.#voices.follow(hand, 'hum', hum.level, hum, () => [{kind: 'hum', fade: 0, turns: []}]);
     const name = surface.material;
     const facts = this.#feel.materials.get(name);
     if (!facts) {
       if (name != null && name !== 'unknown') this.#note('material', `${shown(name)} is not in the feel file; bake it`);
       return;
     }
-    if (kind === 'press' && facts.n_per_grain !== null) hand.wishes.push({key: `press ${name}`, aim: gain, to: force, begin: () => this.#voices.pressOn(facts, gain)});
     if (onset && kind !== 'swing') this.#voices.strike(hand, facts, IMPACTS.includes(kind) ? kind : 'tap', speed, force, gain);
+    if (kind === 'press' && facts.n_per_grain !== null) this.#voices.follow(hand, `press ${name}`, gain, force, () => this.#voices.pressOn(facts, gain));
     if (!TEXTURES.includes(kind)) return;
     const pitch = kind === 'swing' && thickness ? (speed * facts.thickness_m) / thickness : speed;
     const key = `${kind} ${kind === 'swing' ? thickness : ''} ${name}`;
-    hand.wishes.push({key, aim: 1, to: [speed, force, pitch], isTexture: true, begin: () => this.#voices.texture(facts[kind], facts.grain, pitch)});
+    this.#voices.follow(hand, key, 1, [speed, force, pitch], () => this.#voices.texture(hand, facts[kind], facts.grain, pitch));
   }
 
   /** Ends what sounds: at once for plans, with a fade for samples. */
   #letGo(hand) {
-    hand.wishes = [];
     hand.voices = this.#rate ? hand.voices.filter((voice) => !voice.isImpact || voice.hasBegun) : [];
     hand.time = null;
     for (const voice of hand.voices) voice.aim = 0;
@@ -468,7 +466,7 @@ class FeelPlayer {
     const step = this.#rules.step_s;
     let left = hand.time === null ? 0 : Math.min(Math.max(now - hand.time, 0), LONGEST_RUN_S);
     hand.time = now;
-    for (; left > SOON && (hand.voices.length || hand.wishes.length); left -= step) this.#voices.advance(hand, Math.min(left, step), () => {});
+    for (; left > SOON && hand.voices.length; left -= step) this.#voices.advance(hand, Math.min(left, step), () => {});
   }
 
   /** Returns the means of the squares of level, of loudness, and of level times frequency in the next steps. */

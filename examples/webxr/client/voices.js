@@ -6,9 +6,9 @@ export const TEXTURES = ['slide', 'carve', 'swing'];
 const MODULUS = 65537;
 
 /**
- * Advances voices of hands. A hand has `voices`, which sound, and `wishes`: what its newest touch wants to sound and to follow, as
- * {key, aim, to, begin, isTexture?}. A `sink` gets each piece that sounds: clip, place in it (s), rate, gain of its samples at the begin and the
- * end, then level, loudness and frequency for a pad, and the level that the compression follows.
+ * Advances voices of hands. A voice with a `key` follows touches by its values `to`; impacts and grains have none. A `sink` gets each piece
+ * that sounds: clip, place in it (s), rate, gain of its samples at the begin and the end, then level, loudness and frequency for a pad, and
+ * the level that the compression follows.
  */
 export class Voices {
   drawn = 1;
@@ -20,8 +20,6 @@ export class Voices {
 
   /** Lets a hand sound for `dt`, s. */
   advance(hand, dt, sink) {
-    for (const voice of hand.voices) if (voice.kind !== 'shot') voice.aim = 0;
-    for (const wish of hand.wishes) this.#follow(hand, wish);
     const step = dt / this.rules.fade_s;
     for (const voice of hand.voices) { // grains that begin are added at the end, and sound at once
       const before = voice.fade;
@@ -48,13 +46,25 @@ export class Voices {
     hand.voices.push({kind: 'shot', isImpact: true, isNew: true, clip, palm, pad, fade: gain, aim: gain, rate, hz: facts.hz, at: this.#look(table.skip_s, speed, force)});
   }
 
-  /** Returns the voices of a texture: a loop for each layer, and breaks. */
-  texture({layers, breaks}, grain, speed) {
+  /** Gives the voices of a key what they follow, and begins them if there are none. */
+  follow(hand, key, aim, to, begin) {
+    let same = hand.voices.filter((voice) => voice.key === key);
+    if (!same.length) {
+      same = begin();
+      hand.voices.push(...same);
+    }
+    for (const voice of same) Object.assign(voice, {key, aim, to});
+  }
+
+  /** Returns the voices of a texture: a loop for each layer, and breaks. Too many others that fade end at once. */
+  texture(hand, {layers, breaks}, grain, speed) {
+    const others = new Set(hand.voices.filter(({kind}) => kind === 'layer').map(({key}) => key));
+    if (others.size > this.rules.max_textures) hand.voices = hand.voices.filter(({kind}) => kind !== 'layer');
     const voices = layers.map((facts) => {
       const clip = decoded(this.feel.loops.get(facts.loop));
-      return {kind: 'layer', isTexture: true, fade: 0, clip, facts, at: (this.#draw() * clip.size) / clip.rate_hz, flow: [speed, 0], level: [0, 0]};
+      return {kind: 'layer', fade: 0, clip, facts, at: (this.#draw() * clip.size) / clip.rate_hz, flow: [speed, 0], level: [0, 0]};
     });
-    return breaks ? [...voices, {kind: 'breaks', isTexture: true, fade: 0, facts: breaks, grain, toNext: this.#draw(), level: [0, 0]}] : voices;
+    return breaks ? [...voices, {kind: 'breaks', fade: 0, facts: breaks, grain, toNext: this.#draw(), level: [0, 0]}] : voices;
   }
 
   /** Returns the voice of a press on something that yields: a grain for each step that it deepens with the force. */
@@ -129,18 +139,6 @@ export class Voices {
       sink(SINE, turn, rate, drive * before * weight, level * weight, level, level * along(pad.hum_felt, place), hz, level * Math.SQRT1_2);
       return (turn + rate * dt) % 1;
     });
-  }
-
-  /** Lets the voices of a hand follow what its newest touch wants. */
-  #follow(hand, {key, aim, to, isTexture, begin}) {
-    let same = hand.voices.filter((voice) => voice.key === key);
-    if (!same.length) {
-      const textures = new Set(hand.voices.filter((voice) => voice.isTexture).map((voice) => voice.key));
-      if (isTexture && textures.size > this.rules.max_textures) return;
-      same = begin();
-      hand.voices.push(...same);
-    }
-    for (const voice of same) Object.assign(voice, {key, aim, to});
   }
 
   #grain(hand, name, gain, late) {

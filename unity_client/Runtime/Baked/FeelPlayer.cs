@@ -219,28 +219,30 @@ namespace HapticVLM.Baked
             double impactGain = Within("impact_gain", surface.ImpactGain, 1.0), thicknessM = Within("thickness_m", surface.ThicknessM, 0.0);
             bool isImpact = Array.IndexOf(Feel.Impacts, kind) >= 0;
             if (!isImpact) impactGain = 1.0;
-            hand.Hum = hand.Texture = hand.Press = default(Wish);
-            if (hand.Touches && surface.Hum != null) hand.Hum = HumOf(surface.Hum);
+            for (int at = 0; at < hand.Count; at++)
+            {
+                if (hand.Voices[at].Sort > Sort.Grain) hand.Voices[at].Aim = 0.0;
+            }
+            if (hand.Touches && surface.Hum != null) Hum(hand, surface.Hum);
             Format.MaterialFeel facts;
             if (!feel.File.Materials.TryGetValue(surface.Material ?? "unknown", out facts))
             {
                 if (surface.Material != null && surface.Material != "unknown") Note("material", "'" + surface.Material + "' is not in the feel file; bake it");
                 return;
             }
-            if (kind == "press" && facts.NPerGrain != null) hand.Press = new Wish { Key = facts, Grain = feel.Clips[facts.Grain], Again = feel.Clips[facts.Again], Aim = impactGain, Force = force / facts.NPerGrain.Value };
             if (isOnset && kind != "swing") Strike(hand, facts, isImpact ? kind : "tap", speed, force, impactGain);
+            if (kind == "press" && facts.NPerGrain != null) Follow(hand, new Wish { Key = facts, Grain = feel.Clips[facts.Grain], Again = feel.Clips[facts.Again], Aim = impactGain, Force = force / facts.NPerGrain.Value });
             if (isImpact) return;
             double thin = kind == "swing" && thicknessM > 0.0 ? facts.ThicknessM / thicknessM : 1.0;
-            hand.Texture = new Wish { Key = Feel.Texture(facts, kind), Thin = thin, Grain = feel.Clips[facts.Grain], Aim = 1.0, Speed = speed, Force = force };
+            Follow(hand, new Wish { Key = Feel.Texture(facts, kind), Thin = thin, Grain = feel.Clips[facts.Grain], Aim = 1.0, Speed = speed, Force = force });
         }
 
-        private Wish HumOf(FeltHum hum)
+        private void Hum(Hand hand, FeltHum hum)
         {
             double level = Within("hum.level", hum.Level, 0.0), hertz = Within("hum.frequency_hz", hum.FrequencyHz, 0.0);
             bool isGood = level > 0.0 && hertz > 0.0 && hum.Drives != null && hum.Drives.Length <= MostDrives;
-            if (isGood && Array.TrueForAll(hum.Drives, drive => Math.Abs(drive) <= 100.0)) return new Wish { Key = HumKey, Aim = level, Hertz = hertz, Drives = hum.Drives };
-            Note("hum", "needs frequency_hz, level and drives, as materials.json has them");
-            return default(Wish);
+            if (isGood && Array.TrueForAll(hum.Drives, drive => Math.Abs(drive) <= 100.0)) Follow(hand, new Wish { Key = HumKey, Aim = level, Hertz = hertz, Drives = hum.Drives });
+            else Note("hum", "needs frequency_hz, level and drives, as materials.json has them");
         }
 
         /// <summary>Ends the lease, and what sounds.</summary>
@@ -254,7 +256,6 @@ namespace HapticVLM.Baked
         /// <summary>Ends what sounds: at once for a plan, with a fade for samples.</summary>
         private void LetGo(Hand hand)
         {
-            hand.Hum = hand.Texture = hand.Press = default(Wish);
             hand.Time = null;
             for (int at = 0; at < hand.Count; at++)
             {
@@ -308,22 +309,14 @@ namespace HapticVLM.Baked
         /// <summary>Lets a hand sound for `dt`, s: adds to the sums and, with a count, to the samples.</summary>
         private void Step(Hand hand, double dt, int count)
         {
-            for (int at = 0; at < hand.Count; at++)
-            {
-                if (hand.Voices[at].Sort > Sort.Grain) hand.Voices[at].Aim = 0.0;
-            }
-            Follow(hand, ref hand.Hum);
-            Follow(hand, ref hand.Press);
-            Follow(hand, ref hand.Texture);
             if (hand.Voices.Length < 2 * hand.Count) Array.Resize(ref hand.Voices, 4 * hand.Count); // each may add a grain
             for (int at = 0; at < hand.Count; at++) Advance(hand, ref hand.Voices[at], dt, count);
             hand.Drop();
         }
 
-        /// <summary>Lets voices follow a wish; begins them if there are none.</summary>
-        private void Follow(Hand hand, ref Wish wish)
+        /// <summary>Lets voices follow a wish; begins them if there are none. Too many other textures that fade end at once.</summary>
+        private void Follow(Hand hand, Wish wish)
         {
-            if (wish.Key == null) return;
             bool isThere = false;
             int textures = 0;
             for (int at = 0; at < hand.Count; at++)
@@ -334,7 +327,12 @@ namespace HapticVLM.Baked
                 hand.Voices[at].To = wish;
                 hand.Voices[at].Aim = wish.Aim;
             }
-            if (!isThere && !(wish.Key is Format.Texture && textures > rules.MaxTextures)) Begin(hand, wish);
+            if (isThere) return;
+            for (int at = 0; wish.Key is Format.Texture && textures > rules.MaxTextures && at < hand.Count; at++)
+            {
+                if (hand.Voices[at].Sort == Sort.Layer) hand.Voices[at].Fade = 0.0;
+            }
+            Begin(hand, wish);
         }
 
         private void Begin(Hand hand, Wish wish)

@@ -27,7 +27,7 @@ namespace HapticVLM.Baked
         }
     }
 
-    /// <summary>What the newest touch of a hand wants to sound; Key null: nothing. Voices of the same key and thinness follow it.</summary>
+    /// <summary>What a touch wants to sound. Voices of the same key and thinness follow it; impacts and grains have none.</summary>
     internal struct Wish
     {
         public object Key; // a Format.Texture, the Format.MaterialFeel of a press, or that of hums
@@ -52,7 +52,7 @@ namespace HapticVLM.Baked
         public int Order; // of a harmonic, from 1, or of a layer, from 0
     }
 
-    /// <summary>One hand: its lease, its hold, what it wants to sound, and what sounds.</summary>
+    /// <summary>One hand: its lease, its hold, and what sounds.</summary>
     internal sealed class Hand
     {
         public readonly string Name;
@@ -60,7 +60,6 @@ namespace HapticVLM.Baked
         public double? LeaseUntil, Time; // Time until which a plan has let it sound
         public double TouchedAt;
         public int Gaps, Count;
-        public Wish Hum, Press, Texture;
         public Voice[] Voices = new Voice[32];
 
         public Hand(string name)
@@ -70,7 +69,7 @@ namespace HapticVLM.Baked
 
         public bool IsActive
         {
-            get { return Count > 0 || Hum.Key != null || Press.Key != null || Texture.Key != null; }
+            get { return Count > 0; }
         }
 
         public void Add(Voice voice)
@@ -95,9 +94,6 @@ namespace HapticVLM.Baked
         {
             if (Voices.Length < other.Voices.Length) Voices = new Voice[other.Voices.Length];
             Array.Copy(other.Voices, Voices, Count = other.Count);
-            Hum = other.Hum;
-            Press = other.Press;
-            Texture = other.Texture;
         }
     }
 

@@ -203,8 +203,9 @@ func _feel(hand: Hand, fields: Dictionary, kind: String, onset: bool) -> void:
 	var force: float = _within("force_n", fields.get("force_n"), 1.5)
 	var strength: float = _within("impact_gain", surface.get("impact_gain"), 1.0)
 	var thickness_m: Variant = _within("thickness_m", surface.get("thickness_m"), null)
-	hand.wishes.clear()
-	hand.is_followed = false
+	for voice in hand.voices:
+		if voice.key:
+			voice.aim = 0.0
 	if hand.touches and surface.get("hum") != null:
 		_hum(hand, surface.hum)
 	var name: Variant = surface.get("material")
@@ -213,17 +214,16 @@ func _feel(hand: Hand, fields: Dictionary, kind: String, onset: bool) -> void:
 			_note("material", "`%s` is not in the feel file; bake it" % name)
 		return
 	var facts: Dictionary = feel.materials[name]
-	if kind == "press" and facts.n_per_grain != null:
-		var begin := func() -> Array: return [FeelVoices.Voice.new(FeelVoices.press, {"facts": facts, "at": 0.3 + 0.4 * draw(), "fade": strength})]
-		hand.wishes.append(FeelVoices.Wish.new(begin, {"key": "press %s" % name, "aim": strength, "force": force}))
 	if onset and kind != "swing":
 		_strike(hand, facts, kind if kind in FeelFile.IMPACTS else "tap", speed, force, strength if kind in FeelFile.IMPACTS else 1.0)
+	if kind == "press" and facts.n_per_grain != null:
+		var begin := func() -> Array: return [FeelVoices.Voice.new(FeelVoices.press, {"facts": facts, "at": 0.3 + 0.4 * draw(), "fade": strength})]
+		_follow(hand, "press %s" % name, strength, Vector3(speed, force, speed), begin)
 	if not kind in FeelFile.TEXTURES:
 		return
 	var thin: float = facts.thickness_m / thickness_m if kind == "swing" and thickness_m else 1.0
 	var pitch := speed * thin
-	var values := {"key": "%s %s %s" % [name, kind, thin], "is_texture": true, "speed": speed, "force": force, "pitch": pitch}
-	hand.wishes.append(FeelVoices.Wish.new(_texture.bind(facts[kind], facts.grain, pitch), values))
+	_follow(hand, "%s %s %s" % [kind, thin, name], 1.0, Vector3(speed, force, pitch), _texture.bind(hand, facts[kind], facts.grain, pitch))
 
 
 func _hum(hand: Hand, given: Variant) -> void:
@@ -236,7 +236,7 @@ func _hum(hand: Hand, given: Variant) -> void:
 		_note("hum", "needs frequency_hz, level and drives, as materials.json has them")
 		return
 	var begin := func() -> Array: return [FeelVoices.Voice.new(FeelVoices.hum, {})]
-	hand.wishes.append(FeelVoices.Wish.new(begin, {"key": "hum", "aim": level, "hum": {"hz": hz, "drives": drives}}))
+	_follow(hand, "hum", level, {"hz": hz, "drives": drives}, begin)
 
 
 func _strike(hand: Hand, facts: Dictionary, kind: String, speed: float, force: float, strength: float) -> void:
@@ -263,9 +263,15 @@ func _strike(hand: Hand, facts: Dictionary, kind: String, speed: float, force: f
 	hand.voices.append(FeelVoices.Voice.new(FeelVoices.shot, values))
 
 
-## Returns the voices of a texture: a loop for each layer, and breaks.
-func _texture(facts: Dictionary, grain_name: String, speed: float) -> Array:
+## Returns the voices of a texture: a loop for each layer, and breaks. Too many others that fade end at once.
+func _texture(hand: Hand, facts: Dictionary, grain_name: String, speed: float) -> Array:
+	var others := {}
+	for voice in hand.voices:
+		if voice.advance == FeelVoices.layer:
+			others[voice.key] = true
 	var voices := []
+	if others.size() > feel.rules.max_textures:
+		hand.voices = hand.voices.filter(func(voice: FeelVoices.Voice) -> bool: return voice.advance != FeelVoices.layer)
 	for layer: Dictionary in facts.layers:
 		var clip := FeelVoices.unpacked(feel.loops[layer.loop])
 		var values := {"clip": clip, "facts": layer, "at": draw() * clip.seconds, "flow": Vector2(speed, 0.0)}
@@ -277,13 +283,6 @@ func _texture(facts: Dictionary, grain_name: String, speed: float) -> Array:
 
 ## Lets a hand sound for `dt`, s; returns the power for a pad, and adds samples to `part`.
 func _advance(hand: Hand, dt: float, part := PackedFloat64Array()) -> Vector3:
-	if not hand.is_followed:
-		hand.is_followed = true
-		for voice in hand.voices:
-			if voice.to != null:  # what followed a wish; impacts and grains ring
-				voice.aim = 0.0
-		for wish in hand.wishes:
-			_follow(hand, wish)
 	if smoothing != dt / feel.rules.smooth_s:
 		smoothing = dt / feel.rules.smooth_s
 		decay = exp(-smoothing)
@@ -296,31 +295,20 @@ func _advance(hand: Hand, dt: float, part := PackedFloat64Array()) -> Vector3:
 		power += voice.advance.call(self, hand, voice, before, dt, part)
 		has_ended = has_ended or (voice.fade == 0.0 and voice.aim == 0.0)
 	if has_ended:
-		hand.is_followed = false  # another texture may begin
 		hand.voices = hand.voices.filter(func(voice: FeelVoices.Voice) -> bool: return voice.fade != 0.0 or voice.aim != 0.0)
 	return power
 
 
-## Lets the voices of a hand follow what its newest touch wants.
-func _follow(hand: Hand, wish: FeelVoices.Wish) -> void:
-	var is_there := false
-	var textures := {}
-	for voice in hand.voices:
-		if voice.to == null:
-			continue
-		if voice.to.key == wish.key:
-			is_there = true
-			voice.aim = wish.aim
-			if voice.to != wish:
-				voice.follow(self, wish)
-		elif voice.to.is_texture:
-			textures[voice.to.key] = true
-	if is_there or (wish.is_texture and textures.size() > feel.rules.max_textures):
-		return
-	for voice: FeelVoices.Voice in wish.begin.call():
-		voice.aim = wish.aim
-		voice.follow(self, wish)
-		hand.voices.append(voice)
+## Gives the voices of a key what they follow, and begins them if there are none.
+func _follow(hand: Hand, key: String, aim: float, to: Variant, begin: Callable) -> void:
+	var same := hand.voices.filter(func(voice: FeelVoices.Voice) -> bool: return voice.key == key)
+	if same.is_empty():
+		same.assign(begin.call())
+		hand.voices.append_array(same)
+	for voice in same:
+		voice.key = key
+		voice.aim = aim
+		voice.follow(self, to)
 
 
 ## Returns the mean power of each of the next periods of a hand, which stays as it is.
@@ -328,7 +316,6 @@ func _ahead(hand: Hand, period_s: float, periods: int) -> Array:
 	var voices := hand.voices.duplicate()
 	var memories := voices.map(func(voice: FeelVoices.Voice) -> Array: return voice.memory())
 	var drawn := _drawn
-	var is_followed := hand.is_followed
 	var size := roundi(period_s / step_s)
 	var powers := []
 	for period in periods:
@@ -337,7 +324,6 @@ func _ahead(hand: Hand, period_s: float, periods: int) -> Array:
 			power += _advance(hand, step_s)
 		powers.append(power / size)
 	_drawn = drawn
-	hand.is_followed = is_followed
 	hand.voices = voices
 	for at in voices.size():
 		voices[at].recall(memories[at])
@@ -427,7 +413,7 @@ func _note(field: String, text: String) -> void:
 		push_warning("HapticVLM: " + said[field])
 
 
-## One hand: its lease, its hold, what it wants to sound, and what sounds.
+## One hand: its lease, its hold, and what sounds.
 class Hand:
 	var is_held := false
 	var is_armed := false
@@ -437,8 +423,6 @@ class Hand:
 	var time := NAN  # until which a plan has let it sound
 	var touched_at := 0.0
 	var gaps := 0
-	var wishes: Array[FeelVoices.Wish] = []
-	var is_followed := false  # each wish has its voices, and they know it
 	var voices: Array[FeelVoices.Voice] = []
 	var _fades: bool  # as samples do; a plan ends at once
 
@@ -446,7 +430,7 @@ class Hand:
 		_fades = fades
 
 	func is_silent() -> bool:
-		return voices.is_empty() and wishes.is_empty()
+		return voices.is_empty()
 
 	## Returns the impacts that ring.
 	func impacts() -> Array[FeelVoices.Voice]:
@@ -454,8 +438,6 @@ class Hand:
 
 	## Ends what sounds: at once for a plan, with a fade for samples. An impact of which nothing was played is dropped.
 	func let_go() -> void:
-		wishes.clear()
-		is_followed = false
 		time = NAN
 		if not _fades:
 			voices.clear()

@@ -15,23 +15,6 @@ static var sine := {"rate_hz": 32.0, "seconds": 1.0, "padded": _sine()}
 static var _shares := _cubic_shares()
 
 
-## What the newest touch of a hand wants to sound, and to follow. `begin` returns its voices.
-class Wish:
-	var key: String
-	var aim := 1.0
-	var begin: Callable
-	var speed := 0.0
-	var force := 0.0
-	var pitch := 0.0  # the speed at which loops are read
-	var hum := {}
-	var is_texture := false
-
-	func _init(begins: Callable, values: Dictionary) -> void:
-		begin = begins
-		for name: String in values:
-			set(name, values[name])
-
-
 ## Something that sounds. `fade` moves to `aim`; at 0 with aim 0 the voice ends.
 class Voice:
 	var advance: Callable  # one of the functions below
@@ -47,7 +30,8 @@ class Voice:
 	var read := Vector3.ZERO  # of a loop: its rate, loudness and frequency
 	var read_at := NAN  # the speed at which it was read
 	var hz := 0.0
-	var to: Wish
+	var key := ""  # voices of a key follow touches; impacts and grains have none
+	var pitch := 0.0  # the speed at which a loop is read
 	var fade := 0.0
 	var aim := 0.0
 	var at := 0.0  # place in its clip, s
@@ -71,17 +55,20 @@ class Voice:
 		level = kept[3]
 		flow = kept[4]
 
-	## Takes a wish, whose strength the level moves to.
-	func follow(player: FeelPlayer, wish: Wish) -> void:
-		to = wish
+	## Takes the speed and force of a touch, which the level moves to, and the speed at which loops are read; a hum takes its tone.
+	func follow(player: FeelPlayer, to: Variant) -> void:
+		if advance == FeelVoices.hum:
+			facts = to
+			return
 		if advance == FeelVoices.press:
-			target = wish.force / facts.n_per_grain
-		elif advance != FeelVoices.hum:
-			target = player.look(player.feel.levels[facts.level], wish.speed, wish.force)
+			target = to.y / facts.n_per_grain
+			return
+		target = player.look(player.feel.levels[facts.level], to.x, to.y)
+		pitch = to.z
 		if advance == FeelVoices.layer:
-			target *= facts.factor * FeelVoices.value(clip.gain, FeelVoices.place(player.feel.speeds_mps, wish.pitch))
-		elif advance == FeelVoices.breaks:
-			rate = FeelVoices.value(facts.per_s, FeelVoices.place(player.feel.speeds_mps, wish.speed))
+			target *= facts.factor * FeelVoices.value(clip.gain, FeelVoices.place(player.feel.speeds_mps, pitch))
+		else:
+			rate = FeelVoices.value(facts.per_s, FeelVoices.place(player.feel.speeds_mps, to.x))
 
 
 ## An impact or a grain that sounds once; before 0, `at` waits for its begin.
@@ -107,7 +94,7 @@ static func layer(player: FeelPlayer, _hand: FeelPlayer.Hand, voice: Voice, befo
 	var clip := voice.clip
 	var old := voice.level.x
 	voice.level = smoothed(player, voice.level, voice.target)
-	voice.flow = smoothed(player, voice.flow, voice.to.pitch)
+	voice.flow = smoothed(player, voice.flow, voice.pitch)
 	if voice.flow.x != voice.read_at:
 		voice.read_at = voice.flow.x
 		var on := place(player.feel.speeds_mps, voice.flow.x)
@@ -160,7 +147,7 @@ static func press(player: FeelPlayer, hand: FeelPlayer.Hand, voice: Voice, _befo
 ## A tone and its harmonics; `fade` is its level, `at` its turns.
 static func hum(player: FeelPlayer, _hand: FeelPlayer.Hand, voice: Voice, before: float, dt: float, part: PackedFloat64Array) -> Vector3:
 	var pad: Dictionary = player.feel.rules.pad
-	var tone := voice.to.hum
+	var tone := voice.facts
 	var power := Vector3.ZERO
 	for order in range(1, tone.drives.size() + 1):
 		var hz: float = order * tone.hz
