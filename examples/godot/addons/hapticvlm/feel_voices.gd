@@ -5,14 +5,12 @@ extends RefCounted
 
 const SOON := 1e-9
 const NEGLIGIBLE := 1e-6
-const PHASES := 256  # places between two samples
 
 static var fall := _table(func(code: int) -> float: return 0.0 if code == 255 else pow(10.0, code / -40.0))
 static var hertz := _table(func(code: int) -> float: return 20.0 * pow(10.0, code / 150.0))
 static var signed := _table(func(code: int) -> float: return (code if code < 128 else code - 256) / 127.0)
 ## One turn, as a loop of 32 samples: a hum is played as everything else.
 static var sine := {"rate_hz": 32.0, "seconds": 1.0, "padded": _sine()}
-static var _shares := _cubic_shares()
 
 
 ## Something that sounds. `fade` moves to `aim`; at 0 with aim 0 the voice ends.
@@ -241,8 +239,7 @@ static func mix(
 			from = 1.0 + fmod(from - 1.0, size)
 		if from >= 0.0:
 			var i := int(from)
-			var four := Vector4(padded[i], padded[i + 1], padded[i + 2], padded[i + 3])
-			part[sample] += begin * four.dot(_shares[int(PHASES * (from - i))])
+			part[sample] += begin * cubic_interpolate(padded[i + 1], padded[i + 2], padded[i], padded[i + 3], from - i)
 		from += step
 
 
@@ -260,13 +257,3 @@ static func _table(value_of: Callable) -> PackedFloat64Array:
 
 static func _sine() -> PackedFloat64Array:
 	return PackedFloat64Array(range(37).map(func(i: int) -> float: return cos(TAU * (i - 2) / 32.0)))
-
-
-static func _cubic_shares() -> PackedVector4Array:
-	var shares := PackedVector4Array()
-	for phase in PHASES:
-		var t := (phase + 0.5) / PHASES
-		var near := 1.0 + t * t * (1.5 * t - 2.5)
-		var far := t * (0.5 + t * (2.0 - 1.5 * t))
-		shares.append(Vector4(-0.5 * t * (1.0 - t) * (1.0 - t), near, far, 0.5 * t * t * (t - 1.0)))
-	return shares
