@@ -10,12 +10,15 @@ from typing import Any
 
 import cv2
 import tiny_video
+from certificates import Authority
 from conftest import peer
+from in_process import hapticvlm
 from pace import PACE
 from scene_client import picture
 
 from hapticvlm import captures
 from hapticvlm.client import connect
+from hapticvlm.client.local_service import running
 from hapticvlm.client.sending import stream
 from hapticvlm.demo import CAPTURE
 
@@ -125,12 +128,20 @@ def test_streaming_a_capture_prints_decisions_and_answers_everything(service, tm
     assert "unanswered: 0" in " ".join(told.stdout.split())
 
 
-def test_streaming_without_a_service_says_how_to_start_one(tmp_path):
+def test_an_address_where_nothing_can_be_sent_is_refused_with_what_to_do(service, tmp_path):
+    pair = Authority(tmp_path).sign()
     (tmp_path / "capture.jsonl").write_text("")
-    done = streamed(tmp_path, NOBODY)
-    assert done.returncode == 2
-    assert "hapticvlm serve" in done.stderr
-    assert "Traceback" not in done.stderr
+    with running(["--tls-cert", str(pair.cert), "--tls-key", str(pair.key)]) as encrypted:
+        for url, cure in (
+            (NOBODY.url, "start a service with `hapticvlm serve`"),
+            ("ws://127.0.0.1:99999/", "must be ws://HOST:PORT/"),
+            (service.url.replace("ws", "wss", 1), "that `hapticvlm serve` prints"),
+            (encrypted.url, "--ca FILE"),
+        ):
+            done = hapticvlm("stream", str(tmp_path), "--url", url)
+            assert (done.code, cure in done.err) == (2, True), done.err
+            assert "Traceback" not in done.err
+    assert encrypted.process.returncode == 0  # it was asked to end, not killed
 
 
 def test_a_share_that_is_none_is_refused(tmp_path):

@@ -84,8 +84,9 @@ def test_a_correction_by_hand_survives_and_brings_its_material() -> None:
     edited = corrected(edited, "table", material="glass", by="hand")
     again = baked(OBJECTS, edited)
     assert surface(again.materials, "thing").material == "stone"
-    assert surface(again.materials, "table").material == "glass"
-    assert surface(again.materials, "table").thickness_m == 0.03
+    table = json.loads(bake.encode(again.materials))["objects"]["table"]["surfaces"][0]
+    assert (table["material"], table["belief"], table["thickness_m"]) == ("glass", 1.0, 0.03)
+    assert "impact_gain" not in table  # 1: full strength
     assert "stone" in again.felt
     assert not any(sentence.startswith("materials:") for sentence in again.materials.not_baked)
     assert baked(OBJECTS, again.materials).materials == again.materials
