@@ -114,7 +114,10 @@ def test_a_new_climate_is_believed_and_felt_slowly_in_steps():
     course = AmbientRun(lambda seen: reading(24.0 if seen is KITCHEN else -5.0))
     course.show(KITCHEN, 40.0)
     assert course.around.ambient.value_c == pytest.approx(24.0)
-    told = course.show(SNOW, 60.0)
+    told = course.show(SNOW, 8.0)
+    assert 0.0 < told.value_c < 24.0
+    assert (told.low_c, told.high_c) == (-9.0, told.value_c)  # from what it will be to what it is
+    told = course.show(SNOW, 52.0)
     assert told.value_c == pytest.approx(-5.0)
     assert (told.low_c, told.high_c) == (-9.0, -1.0)
     steps = np.abs(np.diff(course.felt[-120:]))
@@ -133,9 +136,9 @@ def test_readings_of_one_climate_are_averaged_and_their_disagreement_widens_the_
 def test_a_place_seen_before_is_not_asked_about_again():
     course = AmbientRun(lambda seen: reading(24.0 if seen is KITCHEN else -5.0))
     for place in (KITCHEN, SNOW) * 4:
-        course.show(place, 40.0)
+        felt = course.show(place, 60.0)
+        assert felt.value_c == pytest.approx(24.0 if place is KITCHEN else -5.0)
     assert len(course.asked) == 2
-    assert course.around.ambient.value_c == pytest.approx(-5.0)
 
 
 @pytest.mark.parametrize(
