@@ -16,7 +16,8 @@ Math.random = () => 0.5;
 
 const {Bake, Haptics, Pulses, Felt, FeelPlayer, openFeel} = await import('../../examples/webxr/client/index.js');
 const {decode, encode} = await import('@msgpack/msgpack');
-const feel = openFeel(JSON.parse(readFileSync(new URL('../../examples/webxr/client/feel.true.json', import.meta.url))));
+const FEEL = new URL('../../examples/webxr/client/feel.true.json', import.meta.url);
+const feel = openFeel(JSON.parse(readFileSync(FEEL)));
 const STRIKE = 0.2; // the vibration of a struck glass is above it
 const STEP_MS = 1;
 const PICTURE_MS = 11;
@@ -232,7 +233,13 @@ function odd() {
   }
   felt.close();
   console.warn = warn;
-  return {thrown, inherited: Object.keys(Object.prototype), saidTwice: said.filter((text, at) => said.indexOf(text) !== at)};
+  let raw = '';
+  try {
+    new Felt(null, JSON.parse(readFileSync(FEEL)));
+  } catch ({message}) {
+    raw = message;
+  }
+  return {raw, thrown, inherited: Object.keys(Object.prototype), saidTwice: said.filter((text, at) => said.indexOf(text) !== at)};
 }
 
 const scripts = Object.entries(JSON.parse(readFileSync(0, 'utf8')));

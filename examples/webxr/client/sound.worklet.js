@@ -315,6 +315,7 @@ class FeelPlayer {
    * renders samples at that rate, and else it plans. `say(text)` gets each problem of a touch once.
    */
   constructor(feel, surfaceOf, {soundHz, say = (text) => console.warn(`hapticvlm: ${text}`)} = {}) {
+    if (!(feel?.materials instanceof Map)) throw new TypeError('feel: pass what `openFeel` returned of the file');
     this.#feel = feel;
     this.#rules = feel.rules;
     this.#surfaceOf = surfaceOf;
