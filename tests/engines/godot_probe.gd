@@ -53,7 +53,7 @@ func _process(_delta: float) -> void:
 	)
 
 
-## The tests' hand on the scene: F takes the ball away, as a game does with what breaks; R brings a rifle, M a room
+## The tests' hand on the scene: D brings a copy of the ball for a moment; F takes the ball away, as a game does with what breaks; R brings a rifle, M a room
 ## of one mesh with 20 materials, T a thing whose textures tell what it is; B changes to the bake and back;
 ## K says the message that the editor bakes.
 func _unhandled_key_input(event: InputEvent) -> void:
@@ -61,6 +61,10 @@ func _unhandled_key_input(event: InputEvent) -> void:
 		return
 	if (event as InputEventKey).keycode == KEY_C:
 		_next_case()
+	if (event as InputEventKey).keycode == KEY_D:
+		var copy := get_tree().current_scene.get_node("RubberBall").duplicate()
+		get_tree().current_scene.add_child(copy)
+		get_tree().create_timer(0.5).timeout.connect(copy.queue_free)
 	if (event as InputEventKey).keycode == KEY_F:
 		get_tree().current_scene.get_node("RubberBall").queue_free()
 	if (event as InputEventKey).keycode == KEY_R:

@@ -3,6 +3,7 @@
 import io
 import itertools
 import json
+import re
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -253,6 +254,18 @@ def bake(scene: Path, folder: Path) -> dict[str, Any]:
     subprocess.run(command, check=True, capture_output=True, timeout=60.0 * PACE)
     materials: dict[str, Any] = json.loads((folder / "materials.json").read_text())
     return materials
+
+
+def test_a_copy_that_a_script_makes_has_an_id_of_its_own_and_the_original_stays(
+    game: Game, decided: dict[str, Any]
+) -> None:
+    assert decided
+    since = len(game.told)
+    game.page.keyboard.press("d")
+    [copy] = game.wait_to_tell(since, type="scene")["objects"]
+    assert re.match(r"Table/RubberBall~\d+$", copy["object_id"])
+    assert copy["name"] == "Table/RubberBall"
+    assert game.wait_to_tell(since, type="scene", forget=[copy["object_id"]])
 
 
 def test_an_object_that_is_no_more_costs_an_id_and_not_the_whole_scene(

@@ -9,6 +9,7 @@ const ObjectSurfaces := preload("object_surfaces.gd")
 
 ## All objects, by their body.
 static var by_body := {}
+static var _by_id := {}
 
 ## The name from which the service derives the material; empty: the parent's name, with its own parents.
 @export var label := ""
@@ -34,6 +35,7 @@ static var by_body := {}
 @export var object_id := ""
 
 var _surfaces: ObjectSurfaces
+var _original := ""  # id of the object that this one is a copy of, or its own
 
 
 func _enter_tree() -> void:
@@ -41,6 +43,13 @@ func _enter_tree() -> void:
 		return
 	if object_id.is_empty():
 		object_id = _shortened(str(get_parent().get_path()).trim_prefix("/root/"))
+	var same: HapticObject = _by_id.get(object_id)
+	if same != null:  # this was made by `duplicate`
+		_original = same._original
+		object_id = _shortened("%s~%d" % [_original, get_instance_id()])
+	elif _original.is_empty():
+		_original = object_id
+	_by_id[object_id] = self
 	by_body[get_parent()] = self
 	say()
 
@@ -55,6 +64,7 @@ func _exit_tree() -> void:
 	if Engine.is_editor_hint():
 		return
 	by_body.erase(get_parent())
+	_by_id.erase(object_id)
 	if HapticService.current != null:
 		HapticService.current.forget(object_id)
 
@@ -86,7 +96,8 @@ func surface_at(position: Vector3) -> int:
 
 ## Returns its description for a `scene` message; `scene` is the root of the scene that it is in.
 func described(scene: Node) -> Dictionary:
-	var object := {"object_id": id_in(scene), "name": HapticBake.path_of(get_parent(), scene) if label.is_empty() else label.left(256)}
+	var path := HapticBake.path_of(get_parent(), scene) if _original in ["", object_id] else _original
+	var object := {"object_id": id_in(scene), "name": path if label.is_empty() else label.left(256)}
 	if not material.is_empty():
 		object["material"] = material
 	if states_temperature:
