@@ -109,7 +109,12 @@ def test_a_surface_that_agrees_or_says_nothing_changes_no_belief() -> None:
 
 @pytest.mark.parametrize(
     ("name", "surface", "material"),
-    [("Desk", "Gold", "metal"), ("Bench", "Earth", "stone"), ("Desk", "Red", "wood")],
+    [
+        ("Desk", "Gold", "metal"),
+        ("Bench", "Earth", "stone"),
+        ("Desk", "Red", "wood"),
+        ("Drawers_02", "Drawers_Metallic", "metal"),
+    ],
 )
 def test_a_metal_or_soil_of_a_surface_says_more_than_what_its_object_is_usually_of(
     name: str, surface: str, material: str

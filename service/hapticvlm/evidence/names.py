@@ -246,7 +246,8 @@ def _item_at(words: Sequence[str], at: int, lexicon: Lexicon) -> tuple[tuple[str
         if item is not None:
             return run, item
     word = words[at]
-    return (word,), lexicon.items.get(word) or lexicon.foreign.get(word) or _engine(word, lexicon)
+    foreign = lexicon.foreign.get(singular_of(word, lexicon.foreign))
+    return (word,), lexicon.items.get(word) or foreign or _engine(word, lexicon)
 
 
 def _catalogued(run: tuple[str, ...], lexicon: Lexicon) -> Item | None:
