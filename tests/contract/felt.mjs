@@ -233,13 +233,17 @@ function odd() {
   }
   felt.close();
   console.warn = warn;
+  const alone = new Felt(null, feel, {mode: 'baked'});
+  alone.touch({phase: 'contact', hand: 'left', ...alone.bakedOf({})});
+  const nameless = alone.silence;
+  alone.close();
   let raw = '';
   try {
     new Felt(null, JSON.parse(readFileSync(FEEL)));
   } catch ({message}) {
     raw = message;
   }
-  return {raw, thrown, inherited: Object.keys(Object.prototype), saidTwice: said.filter((text, at) => said.indexOf(text) !== at)};
+  return {raw, nameless, thrown, inherited: Object.keys(Object.prototype), saidTwice: said.filter((text, at) => said.indexOf(text) !== at)};
 }
 
 const scripts = Object.entries(JSON.parse(readFileSync(0, 'utf8')));

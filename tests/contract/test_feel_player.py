@@ -87,6 +87,7 @@ def test_the_switch_between_service_and_bake_does_as_the_scripts_say(felt: Json)
 
 def test_a_call_with_a_value_of_no_sense_does_no_harm(felt: Json) -> None:
     assert "openFeel" in felt["odd"].pop("raw")
+    assert "no name" in felt["odd"].pop("nameless")
     assert felt["odd"] == {"thrown": [], "inherited": [], "saidTwice": []}
 
 

@@ -192,8 +192,9 @@ export class Felt extends EventTarget {
   #miss(touch, material) {
     const {id, surface} = placeOf(touch);
     this.#missing = null;
-    if (material || id === undefined) return;
-    if (this.#baked.get(`${id} ${surface}`)) this.#missing = `the material of \`${id}\` is unknown: correct it in materials.json, or bake with --unknown`;
+    if (material || (id === undefined && touch.phase === 'approach')) return;
+    if (id === undefined) this.#missing = 'the touched object has no name, so no bake has it: name it, or pass an `object_id`';
+    else if (this.#baked.get(`${id} ${surface}`)) this.#missing = `the material of \`${id}\` is unknown: correct it in materials.json, or bake with --unknown`;
     else this.#missing = `\`${id}\` is not in the bake; ${this.#bake ? `nearest is \`${this.#bake.nearest(id)}\`` : 'there is no materials.json'}: bake the scene again, or state its material`;
     if (this.by === 'baked') this.#warn(this.#missing);
   }
