@@ -109,7 +109,7 @@ func _timed(case: Dictionary) -> Dictionary:
 	return {"plans": plans, "said": player.said.values()}
 
 
-## Returns the plan of a hand and form while the right hand slides, once the hand was asked, muted and held.
+## Returns the plan of a hand and form while the right hand slides, once the hand was asked and muted.
 func _asked(case: Dictionary) -> Dictionary:
 	var player := FeelPlayer.new(_feel, func(_touch: Dictionary) -> Dictionary: return {"material": "wood"})
 	player.touch({"phase": "slide", "hand": "right", "speed_mps": 0.4, "force_n": 1.5}, 5.0)
@@ -117,7 +117,6 @@ func _asked(case: Dictionary) -> Dictionary:
 	var is_held := player.is_held(hand)
 	var plan := player.plan(hand, str(case.form), 5.02)
 	player.mute(hand, true)
-	player.hold(hand)
 	return {"is_held": is_held, "plan": plan, "said": player.said.values()}
 
 

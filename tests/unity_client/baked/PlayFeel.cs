@@ -73,7 +73,7 @@ public static class PlayFeel
         return null;
     }
 
-    // The plan of a hand and form while the right hand slides, once the hand was asked, muted and held.
+    // The plan of a hand and form while the right hand slides, once the hand was asked and muted.
     private static Map Asked(Map one)
     {
         var said = new List<string>();
@@ -83,7 +83,6 @@ public static class PlayFeel
         string state = player.IsActive(hand) + " " + player.IsHeld(hand);
         Map plan = PlanOf(player.Plan(hand, (string)one["form"], 5.02));
         player.Mute(hand, true);
-        player.Hold(hand);
         player.Render(null, 1, 5.02);
         player.Render(new float[1], 1000, 5.02);
         return new Map { { "state", state }, { "plan", plan }, { "said", said } };

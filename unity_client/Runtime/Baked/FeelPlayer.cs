@@ -20,7 +20,7 @@ namespace HapticVLM.Baked
         private readonly Format.PadRules pad;
         private readonly Format.SoundRules sound; // null in the true voice
         private readonly Hand[] hands;
-        private readonly Hand ahead = new Hand(null); // the copy of a hand that is planned
+        private readonly Hand ahead = new Hand(); // the copy of a hand that is planned
         private readonly HashSet<string> said = new HashSet<string>();
         private double gain = 1.0;
         private readonly int outputHz; // 0: plans
@@ -41,7 +41,7 @@ namespace HapticVLM.Baked
             rules = feel.File.Rules;
             pad = rules.Pad;
             sound = rules.Sound;
-            hands = Array.ConvertAll(feel.File.Words["hand"], name => new Hand(name));
+            hands = Array.ConvertAll(feel.File.Words["hand"], _ => new Hand());
             mix = new double[Math.Max(1, (int)(rules.StepS * outputHz))];
             shift = Array.ConvertAll(mix, _ => 1.0);
             shiftImaginary = new double[mix.Length];
@@ -86,17 +86,12 @@ namespace HapticVLM.Baked
         /// <summary>Ends everything; a hand is felt again after its release and a new approach or contact.</summary>
         public void Stop()
         {
-            foreach (Hand hand in hands) Hold(hand.Name);
-        }
-
-        /// <summary>Ends one hand, as Stop does.</summary>
-        public void Hold(string name)
-        {
-            Hand hand = Of(name);
-            if (hand == null) return;
-            hand.IsHeld = true;
-            hand.IsArmed = false;
-            Rest(hand);
+            foreach (Hand hand in hands)
+            {
+                hand.IsHeld = true;
+                hand.IsArmed = false;
+                Rest(hand);
+            }
         }
 
         /// <summary>Whether a stop keeps this hand silent.</summary>

@@ -55,17 +55,11 @@ namespace HapticVLM.Baked
     /// <summary>One hand: its lease, its hold, and what sounds.</summary>
     internal sealed class Hand
     {
-        public readonly string Name;
         public bool IsHeld, IsArmed, IsMuted, Touches;
         public double? LeaseUntil, Time; // Time until which a plan has let it sound
         public double TouchedAt;
         public int Gaps, Count;
         public Voice[] Voices = new Voice[32];
-
-        public Hand(string name)
-        {
-            Name = name;
-        }
 
         public bool IsActive
         {

@@ -58,12 +58,7 @@ namespace HapticVLM
             if (next == null) return;
             next.Touched += Touch;
             next.Stopped += Stop;
-            if (feel == null || rate <= 0) return;
-            player = new FeelPlayer(feel, rate);
-            foreach (HandName hand in hands)
-            {
-                if (next.IsHeld(hand)) player.Hold(Word(hand));
-            }
+            if (feel != null && rate > 0) player = new FeelPlayer(feel, rate);
         }
 
         void Touch(HandName hand, FeltTouch touch)
@@ -81,9 +76,10 @@ namespace HapticVLM
             if (player != null) player.Stop();
         }
 
+        /// <summary>Mutes a hand that is not heard, or that a stop before this player's begin holds.</summary>
         void Mute(HandName hand)
         {
-            player.Mute(Word(hand), !isHeard(hand));
+            player.Mute(Word(hand), !isHeard(hand) || Felt.IsHeld(hand));
         }
 
         static string Word(HandName hand)

@@ -83,17 +83,10 @@ func touch(fields: Dictionary, now: Variant) -> bool:
 
 ## Ends everything; a hand is felt again after its release and a new approach or contact.
 func stop() -> void:
-	for name: String in _hands:
-		hold(name)
-
-
-## Ends one hand, as `stop` does.
-func hold(name: String) -> void:
-	if not _is_word("hand", name, _hands.keys()):
-		return
-	_hands[name].is_held = true
-	_hands[name].is_armed = false
-	_hands[name].rest()
+	for hand: Hand in _hands.values():
+		hand.is_held = true
+		hand.is_armed = false
+		hand.rest()
 
 
 ## Returns whether a stop keeps this hand silent.

@@ -45,7 +45,7 @@ func _process(delta: float) -> void:
 	if _player == null:
 		return
 	for name in HapticService.HANDS:
-		_player.mute(name, not _felt.is_baked(name))
+		_mute(name)
 	if not _player.is_silent():
 		_render()
 
@@ -77,16 +77,18 @@ func _follow(felt: Felt) -> void:
 	if not felt.has_bake():
 		return
 	_player = FeelPlayer.new(_feel, felt.surface_of, RATE_HZ)
-	for name in HapticService.HANDS:
-		if felt.is_held(name):
-			_player.hold(name)
 
 
 func _touch(fields: Dictionary, now: float) -> void:
 	if _player == null:
 		return
-	_player.mute(fields["hand"], not _felt.is_baked(fields["hand"]))
+	_mute(fields["hand"])
 	_player.touch(fields, now)
+
+
+## Mutes a hand that the service is felt by, or that a stop before this player's begin holds.
+func _mute(name: String) -> void:
+	_player.mute(name, not _felt.is_baked(name) or _felt.is_held(name))
 
 
 func _stop() -> void:
