@@ -343,12 +343,12 @@ def test_own_references_are_calibrated_by_leaving_each_picture_out() -> None:
             assert (beliefs.max(axis=1) < 0.7).all()
 
 
-def test_too_few_pictures_are_not_calibrated() -> None:
-    for labels in ([0, 0, 1], [0, 0, 0]):
-        names = ("wood", "glass")[: max(labels) + 1]
-        own = Gallery("t", names, unit(1, 3), np.array(labels), FEW, places=np.arange(3))
-        assert not is_enough(own)
-        assert calibrate(own).sharpness == FEW.sharpness
+def test_two_materials_of_two_pictures_are_calibrated_and_fewer_are_not() -> None:
+    for labels in ([0, 0, 1, 1], [0, 0, 1], [0, 0, 0]):
+        names, places = ("wood", "glass")[: max(labels) + 1], np.arange(len(labels))
+        own = Gallery("t", names, unit(1, places.size), np.array(labels), FEW, places=places)
+        assert is_enough(own) == (places.size == 4)
+        assert is_enough(own) or calibrate(own).sharpness == FEW.sharpness
 
 
 def test_a_linear_layer_adds_to_the_references_and_its_scale_sets_how_sure_it_is() -> None:

@@ -154,6 +154,7 @@ def test_bfloat16_gives_nearly_the_same(folder: Path, vlm: LocalVlm) -> None:
 
     half = load(folder, "bfloat16")
     assert half.network.model.dtype == torch.bfloat16
+    assert torch.get_num_threads() == 1  # the other cores are the gateway's
     assert abs(expected_c(half) - expected_c(vlm)) < 3.0
 
 
