@@ -29,6 +29,7 @@ PIECE_BYTES = 4 * MIB
 MAX_KEY_PARTS = 16  # of a dotted TOML key; a key of thousands of parts unfolds to gigabytes
 _ADDRESS = re.compile(r" <[^<>]* object at 0x[0-9a-f]+>")
 _TOO_DEEP = "nested too deep"
+_UTF_8 = "utf-8-sig"  # editors on Windows write a byte order mark
 # How files begin that are not text, however they are saved.
 _KINDS = {
     b"\xff\xd8\xff": "a JPEG picture",
@@ -147,9 +148,9 @@ def sync_folder(folder: Path) -> None:
 
 
 def read_text(path: Path, max_bytes: int = MAX_BYTES) -> str:
-    """Read a regular UTF-8 file. Raises OSError, ValueError."""
+    """Read a regular UTF-8 file, with or without a byte order mark. Raises OSError, ValueError."""
     try:
-        return read_bytes(path, max_bytes).decode("utf-8")
+        return read_bytes(path, max_bytes).decode(_UTF_8)
     except UnicodeDecodeError as error:
         raise ValueError(reason(error)) from None
 
@@ -158,7 +159,7 @@ def read_toml(path: Path, kind: type[T], max_bytes: int = MAX_BYTES) -> T:
     """Read a TOML file as `kind`. Raises OSError, and ValueError that names the field."""
     content = read_bytes(path, max_bytes)
     try:
-        document = parse_toml(content.decode("utf-8"))
+        document = parse_toml(content.decode(_UTF_8))
     except tomllib.TOMLDecodeError as error:
         raise ValueError(f"not TOML: {error}; strings need quotes") from None
     except UnicodeDecodeError as error:

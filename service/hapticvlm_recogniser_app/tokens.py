@@ -91,7 +91,7 @@ def _read(path: Path) -> tuple[tuple[int, int], dict[str, str]]:
     """Read a file of tokens, a line `NAME TOKEN` each; `#` begins a comment. Raises ValueError."""
     stamp = _stamp(path)
     clients: dict[str, str] = {}
-    for number, text in enumerate(path.read_text("utf-8").splitlines(), 1):
+    for number, text in enumerate(path.read_text("utf-8-sig").splitlines(), 1):
         line = text.strip()
         if not line or line.startswith("#"):
             continue

@@ -70,7 +70,7 @@ def test_a_video_gives_its_frames_at_their_times_with_the_sidecars_touches(tmp_p
         video.write(np.full((48, 64, 3), shade, np.uint8))
     video.release()
     touch = {"t_s": 0.25, "type": "touch", "phase": "contact"}
-    path.with_suffix(".jsonl").write_text(json.dumps(touch))
+    path.with_suffix(".jsonl").write_text(json.dumps(touch), encoding="utf-8-sig")
     capture = read(path)
     lines = list(capture.lines())
     assert (capture.frames, [line.t_s for line in lines[:5]]) == (10, [0.0, 0.1, 0.2, 0.25, 0.3])

@@ -86,6 +86,12 @@ def test_a_flag_wins_over_the_file_and_the_file_over_the_default(tmp_path):
     assert found.block == ServeOptions().block
 
 
+def test_a_file_that_an_editor_on_windows_saved_with_its_mark_is_read(tmp_path):
+    path = tmp_path / "windows.toml"
+    path.write_text("port = 9000\r\n", encoding="utf-8-sig")
+    assert settled("--config", str(path)).port == 9000
+
+
 def test_the_secret_may_come_from_the_environment_between_file_and_flag(tmp_path):
     path = file(tmp_path, 'token = "of the file"\n')
     path.chmod(0o600)

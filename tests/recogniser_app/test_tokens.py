@@ -27,7 +27,7 @@ def test_the_token_of_one_client_is_withdrawn_alone_and_a_damaged_file_changes_n
     file.write_text(f"# ours\nlab {LAB}\narcade\t{ARCADE}\n")
     many = tokens.Tokens({TOKENS: str(file)})
     assert [many.client(f"Bearer {one}") for one in (LAB, ARCADE)] == ["lab", "arcade"]
-    file.write_text(f"lab {LAB}\n")
+    file.write_text(f"lab {LAB}\n", encoding="utf-8-sig")
     assert [many.client(f"Bearer {one}") for one in (LAB, ARCADE)] == ["lab", None]
     file.write_text("lab short\n")
     assert many.client(f"Bearer {LAB}") == "lab"

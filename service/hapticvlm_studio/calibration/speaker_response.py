@@ -48,7 +48,6 @@ MIN_RATE_HZ = 2_500.0  # more than twice the highest third octave
 MIN_COLUMNS = 2  # of a recording: time and a value
 UNITS_S = (1.0, 1e-3, 1e-6, 1e-9)  # of its clock
 ALIKE = 0.02  # share by which two columns may vary differently and still count as equal
-BOM = "\ufeff"
 
 
 def sweep() -> NDArray[np.float32]:
@@ -112,7 +111,7 @@ def read_csv(path: Path) -> Recording:
     and the fault.
     """
     try:
-        content = documents.read_text(path, MAX_BYTES).removeprefix(BOM)
+        content = documents.read_text(path, MAX_BYTES)
     except ValueError as error:
         raise ValueError(f"{path}: {documents.reason(error)}") from None
     names, rows = _table(content)

@@ -41,7 +41,7 @@ class LabelledPicture:
 def read_pictures(file: Path) -> list[LabelledPicture]:
     """Return the rows of a CSV; opens no picture. Raises LabelledPictureError."""
     try:
-        content = documents.read_bytes(file).decode("utf-8-sig")
+        content = documents.read_text(file)
         reader = csv.DictReader(io.StringIO(content, newline=""), strict=True)
         _check_header(file, reader.fieldnames or ())
         pictures = [_labelled(file, reader.line_num, row) for row in reader]
