@@ -285,12 +285,12 @@ SHAPES: dict[str, dict[str, Any]] = {
         "after": (MEAN, ROW, *filled("dense", 8, 1000), SCORES, SHARES),
         "output": ("shares",),
     },
-    "four pictures at once": {"sizes": [4, 3, SIDE, SIDE]},
+    "two pictures at once": {"sizes": [2, 3, SIDE, SIDE]},
     "an oblong": {"sizes": ["n", 3, SIDE, 2 * SIDE]},
     "grey alone": {"sizes": [1, 1, SIDE, SIDE], "before": (TO_GREY,)},
 }
 REFUSED = {
-    "four pictures at once": "export it for 1 or any number",
+    "two pictures at once": "export it for 1 or any number",
     "an oblong": "not a square",
     "grey alone": r"not \(N, S, S, 3\) or \(N, 3, S, S\)",
 }

@@ -37,6 +37,8 @@ def test_steps_that_are_switched_off_are_left_out():
     plain = read_preprocessing({**PROCESSOR, "do_rescale": False, "do_normalize": False})
     pixels = np.full((1, plain.side, plain.side, 4), 200, np.uint8)
     assert (plain.apply(pixels)[0] == 200).all()
+    unstated = {key: value for key, value in PROCESSOR.items() if key != "rescale_factor"}
+    assert read_preprocessing(unstated) == read_preprocessing(PROCESSOR)
 
 
 @pytest.mark.nightly
