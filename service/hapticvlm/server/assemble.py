@@ -29,6 +29,7 @@ from hapticvlm.vision.galleries.user_materials import read_folder, table_with
 from hapticvlm.vision.remote.settings import RemoteSettings
 from hapticvlm.vision.worker import RecogniserSettings, RecogniserWorker
 from hapticvlm.vlm.contract import DEFAULT_MODEL, VlmSettings
+from hapticvlm.vlm.endpoint import read_address
 from hapticvlm.vlm.worker import VlmWorker
 
 
@@ -139,10 +140,12 @@ def _plate(options: ServeOptions) -> Peltier:
 
 
 def _vlm_worker(options: ServeOptions) -> VlmWorker | None:
-    """Make the process that asks a VLM, if one is wanted. Raises ModuleNotFoundError."""
+    """Make the process that asks a VLM, if one is wanted. Raises HttpError, ModuleNotFoundError."""
     if options.vlm is None and options.vlm_url is None:
         return None
     _require(*(("torch", "transformers") if options.vlm_url is None else ("httpx2",)))
+    if options.vlm_url is not None:
+        read_address(options.vlm_url)  # refused now, and not by the process that would ask it
     return VlmWorker(
         VlmSettings(
             model=options.vlm or DEFAULT_MODEL,
