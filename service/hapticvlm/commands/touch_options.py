@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hapticvlm.errors import why_no_folder
 from hapticvlm.rendering.vibration.vibration import VOICES
 
 if TYPE_CHECKING:
@@ -39,7 +40,11 @@ def table(gallery: Path | None) -> Mapping[str, Material]:
     from hapticvlm.materials import MATERIALS
     from hapticvlm.vision.galleries.user_materials import read_folder, table_with
 
-    return MATERIALS if gallery is None else table_with(read_folder(gallery))
+    if gallery is None:
+        return MATERIALS
+    if not gallery.is_dir() and gallery.suffix != ".npz":  # an .npz has no materials of its own
+        raise ValueError(f"--gallery {why_no_folder(gallery)}; give a folder of materials")
+    return table_with(read_folder(gallery))
 
 
 def add_recordings(parser: Options) -> None:
