@@ -150,8 +150,8 @@ def test_either_a_source_or_the_materials_are_needed(tmp_path: Path) -> None:
 
 
 def test_a_recording_is_baked_as_its_session_ended(tmp_path: Path) -> None:
-    session = record(tmp_path / "session")
-    assert main(["bake", str(session), "-o", str(tmp_path / "out")]) == 0
+    record(tmp_path / "sessions")
+    assert main(["bake", str(tmp_path / "sessions"), "-o", str(tmp_path / "out")]) == 0
     assert materials(tmp_path / "out") == {"mug": "ceramic"}
 
 

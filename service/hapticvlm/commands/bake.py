@@ -161,11 +161,12 @@ def _model(source: Path, table: Mapping[str, Material]) -> tuple[SceneModel, tup
     """
     from hapticvlm.messages import MessageError
     from hapticvlm.recordings.replay import replay
+    from hapticvlm.recordings.session_log import newest_session
     from hapticvlm.scenes.bake import model_of
     from hapticvlm.scenes.files import ENDINGS
 
     if source.is_dir():
-        return replay(source, table).model, ()
+        return replay(newest_session(source), table).model, ()
     if source.name.lower().endswith(ENDINGS):
         return _model_of_gltf(source, table, source.parent)
     try:
