@@ -133,9 +133,8 @@ def test_an_address_where_nothing_can_be_sent_is_refused_with_what_to_do(service
     (tmp_path / "capture.jsonl").write_text("")
     with running(["--tls-cert", str(pair.cert), "--tls-key", str(pair.key)]) as encrypted:
         for url, cure in (
-            (NOBODY.url, "start a service with `hapticvlm serve`"),
-            ("ws://127.0.0.1:99999/", "must be ws://HOST:PORT/"),
-            (service.url.replace("ws", "wss", 1), "that `hapticvlm serve` prints"),
+            (NOBODY.url, "`hapticvlm serve` starts a service"),
+            (service.url.replace("ws", "wss", 1), "`hapticvlm serve` starts a service"),
             (encrypted.url, "--ca FILE"),
         ):
             done = hapticvlm("stream", str(tmp_path), "--url", url)
