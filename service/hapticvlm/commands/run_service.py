@@ -24,7 +24,6 @@ from hapticvlm.devices.worn.output import WornOutput
 from hapticvlm.errors import out_of_memory, shell_word
 from hapticvlm.messages import Devices
 from hapticvlm.processes.model_worker import WorkerReply
-from hapticvlm.processes.supervised import ChildError
 from hapticvlm.server import log_writer, service_info, systemd
 from hapticvlm.server.access import Address
 from hapticvlm.server.addresses import is_loopback
@@ -107,9 +106,6 @@ async def _run(
             # The outputs end first: closing a connection may wait for a client that does not read.
             parts.plate.close()
             await asyncio.to_thread(parts.speaker.close)
-    except ChildError:
-        if not stopping.is_set():  # else the signal was for the whole group, and ended the child
-            raise
     finally:
         await asyncio.to_thread(parts.close)
     print("hapticvlm stopped, outputs at rest", flush=True)
