@@ -14,6 +14,7 @@ from pace import until
 from hapticvlm.devices.errors import DeviceError
 from hapticvlm.devices.speaker import engine as engine_module
 from hapticvlm.devices.speaker.engine import AudioSettings, Engine
+from hapticvlm.devices.speaker.output import LOST_S, Output
 from hapticvlm.devices.speaker.ring import EngineStatus, PersistentState, Release, RestAll, Ring
 from hapticvlm.devices.speaker.speaker import Speaker
 from hapticvlm.rendering.vibration.vibration import RATE_HZ, Motion
@@ -118,6 +119,14 @@ def test_an_engine_is_silent_only_to_a_watch_that_was_awake():
     assert not any(watch(0.2)[1:])
     beaten_at = now
     assert all(watch(SILENT_S - 0.1))
+
+
+def test_an_output_is_lost_when_it_asked_for_nothing_since_a_watch_that_was_awake():
+    output = Output(lambda size: np.zeros(size, np.float32), realtime=False, last_request_at=10.0)
+    long_after = 10.1 + LOST_S
+    assert output.is_lost(long_after, awake_since=0.0)
+    assert not output.is_lost(long_after, awake_since=10.2)  # after a suspend
+    assert not output.is_lost(10.2, awake_since=0.0)
 
 
 def test_an_engine_that_stands_still_is_said_to_hang():

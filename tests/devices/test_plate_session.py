@@ -276,6 +276,17 @@ def test_a_rest_while_unplugged_does_not_let_the_same_caller_drive_on() -> None:
     assert commanded(session, 1.4, 1.0) == []
 
 
+def test_a_command_that_a_fault_keeps_from_effect_takes_back_no_rest() -> None:
+    session = greeted()
+    commanded(session, 0.0, 1.0)
+    tell(session, telemetry(6.0, faults=1 << 13, state=3), 1.0)
+    session.rest()
+    written = said(session, 1.0)
+    session.command(22.0, 0.25, 1.02)
+    written += said(session, 1.01 + ACK_TIMEOUT_S)
+    assert written == [plate_protocol.Rest()] * 2  # the first had no answer
+
+
 def test_a_reset_board_is_greeted_again_and_not_driven_on() -> None:
     session = greeted()
     commanded(session, 0.0, 1.0)

@@ -12,6 +12,8 @@ import pytest
 from gateways import Peer, join, look, new_gateway
 from msgspec import structs
 
+from hapticvlm.devices.plate.protocol import State as PlateState
+from hapticvlm.devices.simulated.simulated import SimulatedPlate
 from hapticvlm.evidence.ladder import Evidence
 from hapticvlm.messages import (
     Error,
@@ -28,7 +30,9 @@ from hapticvlm.server import recognition_queue
 from hapticvlm.server.connection import Connection
 from hapticvlm.server.counters import Count
 from hapticvlm.server.edge.scheduling import yield_to_io
+from hapticvlm.server.outputs import Outputs
 from hapticvlm.server.recognition_queue import RecognitionQueue
+from hapticvlm.session.actions import DrivePlate, RestPlate
 from hapticvlm.session.session import SceneSession
 from hapticvlm.session.settings import SessionSettings
 from hapticvlm.session.targets import (
@@ -230,6 +234,16 @@ def test_a_thermal_gain_that_was_set_is_that_of_the_next_owner_too(gateway):
     gateway.leave(first)
     gateway.ownership.change(second, asking("take"), 0.0)
     assert second.session._touches.plate.gain == 0.2
+
+
+@pytest.mark.parametrize("rest", [Outputs.rest, lambda outputs: outputs.drive(RestPlate())])
+def test_a_plate_at_rest_returns_to_neutral_long_before_its_lease_ends(rest):
+    plate = SimulatedPlate()
+    outputs = new_gateway(plate).outputs
+    outputs.drive(DrivePlate(setpoint_c=20.0, ttl_s=60.0))
+    states = [plate.state]
+    rest(outputs)
+    assert [*states, plate.state] == [PlateState.HOLDING, PlateState.RETURNING]
 
 
 class Idle:

@@ -565,14 +565,19 @@ def test_a_recognition_of_an_object_that_was_forgotten_is_not_believed():
 
 def test_what_debris_leaves_behind_is_bounded():
     session = owner()
+    for _ in range(2):
+        session.receive(scene(SceneObject(object_id="again"), replace=False), 1.0)
+        session.receive(scene(replace=False, forget=["again"]), 1.0)
+    objects = session._model.objects
+    before = objects.generation(ObjectTarget("again"))
     for number in range(100):
         shards = [f"shard {number} {index}" for index in range(100)]
         session.receive(scene(*(SceneObject(object_id=id) for id in shards), replace=False), 1.0)
         session.receive(scene(replace=False, forget=shards), 1.0)
-    objects = session._model.objects
     assert not objects.known
     assert len(objects._forgotten) <= 8192
     assert objects.generation(ObjectTarget("shard 0 0")) > 0
+    assert objects.generation(ObjectTarget("again")) >= before  # no number is given twice
 
 
 def test_a_new_scene_changes_what_a_touching_hand_feels():

@@ -207,6 +207,7 @@ def test_a_stated_number_is_believed_within_the_papers_tolerance() -> None:
 def test_a_region_is_outlined_and_its_inside_unchanged() -> None:
     picture = np.full((100, 200, 3), 90, np.uint8)
     outlined = highlight(picture, messages.Region(x=0.25, y=0.25, w=0.5, h=0.5))
+    assert COLOUR == (255, 0, 0)  # the question says red
     red = (outlined == COLOUR).all(axis=2)
     assert (outlined[~red] == 90).all()
     assert not red[25:75, 50:150].any()
