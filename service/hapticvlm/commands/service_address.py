@@ -83,6 +83,8 @@ def reaching(url: str, *, result: str = "") -> Iterator[None]:
         cure = "`hapticvlm serve` starts a service and prints its address"
         if isinstance(error, ssl.SSLCertVerificationError):
             cure = "give the authority that signed its certificate: --ca FILE"
+        elif isinstance(error, (ssl.SSLError, WebSocketException)):  # something answered there
+            cure = "use the address, ws:// or wss://, that `hapticvlm serve` prints"
         raise UsageError(f"{url}: {network_reason(error)}; {result}{cure}") from None
 
 
