@@ -134,7 +134,7 @@ def test_an_address_where_nothing_can_be_sent_is_refused_with_what_to_do(service
     with running(["--tls-cert", str(pair.cert), "--tls-key", str(pair.key)]) as encrypted:
         for url, cure in (
             (NOBODY.url, "`hapticvlm serve` starts a service"),
-            (service.url.replace("ws", "wss", 1), "`hapticvlm serve` starts a service"),
+            (service.url.replace("ws", "wss", 1), "that `hapticvlm serve` prints"),
             (encrypted.url, "--ca FILE"),
         ):
             done = hapticvlm("stream", str(tmp_path), "--url", url)
