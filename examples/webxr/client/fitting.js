@@ -50,7 +50,7 @@ export function pieces(objects, say) {
   const all = [[]];
   let bytes = 0;
   for (const object of objects) {
-    const size = sizeOf(object, (text) => say(object, text));
+    const size = encoded(object, (text) => say(object, text))?.length;
     if (!size) continue;
     if (all.at(-1).length >= MOST_OBJECTS || (bytes + size > MOST_BYTES && bytes)) {
       all.push([]);
@@ -62,12 +62,12 @@ export function pieces(objects, say) {
   return all;
 }
 
-/** Returns the bytes of an object in a message, 0 for one that cannot be sent, such as a node of the page's scene. */
-function sizeOf(object, say) {
+/** Returns a value as MessagePack, or undefined for one that cannot be sent, such as a node of the page's scene; `say(text)` gets why. */
+export function encoded(value, say) {
   try {
-    return encode(object, {ignoreUndefined: true}).length;
+    return encode(value, {ignoreUndefined: true});
   } catch ({message}) {
     say(`it cannot be sent (${message}): left out; state texts and numbers only`);
-    return 0;
+    return undefined;
   }
 }

@@ -9,8 +9,8 @@
  * Objects, requested hands and gains are sent again after each reconnect, and the settings of the
  * owner after each change of owner.
  */
-import {decode, encode} from '@msgpack/msgpack';
-import {fitted, isId, isObject, listed, pieces} from './fitting.js';
+import {decode} from '@msgpack/msgpack';
+import {encoded, fitted, isId, isObject, listed, pieces} from './fitting.js';
 
 const FIRST_WAIT = 250; // ms before the first reconnect, doubled each time, with jitter
 const LONGEST_WAIT = 5000;
@@ -364,11 +364,8 @@ export class Haptics extends EventTarget {
   #send(type, fields) {
     const id = ++this.#ids;
     const known = this.#minor < 2 ? withoutSurfaces(fields) : fields;
-    try {
-      this.#socket.send(encode({type, id, ...known}, {ignoreUndefined: true}));
-    } catch ({message}) {
-      this.#warn(`a ${type} cannot be sent: ${message}; state texts and numbers only`);
-    }
+    const bytes = encoded({type, id, ...known}, (text) => this.#warn(`${type}: ${text}`));
+    if (bytes) this.#socket.send(bytes);
     return id;
   }
 
