@@ -12,6 +12,7 @@ import time
 from collections.abc import Mapping
 from pathlib import Path
 
+from hapticvlm import documents
 from hapticvlm.errors import UsageError
 from hapticvlm_recogniser_app.settings import TOKEN, TOKENS
 
@@ -88,10 +89,13 @@ def _stamp(path: Path) -> tuple[int, int]:
 
 
 def _read(path: Path) -> tuple[tuple[int, int], dict[str, str]]:
-    """Read a file of tokens, a line `NAME TOKEN` each; `#` begins a comment. Raises ValueError."""
+    """Read a file of tokens, a line `NAME TOKEN` each; `#` begins a comment.
+
+    Raises OSError, ValueError.
+    """
     stamp = _stamp(path)
     clients: dict[str, str] = {}
-    for number, text in enumerate(path.read_text("utf-8-sig").splitlines(), 1):
+    for number, text in enumerate(documents.read_text(path).splitlines(), 1):
         line = text.strip()
         if not line or line.startswith("#"):
             continue
