@@ -140,7 +140,10 @@ def _plate(options: ServeOptions) -> Peltier:
 
 
 def _vlm_worker(options: ServeOptions) -> VlmWorker | None:
-    """Make the process that asks a VLM, if one is wanted. Raises HttpError, ModuleNotFoundError."""
+    """Make the process that asks a VLM, if one is wanted.
+
+    Raises HttpError, VlmError, ModuleNotFoundError.
+    """
     if options.vlm is None and options.vlm_url is None:
         return None
     _require(*(("torch", "transformers") if options.vlm_url is None else ("httpx2",)))
