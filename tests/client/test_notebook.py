@@ -7,7 +7,6 @@ import signal
 import subprocess
 import sys
 import threading
-import time
 from functools import partial
 
 import pytest
@@ -86,7 +85,7 @@ def test_a_service_outlives_the_thread_that_began_it_and_every_use_of_a_closed_o
     assert client.scene([{"object_id": "cup"}])["type"] == "ok"
     with pytest.raises(hapticvlm.HapticVLMError, match="no event `view`"):
         client.next_event("view", seconds=0.01)
-    time.sleep(0.3)  # some telemetry waits, and is returned before the end is told
+    until(lambda: not client._client.events.empty())  # telemetry that is told before the end
     service.process.kill()
     service.process.wait()
     for use in (client.stop, client.events, lambda: client.touch("contact", "cup")):
